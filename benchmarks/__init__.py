@@ -1,1 +1,1 @@
-"""Speed, as ratios of two measurements in one process: `make bench`, `make bench-peers`."""
+"""Benchmarks: ratios of two measurements in one process, run by `make bench` and `make bench-peers`."""

@@ -1,4 +1,4 @@
-"""`python -m benchmarks`: measure, and print one table."""
+"""`python -m benchmarks`: run benchmarks and print one table."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ PEERS: dict[str, Benchmark] = {
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run what is asked for; returns the exit status."""
+    """Run the requested benchmarks; return the exit status."""
     options = _parser().parse_args(arguments)
     chosen = dict(PEERS if options.peers else OURS)
     if options.full and not options.peers:

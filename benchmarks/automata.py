@@ -1,4 +1,4 @@
-"""The automata against memory: bytes that a tick has to move, over what a triad moves; and what finding contacts costs."""
+"""Memory throughput of the automata relative to a triad, and the cost of the contact search."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from .figures import Figure
 from .grid import MEDIUM, triad
 from .timing import interleaved, ratio, repeats_for
 
-# Of the roof of memory; bytes that an automaton may take; part of a cracking run that finding contacts may take.
+# Required fraction of the memory roof; largest bytes per automaton; largest share of the contact search in a cracking run.
 WANTED, MOST_BYTES, MOST_SEARCH = 0.1, 600.0, 0.5
 _SAMPLE_SECONDS = 0.2
 
 
 def noisy(packing: str, side: int) -> Any:
-    """A specimen of about side x side linked automata that all move."""
+    """Return a specimen of about side x side linked, moving automata."""
     row = 0.5 * 3.0**0.5 if packing == "hexagonal" else 1.0
     shape = {"name": "rectangle", "width": float(side), "height": side * row}
     automata: Any = ge.make("automata", shape=shape, diameter=1.0, packing=packing, material=MEDIUM)
@@ -29,19 +29,19 @@ def noisy(packing: str, side: int) -> Any:
 
 
 def bytes_of_tick(automata: Any) -> int:
-    """Return what a tick has to read and write, each array once: the motion of the automata."""
+    """Return the bytes that the motion of the automata reads and writes per tick, counting each array once."""
     return 2 * 6 * 8 * automata.count
 
 
 def bytes_of_memory(automata: Any) -> int:
-    """Return what the fields of the automata take while they step."""
+    """Return the memory of the automata's fields during a step [bytes]."""
     steps = automata.steps
     arrays = (*automata.body[1:], steps.motion, *steps.scratch)
     return sum(array.nbytes for array in arrays if isinstance(array, np.ndarray))
 
 
 def measure(side: int = 600, triad_words: int = 8_000_000, rounds: int = 11, cracking: float = 2.9e-4) -> Iterator[Figure]:
-    """Both packings, too large for a cache; and the shipped sample that fails."""
+    """Measure both packings, too large for a cache, and the shipped specimen that fails."""
     arrays = [np.ones(triad_words) for _ in range(3)]
     for packing in ("square", "hexagonal"):
         automata = noisy(packing, side)
@@ -65,7 +65,7 @@ def measure(side: int = 600, triad_words: int = 8_000_000, rounds: int = 11, cra
 
 
 def search_part(duration: float) -> float:
-    """Return what part of the time of the shipped sample under compression finding contacts takes."""
+    """Return the contact search's share of the run time for the shipped specimen under compression."""
     automata: Any = ge.run("psakhie-2003/uniaxial-compression", overrides={"duration": 2.2e-4}).component
     steps, spent = automata.steps, [0.0]
     find = steps.find_contacts

@@ -1,4 +1,4 @@
-"""The cost of `step`, `save` and `restore` of 64 grains from Python, and of the copy of the state in one-tick calls."""
+"""Cost of `step`, `save` and `restore` of 64 grains from Python, and of the state copy in one-tick calls."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .timing import Times, interleaved, microseconds, ratio
 
 
 def measure(calls: int = 2000, rounds: int = 101) -> Iterator[Figure]:
-    """The median of each round's difference, so that a loaded machine disturbs both sides alike."""
+    """Measure medians of the differences per round, so that load on the machine affects both sides equally."""
     chain = chains.pressed(64, left="free")
     forces = np.random.default_rng(2).uniform(-1.0, 1.0, calls).tolist()
     nothing = lambda **inputs: None  # noqa: E731

@@ -1,4 +1,4 @@
-"""The chains that are timed, and what of them is the bare physics."""
+"""The chains of the benchmarks."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ TAU = time_scale(MASS, STIFFNESS, SPEED)
 
 
 def pressed(grains: int, left: str = "plane", **parameters: Any) -> Any:
-    """A chain pressed by 100 N whose grains all tremble: every contact is closed and moves."""
+    """Return a chain precompressed by 100 N with all grains moving, so that every contact is closed and moves."""
     chain = ge.make(
         "chain", grains=grains, radius=RADIUS, material="steel", precompression=100.0, left=left, right="plane", **parameters
     )
@@ -27,12 +27,12 @@ def pressed(grains: int, left: str = "plane", **parameters: Any) -> Any:
 
 
 def struck(grains: int, **parameters: Any) -> Any:
-    """Nesterenko's 3.1: one grain strikes a touching chain at rest."""
+    """Return the chain of Nesterenko (1983), section 3.1: one grain strikes a touching chain at rest."""
     chain = ge.make("chain", grains=grains, radius=RADIUS, material="steel", contact_stiffness=STIFFNESS, **parameters)
     chain.reset(velocity={0: SPEED})
     return chain
 
 
 def crossing_ticks(chain: Any) -> int:
-    """About how many ticks the struck chain's wave needs to its last grains: 0.84 grains a tau."""
+    """Return the approximate travel time in ticks of the struck chain's wave to its last grains (0.84 grains per tau)."""
     return max(1, int(chain.parameters.grains * TAU / chain.step_size))

@@ -1,4 +1,4 @@
-"""What the first uses take that compile: a process of its own with an empty cache, in seconds of one core."""
+"""Time of first uses that compile, in a separate process with an empty cache [s of one core]."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ print(json.dumps(spent))
 _USES = {"the first run of a chain": 7.0, "its first gradient": 8.0, "the first environment of a chain": None}
 
 
-# One process for each other medium; what a first run of it needs.
+# First run of each other medium, in one process per medium.
 _BODY = '{"name": "tube", "length": 0.004, "inner_radius": 0.003, "wall": 8e-4, "along": 5, "around": 7, "half": True}'
 _MEDIA = {
     "the first run of a grid": """
@@ -91,12 +91,12 @@ import granular_env as ge
 medium.balances()
 print(json.dumps([time.process_time()]))
 """
-# CPU seconds that the first run of each medium may take, in the order of `_MEDIA`.
+# Largest CPU time for the first run of each medium, in the order of `_MEDIA` [s].
 _AT_MOST = (7.0, 12.0, 12.0, 25.0, 7.0, 15.0, 15.0)
 
 
 def measure(repeats: int = 2) -> Iterator[Figure]:
-    """The best of so many processes: what else the machine does only adds to it."""
+    """Measure the minimum over `repeats` processes, because other load only adds time."""
     tries = [_seconds(_FIRST_USES) for _ in range(repeats)]
     for place, (what, at_most) in enumerate(_USES.items()):
         found = min(seconds[place] for seconds in tries)
@@ -107,7 +107,7 @@ def measure(repeats: int = 2) -> Iterator[Figure]:
 
 
 def _seconds(code: str) -> list[float]:
-    """Run code in a process with an empty cache; return the seconds that it prints."""
+    """Run code in a process with an empty cache; return the times that it prints [s]."""
     with TemporaryDirectory() as folder:
         environment = {**os.environ, "GRANULAR_ENV_CACHE": folder, "GRANULAR_ENV_QUIET": "1"}
         done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=True)

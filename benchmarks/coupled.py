@@ -1,4 +1,4 @@
-"""A grid and automata in one tick against the same two by themselves: what the coupling takes."""
+"""Cost of the coupling: a tick of a coupled grid and automata compared with ticks of both parts alone."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from .figures import Figure
 from .grid import MEDIUM
 from .timing import interleaved, ratio, repeats_for
 
-# Part of a tick that may be spent on the interface, and on what the parts alone do in fewer passes.
+# Largest share of a tick for the interface and for the extra passes over the parts.
 MOST_SHARE = 0.15
 _SAMPLE_SECONDS = 0.2
 
 
 def parts(side: int, n: int) -> dict[str, dict[str, Any]]:
-    """Return the parameters of side x side cells and of automata of 1 / n of their size, which fill as much."""
+    """Return the parameters of side x side cells, and of automata of 1 / n of the cell size that fill an equal area."""
     mesh = {"name": "rectangle", "columns": side, "rows": side, "cell_size": 1.0, "centre": [-0.5 * side, 0.5 * side]}
     shape = {"name": "rectangle", "width": float(side), "height": float(side)}
     automata = {"shape": shape, "diameter": 1.0 / n, "packing": "square", "material": MEDIUM}
@@ -29,7 +29,7 @@ def parts(side: int, n: int) -> dict[str, dict[str, Any]]:
 
 
 def measure(side: int = 300, rounds: int = 11) -> Iterator[Figure]:
-    """Lockstep with automata of the cells' size, and two micro-steps with those of half of it."""
+    """Measure lockstep with automata of the cells' size, and two micro-steps with automata of half this size."""
     random = np.random.default_rng(1)
     for n, micro in ((1, 1), (2, 2)):
         both = parts(side if n == 1 else max(side // 2, 2), n)
@@ -65,7 +65,7 @@ def measure(side: int = 300, rounds: int = 11) -> Iterator[Figure]:
 
 @contextlib.contextmanager
 def one_core() -> Iterator[None]:
-    """Let the process use one core meanwhile, where the system can be asked to: components then use one thread."""
+    """Restrict the process to one core, if the system supports it, so that components use one thread."""
     cores = os.sched_getaffinity(0) if hasattr(os, "sched_setaffinity") else set()
     if cores:
         os.sched_setaffinity(0, {min(cores)})

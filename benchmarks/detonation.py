@@ -1,4 +1,4 @@
-"""The gas: cells and steps a second on one core, beside what a triad moves in the same time."""
+"""The gas: cell steps per second on one core, and memory throughput compared with a triad."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .figures import Figure
 from .grid import triad
 from .timing import interleaved, repeats_for
 
-# Cell-steps a second on one core, in millions.
+# Cell steps per second on one core, in millions.
 WANTED = 5.0
 _SAMPLE_SECONDS = 0.2
 _MOST_TICKS = 1500
@@ -21,13 +21,13 @@ _REACTIONS = ("pressure_burn", "arrhenius")
 
 
 def burning(cells: int, reaction: str) -> Any:
-    """Return a tube with a front in it, half of the gas burnt."""
+    """Return a tube with a detonation front and half of the gas burnt."""
     half = {"x": [0.0, 0.76], "pressure": 3e6, "temperature": 3000.0, "progress": 1.0}
     return ge.make("detonation", cells=cells, regions=[half], reaction=reaction)
 
 
 def measure(cells: int = 1520, triad_words: int = 100_000, rounds: int = 11) -> Iterator[Figure]:
-    """A tube of 1.52 m whose state fits a second-level cache, as does the triad's."""
+    """Measure a tube of 1.52 m; its state and the triad's arrays fit the second-level cache."""
     a, b, c = (np.ones(triad_words) for _ in range(3))
     moves = repeats_for(lambda: triad(a, b, c, 100), _SAMPLE_SECONDS) * 100
     for reaction in _REACTIONS:
@@ -38,7 +38,7 @@ def measure(cells: int = 1520, triad_words: int = 100_000, rounds: int = 11) -> 
             tube.restore(start)
             tube._advance(ticks)
 
-        # Few enough that the front stays in the tube.
+        # Limit the ticks, so that the front stays in the tube.
         ticks = min(repeats_for(lambda steps=steps: steps(20), _SAMPLE_SECONDS) * 20, _MOST_TICKS)
         times = interleaved({"gas": lambda steps=steps, n=ticks: steps(n), "triad": lambda: triad(a, b, c, moves)}, rounds)
         seconds = float(np.median(times["gas"])) / (ticks * cells)

@@ -1,4 +1,4 @@
-"""Control steps a second of environments: the native batch against its own physics and against SyncVectorEnv; snapshots."""
+"""Control steps per second of the native batch, relative to its physics alone and to SyncVectorEnv; cost of snapshots."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ NAME, COUNT, GRAINS = "granular_env/Protection-v1", 256, 64
 
 
 def measure(steps: int = 20, rounds: int = 41) -> Iterator[Figure]:
-    """Full-state observation, 3 PEFRL steps (12 force evaluations) a control step; resets of ended episodes included."""
+    """Measure with full-state observation and 3 PEFRL steps (12 force evaluations) per control step, including resets."""
     native = gymnasium.make_vec(NAME, num_envs=COUNT, grains=GRAINS)
     single = gymnasium.make_vec(NAME, num_envs=COUNT, grains=GRAINS, vectorization_mode="sync", info="brief")
     chosen = np.random.default_rng(3).uniform(0.0, 0.4, (steps, COUNT, 1)).astype(np.float32)
     for env in (native, single):
         env.reset(seed=1)
-        for _ in range(10):  # waves have entered all chains
+        for _ in range(10):  # let waves enter all chains
             for actions in chosen:
                 env.step(actions)
     bare, forces = _bare_physics(native), np.full(COUNT, 100.0)

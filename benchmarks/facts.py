@@ -1,4 +1,4 @@
-"""Where the figures come from: CPU and versions."""
+"""Origin of the figures: CPU and package versions."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "mcap")
 
 
 def facts() -> str:
-    """A few lines about this machine and what runs on it."""
+    """Return a few lines on the machine, its load and the package versions."""
     packages = ", ".join(f"{name} {version(name)}" for name in PACKAGES)
     load = os.getloadavg()[0]
     return f"{cpu_model()}, {os.cpu_count()} cores, load {load:.1f}\nPython {platform.python_version()}, {packages}"
 
 
 def cpu_model() -> str:
-    """The CPU's own name, and its widest vectors where the kernel tells."""
+    """Return the CPU's model name and, if the operating system reports it, its widest vector extension."""
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()
     except OSError:

@@ -1,4 +1,4 @@
-"""A measured figure, the bound that it is held to, and the table of all."""
+"""A measured figure with its bound, and the table of all figures."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """One row.
+    """One row of the table.
 
     Attributes:
-        what: what was measured, and on which data.
-        value: the figure.
+        what: measured quantity and data.
+        value: measured value.
         unit: "x" for a ratio, "us", "%".
-        at_least: the bound where more is better.
-        at_most: the bound where less is better.
-        note: what else a reader needs to judge it.
+        at_least: lower bound, if larger is better.
+        at_most: upper bound, if smaller is better.
+        note: further information for the reader.
     """
 
     what: str
@@ -28,21 +28,21 @@ class Figure:
 
     @property
     def wanted(self) -> str:
-        """The bound, in words."""
+        """The bound as text."""
         if self.at_least is not None:
             return f">= {self.at_least:g} {self.unit}"
         return f"<= {self.at_most:g} {self.unit}" if self.at_most is not None else ""
 
     @property
     def met(self) -> bool | None:
-        """Whether the bound is kept; None where there is none."""
+        """Whether the bound is met; None without a bound."""
         if self.at_least is not None:
             return self.value >= self.at_least
         return self.value <= self.at_most if self.at_most is not None else None
 
     @property
     def verdict(self) -> str:
-        """The same, in a word."""
+        """`met` as one word."""
         return {True: "met", False: "MISSED", None: ""}[self.met]
 
 
@@ -50,7 +50,7 @@ HEADINGS = ("what", "measured", "wanted", "verdict", "")
 
 
 def table(figures: Iterable[Figure]) -> str:
-    """All figures, in aligned columns."""
+    """Return all figures in aligned columns."""
     rows: list[tuple[str, ...]] = [HEADINGS]
     rows += [(f.what, f"{f.value:.3g} {f.unit}", f.wanted, f.verdict, f.note) for f in figures]
     widths = [max(len(row[column]) for row in rows) for column in range(len(HEADINGS) - 1)]

@@ -1,4 +1,4 @@
-"""What an exact gradient costs, in plain forward runs of the same native loop, and the memory that it holds."""
+"""Cost of an exact gradient, in forward runs of the same native loop, and its memory."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ CHAINS: dict[str, dict[str, Any]] = {
 
 
 def measure(steps: int = 512, rounds: int = 21, chains: tuple[str, ...] = tuple(CHAINS)) -> Iterator[Figure]:
-    """64 grains, control steps of three internal steps; value and gradient by drive, radii, stiffness and load."""
+    """Measure value and gradient by drive, radii, stiffness and load for 64 grains and three steps per control step."""
     for name in chains:
         chain = _chain(**CHAINS[name])
         objective, drive = total(chain, velocity(-1).at_end()), _drive(steps)
@@ -45,7 +45,7 @@ def measure(steps: int = 512, rounds: int = 21, chains: tuple[str, ...] = tuple(
 
 
 def _memory(steps: int) -> Iterator[Figure]:
-    """Beyond the drive, its copy and its gradient, at horizons T, 4 T and 16 T."""
+    """Measure the memory in addition to the drive, its copy and its gradient, at horizons T, 4 T and 16 T."""
     chain = _chain()
     objective, held = total(chain, velocity(-1).at_end()), []
     for horizon in (steps, 4 * steps, 16 * steps):
@@ -64,7 +64,7 @@ def _chain(**parameters: Any) -> Chain:
 
 
 def _drive(steps: int) -> np.ndarray:
-    """A push of forty control steps, or of as many as there are."""
+    """Return a push of forty control steps, or of all steps if there are fewer."""
     pushed = min(steps, 40)
     drive = np.zeros((steps, 2))
     drive[:pushed, 0] = 100.0 * np.sin(np.pi * np.arange(pushed) / 40)

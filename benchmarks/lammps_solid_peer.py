@@ -1,9 +1,9 @@
-"""LAMMPS's solid of smooth particles (its package MACHDYN) beside ours: an elastic rod that swings along its axis, one core.
+"""LAMMPS's smooth-particle solid (package MACHDYN) compared with ours: longitudinal vibration of an elastic rod, one core.
 
-Both are total-Lagrangian and meshfree. MACHDYN's particles carry mass and stress at one place, with neighbours within a
-spherical kernel and artificial viscosity; ours have nodes and integration points apart, and moving least squares. Lattice and
-law (linear elasticity without lateral contraction) are the same. Steps differ, as MACHDYN is stable up to a smaller
-one. Compared are the frequency, for which theory has a figure, and what a particle or node costs in a step.
+Both methods are total-Lagrangian and meshfree. MACHDYN's particles carry mass and stress at the same place, with a spherical
+kernel and artificial viscosity. Our solid has separate nodes and integration points, and moving least squares. Lattice and law
+(linear elasticity without lateral contraction) are the same. The time steps differ, because MACHDYN's stability limit is
+smaller. The benchmark compares the frequency with theory, and the cost per particle or node and step.
 """
 
 from __future__ import annotations
@@ -21,22 +21,22 @@ from .lammps_peer import load_library
 from .timing import interleaved, ratio
 
 YOUNG, DENSITY, SPACING = 69e9, 2719.0, 1e-3
-# Of MACHDYN, as in its examples: radius of the kernel in spacings, linear viscosity, hourglass control; then the specific heat.
+# MACHDYN's settings from its examples: kernel radius in spacings, linear viscosity, hourglass control; then the specific heat.
 _KERNEL, _VISCOSITY, _HOURGLASS, _HEAT = 2.01, 0.06, 5.0, 896.0
-# The part of a spacing that sound crosses in a step of MACHDYN; with half of one its particles fly apart.
+# Courant number of MACHDYN's step (fraction of a spacing that sound crosses); with 0.5 the particles fly apart.
 _COURANT = 0.25
 
 
 def measure(along: int = 61, across: int = 7, ticks: int = 100, rounds: int = 5) -> Iterator[Figure]:
-    """Compare a rod of along x across x across nodes.
+    """Compare rods of along x across x across nodes.
 
     Raises:
-        SystemExit: LAMMPS is not installed, does not find its MPI, or has no package MACHDYN.
+        SystemExit: LAMMPS is not installed, cannot find MPI, or lacks the package MACHDYN.
     """
     load_library().close()
     ours = swinging_rod(along, across)
     peer = _SmoothParticles(ours)
-    # Particles fill half a spacing beyond their outermost places.
+    # The rod of particles extends half a spacing beyond the outermost particles.
     for name, advance, motion, step, length in (
         ("ours", ours.step, lambda: ours.get("nodal_velocity")[:, 0], ours.step_size, (along - 1) * SPACING),
         ("MACHDYN", lambda: peer.run(1), peer.velocity, peer.step_size, along * SPACING),
@@ -54,7 +54,7 @@ def measure(along: int = 61, across: int = 7, ticks: int = 100, rounds: int = 5)
 
 
 def swinging_rod(along: int, across: int) -> Any:
-    """Return a free rod whose ends begin to move apart."""
+    """Return a free rod whose ends initially move apart."""
     length = (along - 1) * SPACING
     rod: Any = ge.make(
         "shell", body={"name": "rod", "length": length, "side": (across - 1) * SPACING, "along": along, "across": across},
@@ -67,7 +67,7 @@ def swinging_rod(along: int, across: int) -> Any:
 
 
 def zero_crossing(advance: Callable[[], object], motion: Callable[[], np.ndarray], step: float) -> float:
-    """Return the time after which what moves has come to rest for the first time [s]; it is stepped for that."""
+    """Step a rod; return the time at which its velocity, projected on the start velocity, first crosses zero [s]."""
     start = np.array(motion())
     last, ticks = float(start @ start), 0
     while True:
@@ -80,7 +80,7 @@ def zero_crossing(advance: Callable[[], object], motion: Callable[[], np.ndarray
 
 
 class _SmoothParticles:
-    """Particles of equal volume on the lattice of a rod, with its start velocities."""
+    """Particles of equal volume on the lattice of a rod, with the rod's start velocities."""
 
     def __init__(self, rod: Any) -> None:
         self._lammps = load_library()
@@ -103,7 +103,7 @@ class _SmoothParticles:
         self._lammps.create_atoms(self._count, numbers, [1] * self._count, places.ravel().tolist())
         self.step_size = _COURANT * SPACING * math.sqrt(DENSITY / YOUNG)
         law = f"{DENSITY} {YOUNG} 0.0 {_VISCOSITY} 0.0 {_HOURGLASS} {_HEAT}"
-        # The mass of a particle is computed from its volume, which has to be there before.
+        # LAMMPS computes a particle's mass from its volume, which must be set first.
         self._lammps.commands_string(f"""
             neighbor {0.5 * SPACING} bin
             neigh_modify every 10 delay 0 check yes
@@ -122,7 +122,7 @@ class _SmoothParticles:
         self._lammps.command("run 0 post no")
 
     def run(self, ticks: int) -> None:
-        """Advance by so many internal steps."""
+        """Advance by `ticks` internal steps."""
         self._lammps.command(f"run {ticks} pre no post no")
 
     def velocity(self) -> np.ndarray:

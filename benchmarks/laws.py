@@ -1,4 +1,4 @@
-"""Rate of each contact law's default kernel, against Hertz's in the same process."""
+"""Speed of each contact law's default kernel, relative to Hertz's law in the same process."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from . import chains
 from .figures import Figure
 from .timing import interleaved, ratio, repeats_for
 
-# Hertz's own exponent and stiffness: the motion is the same, and only the power differs.
+# With Hertz's exponent and stiffness the motion is the same, and only the computation of the power differs.
 GENERAL = {"law": {"name": "power", "exponent": 1.5}, "contact_stiffness": chains.STIFFNESS}
 LAWS: dict[str, dict[str, Any]] = {
     "viscous": {"law": {"name": "viscous", "dissipation": 1.0}},
@@ -25,7 +25,7 @@ _UNTIL_YIELDED = 2000
 
 
 def measure(grains: int = 1000, rounds: int = 41) -> Iterator[Figure]:
-    """Chains with every contact closed and trembling, stepped by the default integrator; plastic ones have yielded before."""
+    """Measure chains with all contacts closed and moving, and the default integrator; plastic contacts have yielded before."""
     built = {"hertz": chains.pressed(grains)} | {name: chains.pressed(grains, **law) for name, law in LAWS.items()}
     built["elastic_plastic"]._advance(_UNTIL_YIELDED)
     ticks = repeats_for(lambda: built["hertz"]._advance(1), _SAMPLE_SECONDS)

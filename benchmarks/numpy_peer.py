@@ -1,4 +1,4 @@
-"""The same integrator in plain numpy: what one writes in an afternoon."""
+"""The same integrator in plain NumPy."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _KICKS = ((1.0 - 2.0 * _LAMBDA) / 2.0, _LAMBDA, _LAMBDA, (1.0 - 2.0 * _LAMBDA) /
 
 
 def pefrl(u: np.ndarray, v: np.ndarray, stiffness: float, mass: float, h: float, ticks: int) -> None:
-    """Advance displacements and velocities of a touching chain with free ends, in place."""
+    """Advance the displacements and velocities of a touching chain with free ends in place."""
     forces = np.zeros(len(u) + 1)
     for _ in range(ticks):
         for drift, kick in zip(_DRIFTS, _KICKS, strict=False):
@@ -28,7 +28,7 @@ def pefrl(u: np.ndarray, v: np.ndarray, stiffness: float, mass: float, h: float,
 
 
 def measure(grains: int = 1000, ticks: int = 200, rounds: int = 21) -> Iterator[Figure]:
-    """Time per step of numpy's chain over that of ours, the wave of 3.1."""
+    """Measure the time per step of NumPy's chain relative to ours, for the wave of section 3.1."""
     chain = chains.struck(grains)
     u, v = np.zeros(grains), chain.get("velocity")
 

@@ -1,8 +1,8 @@
-"""pyro's two-dimensional compressible gas beside ours: Sod's problem on 400 cells along the tube, one core.
+"""pyro's two-dimensional compressible gas compared with ours: Sod's problem on 400 cells along the tube, one core.
 
-pyro is a textbook code in the plane, made of numpy and numba; ours is one-dimensional, with a reaction and a moving
-cross-section that this problem does not use. Both are of second order with the solver HLLC. Compared are the error of the
-density and what a cell costs in a step; pyro's cells have a second direction, and it keeps four ghost cells at each side.
+pyro is a two-dimensional textbook code in NumPy and numba. Our gas is one-dimensional; its reaction and moving cross-section
+are not used here. Both methods are second-order with the HLLC solver. The benchmark compares the error of the density and the
+cost per cell and step; pyro's cells have a second direction, and pyro adds four ghost cells on each side.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ from granular_env.components.detonation.theory import Flow, riemann_problem
 from .figures import Figure
 from .timing import interleaved, ratio
 
-# Until the waves have gone a third of the way, with steps that no wave outruns (Courant number 0.8 of pyro's fastest wave).
+# End time, at which the waves have covered a third of the tube (at a Courant number of 0.8 for pyro's fastest wave).
 _END, _GAMMA = 0.2, 1.4
 
 
 def measure(cells: int = 400, rows: int = 40, rounds: int = 3) -> Iterator[Figure]:
-    """Compare on `cells` along the tube, of pyro in so many equal rows.
+    """Compare on `cells` cells along the tube; pyro has `rows` equal rows.
 
     Raises:
         SystemExit: pyro is not installed.
@@ -62,7 +62,7 @@ def measure(cells: int = 400, rows: int = 40, rounds: int = 3) -> Iterator[Figur
 
 
 def sod_tube(cells: int) -> tuple[Any, Any]:
-    """Return our tube with gas of pressure 1 and density 1 on the left, 0.1 and 0.125 on the right, and its snapshot."""
+    """Return our tube (pressure 1 and density 1 on the left, 0.1 and 0.125 on the right) and its snapshot."""
     tube = ge.make(
         "detonation", gas={"gamma": _GAMMA, "gas_constant": 1.0}, initial_pressure=1.0, initial_temperature=1.0,
         cross_section=1.0, length=1.0, cells=cells, ignition_zone=[0.0, 0.1], left="absorbing", right="absorbing",
@@ -79,14 +79,14 @@ def density_error(centres: Any, density: Any, time: float) -> float:
 
 
 class _Sod:
-    """The problem in pyro."""
+    """Sod's problem in pyro."""
 
     def __init__(self, cells: int, rows: int) -> None:
         self._cells, self._rows = cells, rows
         self.reset()
 
     def reset(self) -> None:
-        """Build it anew at its start."""
+        """Rebuild the problem in its initial state."""
         self._pyro = load_solver()("compressible")
         inputs = {
             "mesh.nx": self._cells, "mesh.ny": self._rows, "mesh.xmin": 0.0, "mesh.xmax": 1.0, "mesh.ymin": 0.0,
@@ -105,23 +105,23 @@ class _Sod:
 
     @property
     def time(self) -> float:
-        """Time of its state."""
+        """Return the time of the present state."""
         return float(self._pyro.sim.cc_data.t)
 
     def density(self) -> Any:
-        """Return that of the middle row."""
+        """Return the density of the middle row."""
         return np.asarray(self._pyro.get_var("density").v())[:, self._rows // 2]
 
 
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
-    """Swallow what pyro prints."""
+    """Suppress pyro's output."""
     with contextlib.redirect_stdout(io.StringIO()):
         yield
 
 
 def load_solver() -> Any:
-    """Return pyro's class of simulations; `SystemExit` where there is none."""
+    """Return pyro's simulation class; `SystemExit` if pyro is not installed."""
     os.environ.setdefault("MPLBACKEND", "Agg")
     try:
         return import_module("pyro.pyro_sim").Pyro

@@ -1,4 +1,4 @@
-"""What a recorder costs: a step from Python at 100 grains, and its share of a long run at 100,000."""
+"""Cost of recording: per step from Python at 100 grains, and as a share of a long run at 100,000 grains."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ _FRAME_STEPS = 100
 def measure(
     steps: int = 100_000, rounds: int = 5, long_grains: int = 100_000, long_steps: int = 10_000, long_rounds: int = 3
 ) -> Iterator[Figure]:
-    """Both costs; the second for a run in pieces, as `ge.run` makes it, and for one long call of `step`."""
+    """Measure both costs; the second for a run in pieces, as in `ge.run`, and for one long call of `step`."""
     with TemporaryDirectory() as folder:
         yield _of_a_step(Path(folder) / "short.mcap", steps, rounds)
         yield from _shares(Path(folder) / "long.mcap", long_grains, long_steps, long_rounds)
 
 
 def _of_a_step(path: Path, steps: int, rounds: int) -> Figure:
-    """Stepping one internal step at a time with a new input each, from opening the log to its closing."""
+    """Measure calls of one internal step with a new input each, including opening and closing the log."""
     chain = chains.pressed(100, left="free")
     forces = np.random.default_rng(3).uniform(-1.0, 1.0, steps).tolist()
     start, inside = chain.save(), []

@@ -1,4 +1,4 @@
-"""`replay --verify` against the run that it repeats, recorded in the same way."""
+"""Time of `replay --verify` relative to the run that it repeats, recorded in the same way."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from .timing import Call, interleaved, ratio
 
 
 def measure(grains: int = 8000, steps: int = 100_000, rounds: int = 3) -> Iterator[Figure]:
-    """A long run in one call, and a run of many short calls."""
+    """Measure a long run in one call, and a run of many short calls."""
     with TemporaryDirectory() as folder:
         yield _piston(Path(folder) / "piston.mcap", grains, rounds)
         yield _driven(Path(folder) / "driven.mcap", steps, rounds)
 
 
 def _piston(path: Path, grains: int, rounds: int) -> Figure:
-    """Experiment 3.4 lengthened: its front passes 100 grains in 5.45e-4 s."""
+    """Measure a longer version of experiment 3.4, whose front passes 100 grains in 5.45e-4 s."""
     frame = 1e-6 * max(1, round(grains / 40))
     duration = frame * max(1, round(grains * 5.45e-6 / frame))
     changes = {"component.grains": grains, "duration": float(f"{duration:.9g}"), "record.every": float(f"{frame:.9g}")}

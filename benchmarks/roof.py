@@ -1,7 +1,7 @@
-"""The unit of the kernels' speed: square roots per second of this core, from arrays that fit its first-level cache.
+"""The unit of kernel speed: square roots per second of this core, for arrays in its first-level cache.
 
-Hertz's force needs one square root, so nothing but square roots is a ceiling. The plain loop is what the compiler makes of it;
-with 512-bit registers it may use half of them, so a second loop asks for eight at once. The roof is the faster one.
+Hertz's force needs one square root, so the rate of square roots is an upper bound. The compiler may use only half of a 512-bit
+register for the plain loop; a second loop therefore computes eight roots per vector. The roof is the faster loop.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-# Two arrays of 8 kB: a quarter to a half of the smallest first-level cache.
+# Two arrays of 8 kB, a quarter to a half of the smallest first-level caches.
 LENGTH = 1024
 
 
 @numba.njit
 def plain(values, roots, repeats):
-    """The square roots of all values, so many times."""
+    """Compute the square roots of all values `repeats` times."""
     for _ in range(repeats):
         for i in range(values.size):
             roots[i] = sqrt(values[i])
@@ -33,14 +33,14 @@ _EIGHT = ir.VectorType(ir.DoubleType(), 8)
 
 
 def _eight_from(context, builder, kind, array, place):
-    """A pointer to the eight elements from `place`."""
+    """Return a pointer to the eight elements from `place` on."""
     data = context.make_array(kind)(context, builder, array).data
     return builder.bitcast(cgutils.gep_inbounds(builder, data, place), _EIGHT.as_pointer())
 
 
 @intrinsic
 def _eight_roots(typing, values, roots, place):
-    """roots[place : place + 8] = sqrt(values[place : place + 8]), as one vector."""
+    """Set roots[place : place + 8] = sqrt(values[place : place + 8]) as one vector."""
 
     def generate(context, builder, signature, arguments):
         source, target = (
@@ -56,14 +56,14 @@ def _eight_roots(typing, values, roots, place):
 
 @numba.njit
 def eight_wide(values, roots, repeats):
-    """The same, eight at a time; the length is a multiple of eight."""
+    """Compute the same with eight roots per vector; the length must be a multiple of eight."""
     for _ in range(repeats):
         for i in range(np.uint64(0), np.uint64(values.size), np.uint64(8)):
             _eight_roots(values, roots, i)  # pyright: ignore[reportCallIssue]
 
 
 def loops(repeats: int) -> dict[str, Callable[[], None]]:
-    """Both loops, ready to be timed; each takes `repeats * LENGTH` square roots."""
+    """Return both loops for timing; each computes `repeats * LENGTH` square roots."""
     values, roots = np.random.default_rng(1).uniform(0.5, 2.0, LENGTH), np.zeros(LENGTH)
     found = {}
     for name, loop in (("plain", plain), ("eight wide", eight_wide)):

@@ -1,4 +1,4 @@
-"""scipy's DOP853, its tolerance set so that it is as accurate as the default chain."""
+"""SciPy's DOP853 with a tolerance that gives the accuracy of the default chain."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _TAUS = 60.0
 
 
 def measure(grains: int = 100, tolerances: int = 33, rounds: int = 9) -> Iterator[Figure]:
-    """Problem 3.1 until 60 tau. Of the tolerances tried, scipy gets the largest that makes it as accurate as we are."""
+    """Measure problem 3.1 up to 60 tau. SciPy uses the largest tolerance tried that reaches our accuracy."""
     chain = chains.struck(grains)
     ticks = round(_TAUS * chains.TAU / chain.step_size)
     duration, start = ticks * chain.step_size, chain.save()
@@ -40,7 +40,7 @@ def measure(grains: int = 100, tolerances: int = 33, rounds: int = 9) -> Iterato
 
 
 def _solved(grains: int, duration: float, rtol: float) -> Any:
-    """Velocities / v0 at the end. Dimensionless, m = A = v0 = 1: tolerances mean the same for both halves of the state."""
+    """Return the final velocities / v0. With m = A = v0 = 1, a tolerance means the same for both halves of the state."""
     from scipy.integrate import solve_ivp
 
     start = np.zeros(2 * grains)

@@ -1,4 +1,4 @@
-"""The solid on one core beside the roof of memory and of arithmetic, whole and with a notch; a second thread; bytes a node."""
+"""The solid, with and without a notch: throughput against memory and arithmetic roofs, gain of a thread, bytes per node."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ from .figures import Figure
 from .grid import triad
 from .timing import interleaved, ratio, repeats_for
 
-# Node-updates a second on one core, in millions; bytes a node; part of the roof; what a second thread has to give.
+# Node updates per second on one core, in millions; bytes per node; fraction of the roof; gain from a second thread.
 WANTED, ALLOWED_BYTES, LEAST_PART, LEAST_GAIN = 1.25, 900.0, 0.35, 1.3
 _SAMPLE_SECONDS = 0.3
-# Operations for each neighbour of a point: products and sums of nine gradients, and of the forces. And for each point, in
-# `strain_and_spin`, `turn_stress` and `nominal_stress`; not those of the law, of the hourglass control and of kicks.
+# Operations per neighbour of a point (products and sums for nine gradients and the forces), and per point in `strain_and_spin`,
+# `turn_stress` and `nominal_stress`, without the law, the hourglass control and the kicks.
 _OF_NEIGHBOUR, _OF_POINT = 36, 440
 _NOTCH = {"length": 0.0127, "depth": 0.0006, "width": 0.0005}
 _BODIES = {
     "elastic": ("elastic", {}), "thermoviscoplastic": ("thermoviscoplastic", {}),
     "thermoviscoplastic with a notch": ("thermoviscoplastic", {"notch": _NOTCH}),
 }  # fmt: skip
-# Neighbours in the loop of the arithmetic roof: rows and displacements that the first-level cache holds.
+# Neighbours in the loop of the arithmetic roof; their rows and displacements fit the first-level cache.
 _CACHED = 216
 
 
 @numba.njit
 def outer_products(u, g, out, repeats):
-    """Sum the products of vectors in the first-level cache, as points do of displacements and gradients: 18 operations each."""
+    """Sum outer products of displacements and gradients from the first-level cache, as points do (18 operations each)."""
     for _ in range(repeats):
         axx, axy, axz, ayx, ayy, ayz, azx, azy, azz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for j in range(u.shape[0]):
@@ -45,7 +45,7 @@ def outer_products(u, g, out, repeats):
 
 
 def loaded_tube(along: int, around: int, material: str, **notch: Any) -> Any:
-    """Return a piece of the paper's tube, in motion."""
+    """Return a moving piece of the paper's tube."""
     tube = ge.make(
         "shell",
         body={"name": "tube", "length": 1e-3 * (along - 1), "along": along, "around": around, **notch},
@@ -57,10 +57,10 @@ def loaded_tube(along: int, around: int, material: str, **notch: Any) -> Any:
 
 
 def words_moved(tube: Any) -> float:
-    """Return the words that a tick has to read and write at least, for each node.
+    """Return the least number of words that a tick reads and writes per node.
 
-    A point reads the list of its neighbours, reads and writes gradient, stress and pull; a node displacement, velocity, force,
-    mass, and the list of the points that see it. Gradients of shape functions stay in the cache.
+    A point reads its neighbour list, and reads and writes gradient, stress and pull. A node accesses displacement, velocity,
+    force, mass, and the list of points that have it in their support. Shape function gradients stay in the cache.
     """
     solid, state, scratch, _ = tube.tables()
     seen, nodes = solid.points, solid.nodes
@@ -76,7 +76,7 @@ def words_moved(tube: Any) -> float:
 
 
 def in_threads(tube: Any, ticks: int, threads: int) -> Callable[[], object]:
-    """Return a function that advances a tube by some ticks in a number of threads."""
+    """Return a function that advances a tube by `ticks` ticks in `threads` threads."""
     tables = tube.tables()
     inputs = np.ones((ticks, 1)), np.full(tube.lattice.shape[0], 5e6), 0, np.zeros(2, dtype=np.int64)
 
@@ -88,7 +88,7 @@ def in_threads(tube: Any, ticks: int, threads: int) -> Callable[[], object]:
 
 
 def measure(along: int = 101, around: int = 128, triad_words: int = 4_000_000, rounds: int = 7) -> Iterator[Figure]:
-    """Tubes that no cache holds, as the triad."""
+    """Measure tubes that, like the triad's arrays, exceed the cache."""
     a, b, c = (np.ones(triad_words) for _ in range(3))
     moves = repeats_for(lambda: triad(a, b, c, 1), _SAMPLE_SECONDS)
     u, g, total = np.full((_CACHED, 3), 1e-3), np.full((_CACHED, 3), 1e-3), np.zeros(1)
@@ -128,6 +128,6 @@ def measure(along: int = 101, around: int = 128, triad_words: int = 4_000_000, r
 
 
 def _two_threads(tube: Any, rounds: int) -> Figure:
-    """Return what a second thread gives a tube."""
+    """Return the gain from a second thread for a tube."""
     times = interleaved({"one": in_threads(tube, 4, 1), "two": in_threads(tube, 4, 2)}, rounds, wall=True)
     return Figure(f"solid, one thread / two, {len(tube.mass)} nodes", ratio(times["one"], times["two"]), at_least=LEAST_GAIN)

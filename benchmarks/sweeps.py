@@ -1,4 +1,4 @@
-"""What several processes gain: a sweep of tasks of about a tenth of a second, against the same one after the other."""
+"""Speed-up from several processes: a sweep of tasks of about 0.1 s, relative to sequential execution."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _WORKERS = 2
 def measure(
     tasks: int = 100, task_seconds: float = 0.1, rounds: int = 3, least_tasks: int = 2000, uncounted: int = 1
 ) -> Iterator[Figure]:
-    """The speed-up for tasks of some length, and for the smallest ones with the start of the processes."""
+    """Measure the speed-up for tasks of a given length, and for the shortest tasks including process start-up."""
     with TemporaryDirectory() as folder:
         place = Path(folder)
         duration = _duration(place, task_seconds)
@@ -63,14 +63,14 @@ def _plan(tasks: int, duration: float) -> dict:
 
 
 def _swept(plan: dict, folder: Path, engine: str) -> None:
-    """All of it anew, into a folder that did not exist."""
+    """Run the whole sweep in a new folder."""
     workers = _WORKERS if engine == "processes" else None
     with TemporaryDirectory(dir=folder) as fresh:
         assert run_sweep(plan, Path(fresh) / "sweep", engine=engine, workers=workers).failed == 0
 
 
 def _duration(folder: Path, wanted: float) -> float:
-    """Simulated time that takes so long to compute, a whole number of steps [s]."""
+    """Return the simulated time that takes `wanted` seconds to compute, a whole number of steps [s]."""
     tried = 1e-3
     _swept(_plan(2, tried), folder, "serial")
     spent = min(seconds(lambda: _swept(_plan(9, tried), folder, "serial"), wall=True) for _ in range(3)) / 9

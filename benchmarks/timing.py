@@ -1,7 +1,7 @@
-"""Interleaved measurement: what is compared runs in turns, so that a machine that slows down slows down both.
+"""Interleaved measurement: the compared calls alternate, so that a slower machine affects all of them.
 
-Times are those that this thread had a core for: what else the machine does counts less then. Where several threads or
-processes share the work, the wall's clock is taken.
+Times are CPU times of the calling thread, which reduces the effect of other load. If several threads or processes share the
+work, wall time is used.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ Times = dict[str, np.ndarray]
 
 
 def seconds(call: Call, *, wall: bool = False) -> float:
-    """Return the time of one call on a core, or by the wall's clock [s]."""
+    """Return the CPU time, or the wall time, of one call [s]."""
     clock = perf_counter if wall else thread_time
     begin = clock()
     call()
@@ -26,9 +26,9 @@ def seconds(call: Call, *, wall: bool = False) -> float:
 def interleaved(
     calls: Mapping[str, Call], rounds: int, before: Call = lambda: None, *, wall: bool = False, uncounted: int = 1
 ) -> Times:
-    """Return the times of each call in each of so many rounds, shape (rounds,) [s], after some that are not counted.
+    """Return the times of each call over `rounds` rounds, shape (rounds,) [s], after `uncounted` warm-up rounds.
 
-    `before` is called before each call, untimed.
+    `before` runs untimed before each call.
     """
     times: dict[str, list[float]] = {name: [] for name in calls}
     for _ in range(uncounted + rounds):
@@ -39,16 +39,16 @@ def interleaved(
 
 
 def ratio(above: np.ndarray, below: np.ndarray) -> float:
-    """Median of the rounds' ratios: one disturbed round does not move it."""
+    """Return the median of the rounds' ratios, which is robust to a disturbed round."""
     return float(np.median(above / below))
 
 
 def microseconds(times: np.ndarray, calls: int) -> float:
-    """Median time of one of `calls` calls [us]."""
+    """Return the median time per call of `calls` calls [us]."""
     return float(np.median(times)) / calls * 1e6
 
 
 def repeats_for(call: Call, wanted: float) -> int:
-    """How often to repeat a call so that all together take about `wanted` seconds."""
+    """Return the number of repetitions of a call that take about `wanted` seconds in total."""
     call()
     return max(1, round(wanted / max(min(seconds(call) for _ in range(3)), 1e-7)))

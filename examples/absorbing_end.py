@@ -1,7 +1,7 @@
-"""An active end that swallows an unknown wave from its sensors alone, against passive ends.
+"""An active end that absorbs an unknown wave using only its sensors, compared with passive ends.
 
-Six waves, which the end does not know: one or two grains strike a row of 64 with 3, 5 and 8 m/s. What comes back is the energy
-in the chain at 600 us over that of the strikers, less what the strikers carry off to the left in a chain twice as long.
+Six unknown waves: one or two grains strike a row of 64 grains at 3, 5 and 8 m/s. The returned energy is the energy in the chain
+at 600 us divided by the strikers' energy, minus the fraction that the strikers carry off to the left in a chain twice as long.
 Run it with `python examples/absorbing_end.py`.
 """
 
@@ -16,7 +16,7 @@ WAVES = [(strikers, speed) for strikers in (1, 2) for speed in (3.0, 5.0, 8.0)]
 
 
 def left_over(env: make_absorption, policy: Callable, strikers: int, speed: float) -> float:
-    """Energy in the chain at the end of an episode, over that of the strikers."""
+    """Return the final energy in the chain divided by the energy of the strikers."""
     env.reset(seed=0, options={"velocity": dict.fromkeys(range(strikers), speed)})
     policy.reset()
     observation, info = env.observe()
@@ -28,7 +28,7 @@ def left_over(env: make_absorption, policy: Callable, strikers: int, speed: floa
 
 
 def rebound(strikers: int, speed: float) -> float:
-    """Return what the strikers carry off, which no end sees: the energy left of grain 30, after 600 us in a long chain."""
+    """Return the energy that the strikers carry off before reaching the end: left of grain 30, after 600 us in a long chain."""
     env = make_absorption(160, deadline=600)
     env.reset(seed=0, options={"velocity": dict.fromkeys(range(strikers), speed)})
     for _ in range(300):
@@ -46,7 +46,7 @@ CARRIED = {wave: rebound(*wave) for wave in WAVES}
 
 
 def free_end() -> float:
-    """Let the last grain fly off and be caught; return the energy of the others."""
+    """Let the last grain fly off, and return the energy of the other grains."""
     left = []
     env = make_absorption(action="force")
     for strikers, speed in WAVES:
@@ -58,7 +58,7 @@ def free_end() -> float:
 
 
 def best_dashpot(exponent: float, low: float, high: float, mass: float | None = None) -> tuple[float, float]:
-    """Return the dashpot on the end grain (of a mass, where one is given) that returns least: its constant, and how much."""
+    """Return the optimal dashpot on the end grain (optionally with a given mass): its constant and the returned energy."""
     from scipy.optimize import minimize_scalar
 
     chain = {} if mass is None else {"mass": {63: mass}}

@@ -1,6 +1,6 @@
-"""A hand-made policy in `granular_env/Piston-v1`, recorded like any run: the log of an episode verifies too.
+"""A manual policy in `granular_env/Piston-v1`, recorded like any run, with a verified log of the episode.
 
-Run it with `python examples/gym_loop.py`; it writes a log into the present folder.
+Run it with `python examples/gym_loop.py`; it writes a log to the current folder.
 """
 
 import gymnasium as gym

@@ -1,4 +1,4 @@
-"""A load on the surface of a half-space, against the exact solution of Cagniard and de Hoop; then the same rock with a hole.
+"""A load on a half-space compared with the exact solution of Cagniard and de Hoop, then the same rock with a hole.
 
 Run it with `python examples/lamb_problem.py`.
 """
@@ -10,9 +10,9 @@ from granular_env.components.grid.theory import LineLoad, rayleigh_speed
 
 ROCK = ge.Material(density=2700.0, young=6e10, poisson=0.25)
 CELL = 5e-3  # m
-# The load lasts 30 us: an S wave goes 0.09 m in that time, 18 cells.
+# The load lasts 30 us, in which an S wave travels 0.09 m (18 cells).
 DURATION, PEAK = 3e-5, 1e4  # s, N on a slab one metre thick
-RECEIVERS = [[0.2, -0.01], [0.12, -0.12]]  # where the Rayleigh wave passes, and inside
+RECEIVERS = [[0.2, -0.01], [0.12, -0.12]]  # near the surface (Rayleigh wave), and inside
 POWERS = np.array([0, 0, 0, 64, -192, 192, -64]) / DURATION ** np.arange(7)
 
 
@@ -43,7 +43,7 @@ def seismograms(holes: list[dict], duration: float = 1.1e-4) -> tuple[np.ndarray
 
 
 def main() -> dict[str, float]:
-    """Compare; returns the numbers that it prints."""
+    """Run the comparison; return the printed numbers."""
     times, seen = seismograms([])
     exact = LineLoad(ROCK, load, DURATION)
     numbers = {"Rayleigh speed / S speed": rayleigh_speed(ROCK) / ROCK.shear_speed}

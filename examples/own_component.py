@@ -1,6 +1,6 @@
-"""A component of your own: a ball that bounces. It is recorded, replayed and branched like any other.
+"""A custom component: a bouncing ball, recorded, replayed and branched like any other component.
 
-Run it with `python examples/own_component.py`; it writes a log into the present folder.
+Run it with `python examples/own_component.py`; it writes a log to the current folder.
 """
 
 from collections.abc import Callable, Iterable, Mapping

@@ -1,4 +1,4 @@
-"""Nesterenko's piston, step by step: how fast the last grain leaves, and how well the books are kept.
+"""Nesterenko's piston, step by step: exit velocity of the last grain, and residuals of the balances.
 
 Run it with `python examples/piston.py`; it takes a second.
 """
@@ -12,7 +12,7 @@ def main() -> dict[str, float]:
     chain = ge.make("chain", grains=100, radius=3e-3, material="steel", left="piston", step_size=1e-7)
     chain.reset(velocity={0: PISTON_VELOCITY})
     while chain.time < 1e-3:
-        chain.step(5e-6, left_velocity=PISTON_VELOCITY)  # inputs may change with every step
+        chain.step(5e-6, left_velocity=PISTON_VELOCITY)  # inputs may change at every step
 
     balances = chain.balance_values()
     return {

@@ -1,7 +1,7 @@
-"""Pulse shaping by gradient: which force on the first grain makes exactly the wanted solitary waves, from a drive of zeros?
+"""Pulse shaping by gradient: find the force on the first grain that makes the wanted solitary waves, from a zero drive.
 
-One wave against the triangular push of Nesterenko (1983), section 3.3; one in a disordered and in a dissipative chain, compared
-with the uniform chain's drive; two waves that follow each other. Run it with `python examples/pulse_shaping.py`.
+One wave, compared with the triangular force of Nesterenko (1983), section 3.3; one wave in a disordered and in a dissipative
+chain, compared with the uniform chain's drive; two successive waves. Run it with `python examples/pulse_shaping.py`.
 """
 
 import numpy as np
@@ -15,13 +15,13 @@ from granular_env.envs.policies import OpenLoop, play
 PAPER = {"contact_stiffness": 4940091615.916878}  # N/m^1.5: the paper's A = 5.6e12 N/(m^1.5 kg)
 PEAK, FORCE_ADJOINT = 1764.3184342560278, 1e-5  # N, s: the triangle of the paper's shorter push
 SCALE = 2000.0  # N at action 1
-UNIT = 20.0  # N: the optimiser's first step is one of these long
+UNIT = 20.0  # N: length of the optimiser's first step
 
 Bounds = tuple[float, float]
 
 
 def improved(env: make_pulse_forming, drive: np.ndarray, way: float, pushed: int, iterations: int) -> np.ndarray:
-    """Return a drive by L-BFGS-B; `way` weighs the waves' way to their places against their arrival."""
+    """Return a drive from L-BFGS-B; `way` is the weight of the mean distance over all steps relative to the final distance."""
     env.reset(seed=0)
     objective, steps = env.task.objective(env.component, len(drive), way=way), len(drive)
 
@@ -40,7 +40,7 @@ def improved(env: make_pulse_forming, drive: np.ndarray, way: float, pushed: int
 def shaped(env: make_pulse_forming, pushed: int | None = None, iterations: int = 600) -> np.ndarray:
     """Return the best drive found from zeros, 0 to `PEAK`, in the first `pushed` control steps (all of them).
 
-    First for the waves on their way, which have a slope everywhere, then for their arrival.
+    First minimise the distance over all steps, which has a gradient everywhere, then the final distance.
     """
     drive = np.zeros(int(env.deadline))
     for way, part in ((1.0, 0.5), (0.3, 0.5), (0.0, 1.0)):
@@ -49,13 +49,13 @@ def shaped(env: make_pulse_forming, pushed: int | None = None, iterations: int =
 
 
 def returned(env: make_pulse_forming, drive: np.ndarray) -> dict[str, float]:
-    """Return what a drive leaves at the deadline: the counters of the environment."""
+    """Return the counters of the environment at the deadline."""
     _, info = play(env, OpenLoop(drive / SCALE), seed=0)
     return {name: float(info[name]) for name in env.task.counter_names}
 
 
 def passages(env: make_pulse_forming, drive: np.ndarray, grain: int) -> list[tuple[float, float]]:
-    """When crests pass a grain [s], and its velocity then [m/s]: the maxima above 0.2 m/s of every internal step."""
+    """Return times [s] and velocities [m/s] of crests at a grain: maxima above 0.2 m/s, sampled at every internal step."""
     chain, speeds = env.component, []
     chain.reset()
     for force in np.concatenate([drive, np.zeros(40)]):
@@ -65,14 +65,14 @@ def passages(env: make_pulse_forming, drive: np.ndarray, grain: int) -> list[tup
     v, h = np.array(speeds), chain.step_size
     crests = np.flatnonzero((v[1:-1] > v[:-2]) & (v[1:-1] >= v[2:]) & (v[1:-1] > 0.2)) + 1
     found = []
-    for i in crests:  # the parabola through three readings
+    for i in crests:  # parabola through three samples
         bend, slope = v[i - 1] - 2.0 * v[i] + v[i + 1], 0.5 * (v[i + 1] - v[i - 1])
         found.append(((i + 1 - slope / bend) * h, v[i] - 0.5 * slope * slope / bend))
     return found
 
 
 def triangle() -> float:
-    """Velocity of the wave that the paper's 10 us triangle makes, at grain 60 [m/s]."""
+    """Return the velocity at grain 60 of the wave from the paper's 10 us triangle [m/s]."""
     chain = ge.Chain(grains=100, step_size=1e-7, **PAPER)
     fastest = 0.0
     for tick in range(4200):
@@ -82,7 +82,7 @@ def triangle() -> float:
 
 
 def one_wave() -> dict[str, float]:
-    """One wave as high as the triangle's, at grain 60 of the paper's chain, its drive below the triangle's peak."""
+    """Make one wave of the triangle's height at grain 60 of the paper's chain, with a drive below the triangle's peak."""
     amplitude = triangle()
     env = make_pulse_forming(100, place=60, amplitude=amplitude, deadline=264, action_scale=SCALE, chain=PAPER)
     drive = shaped(env, pushed=45)
@@ -97,7 +97,7 @@ def one_wave() -> dict[str, float]:
 
 
 def other_chains() -> dict[str, float]:
-    """Distance to one wave of 5 m/s at grain 60 in other chains: best found, and with the uniform chain's drive."""
+    """Return the distances from a wave of 5 m/s at grain 60 in other chains, for the best and the uniform chain's drive."""
     setting = {"grains": 100, "place": 60, "deadline": 270, "action_scale": SCALE}
     uniform = shaped(make_pulse_forming(**setting), pushed=50)
     numbers = {}
@@ -112,15 +112,15 @@ def other_chains() -> dict[str, float]:
 
 
 def two_waves_environment(first: float = 5.0, second: float = 3.0, grain: int = 30, delay: float = 1e-4) -> make_pulse_forming:
-    """Wanted are two waves that pass a grain one after the other, `delay` seconds apart."""
+    """Make two successive waves that pass a grain `delay` seconds apart."""
     speeds = make_pulse_forming(amplitude=[first, second], place=[40, 10]).task.present_goal()[:, 2]
-    # When the first is at grain 60, the second has gone on from `grain` for the time that is left.
+    # Position of the second wave when the first is at grain 60.
     behind = grain + speeds[1] * ((60 - grain) / speeds[0] - delay)
     return make_pulse_forming(100, amplitude=[first, second], place=[60.0, float(behind)], deadline=270, action_scale=SCALE)
 
 
 def two_waves(first: float = 5.0, second: float = 3.0, grain: int = 30, delay: float = 1e-4) -> dict[str, float]:
-    """How near two waves come to what is wanted of them."""
+    """Return the deviations of two waves from the wanted waves."""
     env = two_waves_environment(first, second, grain, delay)
     drive = shaped(env, pushed=120)
     (early, high), (late, low) = passages(env, drive, grain)

@@ -1,6 +1,6 @@
-"""Record a run, prove it, and go on from its middle: once as it was, once with another push.
+"""Record a run, verify it, and continue from its middle, once unchanged and once with a different force.
 
-Run it with `python examples/record_and_branch.py`; it writes three logs into the present folder.
+Run it with `python examples/record_and_branch.py`; it writes three logs to the current folder.
 """
 
 import numpy as np

@@ -6,9 +6,9 @@ import sys
 
 import lazy_loader
 
-# The names of __init__.pyi. They come when they are asked for: numba alone takes most of a second to import.
+# Load the names of __init__.pyi lazily: numba alone takes most of a second to import.
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
-# Importing Gymnasium takes twenty times as long as this package: `granular_env.envs` registers the environments.
+# Importing Gymnasium takes twenty times as long as this package. `granular_env.envs` registers the environments.
 if "gymnasium" in sys.modules:
     from . import envs  # noqa: F401

@@ -1,4 +1,4 @@
-"""A hash of the code that decides results, for results that are kept: of sweeps and of studies."""
+"""A hash of the code that determines results, for stored results of sweeps and studies."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from pathlib import Path
 
 from granular_env.components.support.jit import hash_with_plugins
 
-# The components are in `hash_with_plugins`; the command line and the pictures decide nothing.
+# `hash_with_plugins` covers the components; the command line and the pictures do not affect results.
 _ELSEWHERE = ("components", "cli", "viewing")
 
 
 @cache
 def code_hash() -> str:
-    """Hash the code of this package and of plug-ins, and the versions of the packages that compute."""
+    """Hash the code of this package and of plug-ins, and the versions of numerical packages."""
     state = hashlib.sha256(f"{hash_with_plugins()} {version('scipy')} {version('pydantic')}".encode())
     root = Path(__file__).resolve().parent
     for path in sorted(root.rglob("*.py")):

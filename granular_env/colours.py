@@ -1,4 +1,4 @@
-"""Colours of logs, viewer, figures and environments: one diverging map, and lines that the colour-blind can distinguish."""
+"""Colours of logs, viewer, figures and environments: a diverging map, and a colour-blind safe palette for lines."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-# Blue - near white - red (ColorBrewer RdBu, its darkest ends left out: they vanish on a dark background).
+# Blue - near white - red (ColorBrewer RdBu without its darkest ends, which are invisible on a dark background).
 DIVERGING = ("#2166ac", "#4393c3", "#92c5de", "#d1e5f0", "#f7f7f7", "#fddbc7", "#f4a582", "#d6604d", "#b2182b")
-# Dark to light yellow (part of matplotlib's "cividis"-like path), for quantities that have no sign.
+# Dark to light yellow (part of matplotlib's "cividis"-like path), for quantities without a sign.
 SEQUENTIAL = ("#3b4a6b", "#666970", "#958f78", "#c8b866", "#fee838")
-# Okabe and Ito's palette, without its black and its pale yellow; then wine, teal, grey and violet, which are as far from these
-# and from one another as they are, for the colour-blind too, and are seen on white and on a dark ground.
+# Okabe and Ito's palette without black and pale yellow, then wine, teal, grey and violet. These four are as distinct from the
+# palette and from one another, also for the colour-blind, and are visible on white and dark backgrounds.
 PALETTE = (
     "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#960f3c", "#006969", "#a5b4a5", "#4b0fe1",
 )  # fmt: skip
 
 
 def rgb(text: str) -> tuple[int, int, int]:
-    """Red, green and blue, 0 to 255, of ``#rrggbb``."""
+    """Return red, green and blue, 0 to 255, of ``#rrggbb``."""
     return int(text[1:3], 16), int(text[3:5], 16), int(text[5:7], 16)
 
 
@@ -36,20 +36,20 @@ def diverging(values: npt.NDArray[np.float64], limit: float, zero: str | None = 
 
     Args:
         values: any shape.
-        limit: magnitude of the fullest colours.
-        zero: the colour of 0, such as a grey that is seen on white; default: near white.
+        limit: magnitude at the ends of the colour map.
+        zero: the colour of 0, such as a grey that is visible on white; default: near white.
     """
     anchors = DIVERGING if zero is None else (DIVERGING[0], zero, DIVERGING[-1])
     return _map_colours(0.5 + 0.5 * np.asarray(values) / limit, anchors)
 
 
 def sequential(values: npt.NDArray[np.float64], limit: float) -> npt.NDArray[np.uint8]:
-    """Colours of values from 0 (dark) to limit (yellow). Shape (*values.shape, 3)."""
+    """Return the colours of values from 0 (dark) to limit (yellow); shape (*values.shape, 3)."""
     return _map_colours(np.asarray(values) / limit, SEQUENTIAL)
 
 
 def symmetric_limit(values: npt.ArrayLike) -> float:
-    """Colour limit for signed values: the largest magnitude, rounded up to two digits; 1 where all is zero."""
+    """Return the colour limit for signed values: the largest magnitude rounded up to two digits, or 1 if all are zero."""
     array = np.abs(np.asarray(values, dtype=np.float64))
     finite = array[np.isfinite(array)]
     largest = float(finite.max()) if finite.size else 0.0

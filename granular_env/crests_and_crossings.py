@@ -1,4 +1,4 @@
-"""Crests of sampled curves (how high, when, how wide), and when a curve crosses a level, between the samples."""
+"""Crests (height, time, width) and level crossings of sampled curves, interpolated between samples."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from granular_env.components.errors import ParameterError
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.validation import positive_number
 
-# A polynomial through so many samples says what lies between them.
+# Number of samples for the interpolating polynomial.
 SAMPLES = 7
 
 
@@ -22,11 +22,11 @@ class Crest:
     """A maximum of a curve.
 
     Attributes:
-        time: when it is reached.
-        height: how high it is.
+        time: time of the maximum.
+        height: value of the maximum.
         begin: time of the minimum before it, or of the last sample at or below 0.
         end: time of the minimum after it, or of the first sample at or below 0.
-        duration: how long the curve is above half the height; NaN where it does not fall so far on both sides.
+        duration: time for which the curve exceeds half the height; NaN if it does not fall below half on both sides.
     """
 
     time: float
@@ -39,19 +39,19 @@ class Crest:
 def crests(times: Any, values: Any, above: float, separation: float = 1.0) -> list[Crest]:
     """Return the maxima of a sampled curve, in the order of time.
 
-    Times and heights are read off the polynomial of degree 6 through the seven nearest samples. A maximum at the curve's very
-    first or last sample is none.
+    Times and heights come from the polynomial of degree 6 through the seven nearest samples. A maximum at the first or last
+    sample of the curve does not count.
 
     Args:
         times: shape (T,), increasing.
         values: shape (T,).
-        above: height that a crest exceeds, in the unit of the values, more than 0.
-        separation: a crest is separate where the curve falls below this part of its height on both sides before it
-            rises any higher; 1 counts every maximum.
+        above: threshold that a crest exceeds, in the unit of the values, greater than 0.
+        separation: a crest is separate if the curve falls below this fraction of its height on both sides before it
+            rises higher; 1 counts every maximum.
 
     Raises:
-        ParameterError: shapes that do not fit, values that are not finite, times that do not increase,
-            a threshold that is not positive, a separation outside of (0, 1].
+        ParameterError: mismatched shapes, values that are not finite, times that do not increase,
+            a threshold that is not positive, or a separation outside (0, 1].
     """
     times, values = np.asarray(times, dtype=np.float64), np.asarray(values, dtype=np.float64)
     if times.ndim != 1 or times.shape != values.shape or not len(times):
@@ -70,7 +70,7 @@ def crests(times: Any, values: Any, above: float, separation: float = 1.0) -> li
 
 
 def ridges(values: FloatArray, above: float, separation: float) -> list[tuple[int, int, int]]:
-    """Return the samples of each maximum: the minimum before it (or the last value at or below 0), top, the minimum after."""
+    """Return sample indices of each maximum: the minimum before it (or the last value at or below 0), top, minimum after."""
     from scipy.signal import find_peaks
 
     above, separation = positive_number("above", above), positive_number("separation", separation)
@@ -90,13 +90,13 @@ def _foot_before(values: FloatArray, first: int, peak: int) -> int:
 
 
 def _foot_after(values: FloatArray, peak: int, last: int) -> int:
-    """Return where a maximum ends: at the first value at or below 0, or the least one before the next maximum."""
+    """Return the end of a maximum: the first value at or below 0, or the smallest value before the next maximum."""
     down = values[peak : last + 1] <= 0.0
     return peak + int(np.argmax(down) if down.any() else np.argmin(values[peak : last + 1]))
 
 
 def top(times: FloatArray, values: FloatArray, peak: int) -> tuple[float, float]:
-    """Time and height of the maximum next to a sample."""
+    """Return the time and height of the maximum next to a sample."""
     curve, time = _curve(times, values, peak), float(times[peak])
     low, high = (float(times[min(max(i, 0), len(times) - 1)]) - time for i in (peak - 1, peak + 1))
     place = _root(lambda x: curve.at(x)[1], low, high)
@@ -107,10 +107,10 @@ def top(times: FloatArray, values: FloatArray, peak: int) -> tuple[float, float]
 
 
 def resolved_top(times: FloatArray, values: FloatArray, peak: int) -> tuple[float, float] | None:
-    """Return the time and the height of the maximum next to a sample; None where the samples do not resolve it.
+    """Return the time and height of the maximum next to a sample, or None if the samples do not resolve it.
 
-    They do where the curve is concave at the sample and at both its neighbours. A jump, a plateau, a pulse of two or three
-    samples, and a maximum at the curve's very end are not resolved: a polynomial would make up what lies between such samples.
+    A maximum is resolved if the curve is concave at the sample and at both neighbours. Jumps, plateaus, pulses of two or three
+    samples, and maxima at the end of the curve are not resolved: a polynomial would invent values between these samples.
     """
     if not 2 <= peak < len(values) - 2:
         return None
@@ -122,7 +122,7 @@ def resolved_top(times: FloatArray, values: FloatArray, peak: int) -> tuple[floa
 
 
 def crossing(times: FloatArray, values: FloatArray, after: int, level: float) -> float:
-    """Return when the curve passes a level between a sample and the next one; the two lie on different sides of it."""
+    """Return the time at which the curve crosses a level between a sample and the next, which lie on different sides."""
     curve, length = _curve(times, values, after), float(times[after + 1] - times[after])
     place = _root(lambda x: curve.at(x)[0] - level, 0.0, length)
     if place is None:
@@ -131,13 +131,13 @@ def crossing(times: FloatArray, values: FloatArray, after: int, level: float) ->
 
 
 class _Polynomial(NamedTuple):
-    """A polynomial in Newton's form, c0 + (x - x0) (c1 + (x - x1) (c2 + ...)): sums alone, the same on every processor."""
+    """A polynomial in Newton's form, c0 + (x - x0) (c1 + (x - x1) (c2 + ...)), bitwise equal on every processor."""
 
     nodes: list[float]
     coefficients: list[float]
 
     def at(self, x: float) -> tuple[float, float]:
-        """Return the value and the slope at a place."""
+        """Return the value and the slope at x."""
         value, slope = self.coefficients[-1], 0.0
         for node, coefficient in zip(self.nodes[-2::-1], self.coefficients[-2::-1], strict=True):
             slope = slope * (x - node) + value
@@ -146,7 +146,7 @@ class _Polynomial(NamedTuple):
 
 
 def _curve(times: FloatArray, values: FloatArray, near: int) -> _Polynomial:
-    """Return the polynomial through the samples nearest to one of them, in the time since that sample [s]."""
+    """Return the polynomial through the samples nearest to sample `near`, in the time since this sample [s]."""
     first = min(max(near - SAMPLES // 2, 0), max(len(times) - SAMPLES, 0))
     nodes, differences = times[first : first + SAMPLES] - times[near], values[first : first + SAMPLES].copy()
     for order in range(1, len(nodes)):
@@ -155,7 +155,7 @@ def _curve(times: FloatArray, values: FloatArray, near: int) -> _Polynomial:
 
 
 def _root(function: Callable[[float], float], low: float, high: float) -> float | None:
-    """Return where a function changes its sign between two places; None where it has the same sign at both."""
+    """Return the zero of a function between two points, or None if it has the same sign at both."""
     from scipy.optimize import brentq
 
     if not function(low) * function(high) <= 0.0 or low == high:

@@ -1,4 +1,4 @@
-"""Components and experiments as text: for `granular-env list` and `granular-env describe`."""
+"""Text on components and experiments for `granular-env list` and `granular-env describe`."""
 
 from __future__ import annotations
 
@@ -54,15 +54,15 @@ def describe_component(name: str, parameters: dict[str, Any]) -> str:
 
 
 def _component_of(model: type[BaseModel]) -> str:
-    """Return the component that has these parameters, as the part of another one has them; "" where there is none.
+    """Return the name of the component with these parameters (of a part of another component), or "" if there is none.
 
-    A component has imported those that it is made of: all others would take seconds to import.
+    Only imported components are searched: a component imports its parts, and importing all components takes seconds.
     """
     return next((kind.name for kind in Component.__subclasses__() if kind.Parameters is model), "")
 
 
 def component_facts(name: str, parameters: dict[str, Any]) -> dict[str, Any]:
-    """Return the same as JSON values, for programs."""
+    """Return the description of a component as JSON values, for programs."""
     kind = catalogue.component_class(name)
     variables = [v for v in example_of(name, parameters).variables.values() if v.causality != "parameter"]
     facts: dict[str, Any] = {"name": name, "version": kind.version, "description": first_sentence(kind.__doc__ or "")}
@@ -77,7 +77,7 @@ def component_facts(name: str, parameters: dict[str, Any]) -> dict[str, Any]:
 
 
 def _remarks(variable: Variable) -> str:
-    """Return in brackets what else is declared of a variable: what its indices count, whether it is state, bounds."""
+    """Return further declarations of a variable in brackets: axes, whether it is state, bounds."""
     remarks = [f"by {' and '.join(variable.axes)}"] if variable.axes else []
     remarks += ["state"] if variable.state else []
     remarks += [variable.variability] if variable.variability != "continuous" else []
@@ -87,7 +87,7 @@ def _remarks(variable: Variable) -> str:
 
 
 def _facts_of_variable(variable: Variable) -> dict[str, Any]:
-    """Return the declaration of a variable as JSON values, its attributes by FMI's names; bounds that do not bind are null."""
+    """Return the declaration of a variable as JSON values with FMI's attribute names; infinite bounds are null."""
     facts = {
         key: getattr(variable, key) for key in ("name", "unit", "state", "description", "variability", "initial", "nominal")
     }
@@ -97,13 +97,13 @@ def _facts_of_variable(variable: Variable) -> dict[str, Any]:
 
 
 def _environments(name: str) -> list[tuple[str, str]]:
-    """Return the registered environments of a component, each with what make_vec makes of it."""
+    """Return the registered environments of a component, each with the kind of batch from make_vec."""
     offered = domain_of(name).load("environments") or {}
     return [(registered, "native batch" if domain_of(name).rows else _NO_BATCH) for registered in offered]
 
 
 def _rows(model: type[BaseModel], prefix: str = "") -> list[tuple[str, str, str, str]]:
-    """Return name, unit, default and meaning of each field; below one that holds tables those of their keys, `notch.depth`."""
+    """Return name, unit, default and meaning of each field, followed by the keys of its tables (such as `notch.depth`)."""
     rows = []
     for key, field in model.model_fields.items():
         name = prefix + key
@@ -114,7 +114,7 @@ def _rows(model: type[BaseModel], prefix: str = "") -> list[tuple[str, str, str,
 
 
 def _short_default(field: FieldInfo) -> str:
-    """Return a default as TOML; of a table only what differs from the defaults of its keys, which have lines of their own."""
+    """Return a default as TOML; for a table only differences from the defaults of its keys, which have separate lines."""
     value = field.default
     if not isinstance(value, BaseModel | Mapping):
         return default_of(field)
@@ -125,7 +125,7 @@ def _short_default(field: FieldInfo) -> str:
 
 
 def _chosen_tables(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, str, type[Parameters]]]:
-    """Yield the tables that are chosen by name: parameter, name, and the model of the table; also those within tables."""
+    """Yield tables chosen by name, as (parameter, name, model), including those within tables."""
     for key, field in model.model_fields.items():
         for place, choices in _choices_in(model, key):
             for choice, table in choices.items():
@@ -136,7 +136,7 @@ def _chosen_tables(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[s
 
 
 def _choices_in(model: type[BaseModel], key: str) -> list[tuple[str, Mapping[str, type[Parameters]]]]:
-    """Return the tables that a field chooses by name, for itself or for each of its elements; see `_parts_of_type`."""
+    """Return the tables that a field, or each of its elements, chooses by name; see `_parts_of_type`."""
     if key in (own := tables(model)):
         return [("", own[key])]
     found = _parts_of_type(model.model_fields[key].annotation)
@@ -144,7 +144,7 @@ def _choices_in(model: type[BaseModel], key: str) -> list[tuple[str, Mapping[str
 
 
 def _tables_in(field: FieldInfo) -> list[tuple[str, type[Parameters]]]:
-    """Return the tables that a field holds and no name chooses, but for parts that are components; see `_parts_of_type`."""
+    """Return the unnamed tables of a field, except parts that are components; see `_parts_of_type`."""
     if any(isinstance(mark, Choices) for mark in field.metadata):
         return []
     found = _parts_of_type(field.annotation)
@@ -152,7 +152,7 @@ def _tables_in(field: FieldInfo) -> list[tuple[str, type[Parameters]]]:
 
 
 def _parts_of_type(annotation: Any, place: str = "") -> Iterator[tuple[str, type[Parameters] | Choices]]:
-    """Yield the tables that a type holds, each with its place: "" for itself, "[]" in a list, ".*" in a table of any keys."""
+    """Yield the tables in a type with their location: "" for itself, "[]" in a list, ".*" in a table with arbitrary keys."""
     if isinstance(annotation, type) and issubclass(annotation, Parameters):
         yield place, annotation
         return
@@ -169,7 +169,7 @@ def _parts_of_type(annotation: Any, place: str = "") -> Iterator[tuple[str, type
 
 
 def _facts_of_parameters(model: type[BaseModel]) -> list[dict[str, Any]]:
-    """Return the parameters of a model as JSON values, those of tables in them with `parameters` and `choices` of their own."""
+    """Return the parameters of a model as JSON values; parameters that are tables have nested `parameters` and `choices`."""
     found = []
     for key, field in model.model_fields.items():
         facts: dict[str, Any] = {

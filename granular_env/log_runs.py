@@ -1,4 +1,4 @@
-"""Runs that begin from a log: its replay, a branch, and an experiment that ended too early, resumed."""
+"""Runs that start from a log: replay, branch, and resumption of an experiment that ended early."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ def replay(
     allow_large: bool = False,
     components: Mapping[str, type[Component]] | None = None,
 ) -> RunResult:
-    """Run a log's program again, from its start to its end, without comparing (`verify` does that); arguments as there.
+    """Run a log's program again from start to end without comparing (see `verify`, also for the arguments).
 
     Raises:
-        LogError: it is no log, or it cannot be re-run.
+        LogError: not a log, or the log cannot be run again.
     """
     from granular_env.recording import open_log
     from granular_env.recording.rerun import check_work
@@ -69,18 +69,18 @@ def run_branch(
     progress: Progress = False,
     overwrite: bool = False,
 ) -> RunResult:
-    """Continue from a branch and record it; the bits are those of `Branch.run`.
+    """Continue from a branch and record it; the result is bitwise identical to `Branch.run`.
 
     Args:
-        branch: a fresh one.
+        branch: a new branch.
         log: path of the new log.
-        inputs: hold from here on instead of the log's own.
-        until: time at which to stop, on the component's clock [s]; default where the log's segment ends.
-        progress: show a bar, or call this with the part that is done.
+        inputs: inputs from here on, instead of the log's inputs.
+        until: end time on the component's clock [s]; default the end of the log's segment.
+        progress: show a bar, or call this with the completed fraction.
         overwrite: whether an existing file may be replaced.
 
     Raises:
-        ParameterError: an argument is not valid; nothing has been written.
+        ParameterError: an argument is invalid; nothing has been written.
         StepError: the physics would break down; the log until then is complete, a note of the error names it.
         LogError: the log cannot be written.
     """
@@ -112,27 +112,27 @@ def resume(
     allow_large: bool = False,
     components: Mapping[str, type[Component]] | None = None,
 ) -> RunResult:
-    """Run an experiment on to its end, from a log whose process was killed or interrupted.
+    """Continue an experiment to its end from a log whose process was killed or interrupted.
 
         result = ge.resume("logs/piston.mcap")
 
-    The intact part of the log is kept, and the run continues from there with the log's own inputs and the experiment's stop
-    rules. State and log are those of a run that was never interrupted, bit for bit; the log says that it was resumed. A log
+    The intact part of the log is kept, and the run continues from there with the log's inputs and the experiment's stop rules.
+    State and log are bitwise identical to those of an uninterrupted run, except that the log notes the resumption. A log
     without a step is recorded from the start.
 
     Args:
-        path: the log; it holds the experiment.
-        log: the new log. By default it replaces the old one, once it holds a further step.
-        experiment: refuse the log if it is of another experiment than this one.
+        path: the log, which contains the experiment.
+        log: the new log. By default it replaces the old log once it contains a further step.
+        experiment: refuse the log if it belongs to a different experiment.
         overrides: of `experiment`.
-        progress: show a bar, or call this with the part that is done.
+        progress: show a bar, or call this with the completed fraction.
         overwrite: whether an existing log at `log` may be replaced.
         allow_large: lift the limits on sizes.
-        components: classes of components that are not ours, by name.
+        components: component classes outside this package, by name.
 
     Raises:
-        LogError: it is no log, or not of an experiment; it is of another one, or of another version of its component; it is
-            complete already, or ended with an error; it gives other bits now. Nothing has been written.
+        LogError: not a log of an experiment, another experiment or component version, a complete log, a run that ended with
+            an error, or different bits in the replay. Nothing has been written.
         ParameterError: `log` exists.
         ExperimentError: `experiment` is not valid.
         StepError: the physics would break down; the log is complete up to the last good state.
@@ -178,7 +178,7 @@ def resume(
 
 
 def _experiment_of(log: Log, where: str) -> Experiment:
-    """Return the experiment that a log is of."""
+    """Return the experiment of a log."""
     header = log.header
     if header.get("parent") is not None:
         raise LogError("it is a branch of another log", hint="branch off it anew: granular-env branch", source=where)
@@ -204,7 +204,7 @@ def _refuse_other(program: Experiment, wanted: Experiment, where: str) -> None:
 
 
 def _refuse_ended(log: Log, where: str) -> None:
-    """Refuse a run that ended with an error: it would do so again."""
+    """Refuse a run that ended with an error, because the error would recur."""
     incidents = log.incidents
     failed = next((one for one in incidents if one.get("incident") == "failed"), None)
     if failed is not None and log.complete:

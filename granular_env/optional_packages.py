@@ -1,4 +1,4 @@
-"""Lazy imports of optional packages, with an install hint where one is missing."""
+"""Lazy imports of optional packages, with an install hint if one is missing."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def import_optional(module: str, purpose: str) -> Any:
     """Import the module and return it.
 
     Raises:
-        MissingExtraError: it is not installed; the message holds the command that installs it.
+        MissingExtraError: it is not installed; the message contains the install command.
     """
     try:
         return import_module(module)

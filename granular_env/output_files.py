@@ -1,4 +1,4 @@
-"""Writing files: whole or not at all, and never over a device or a folder."""
+"""Writing files completely or not at all, and never over a device or a folder."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .components.errors import GranularError, ParameterError
 
 @contextmanager
 def replacing(path: str | os.PathLike[str], kind: type[GranularError] = GranularError) -> Iterator[Path]:
-    """Open a fresh file next to `path`, which replaces it when the block succeeds and is deleted when it fails.
+    """Open a new file next to `path`, which replaces `path` if the block succeeds and is deleted if it fails.
 
         with replacing("scene.rrd") as part:
             part.write_bytes(data)
@@ -29,8 +29,8 @@ def replacing(path: str | os.PathLike[str], kind: type[GranularError] = Granular
         kind: class of the error.
 
     Raises:
-        ParameterError: the path exists and is no regular file.
-        GranularError: of that `kind`; the disk is full, or the folder is not to be written to.
+        ParameterError: the path exists and is not a regular file.
+        GranularError: of class `kind`; the disk is full, or the folder is not writable.
     """
     part: Path | None = None
     try:
@@ -58,7 +58,7 @@ def advice_for(error: BaseException) -> str:
 
 
 def write_files(contents: Mapping[Path, bytes], kind: type[GranularError] = GranularError) -> None:
-    """Write several files, all of them or none; errors as in `replacing`."""
+    """Write all of several files or none; errors as in `replacing`."""
     with ExitStack() as stack:
         for path, data in contents.items():
             stack.enter_context(replacing(path, kind)).write_bytes(data)
@@ -68,8 +68,8 @@ def lock(file: IO[Any], refusal: GranularError) -> None:
     """Lock an open file for this process until it is closed or the process ends, however it ends.
 
     Raises:
-        GranularError: `refusal`, where another process has locked it.
-        OSError: the file system knows no locks.
+        GranularError: `refusal`, if another process has locked the file.
+        OSError: the file system does not support locks.
     """
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -91,7 +91,7 @@ def resolve_file(path: str | os.PathLike[str]) -> Path:
 
 
 def require_writable(path: str | os.PathLike[str], kind: type[GranularError] = GranularError) -> Path:
-    """Return the target of a path, links followed, if its folder can be written to or made; nothing is created.
+    """Return the target of a path, links followed, if its folder is writable or can be created; create nothing.
 
     Long computations call this first, so that a wrong path is reported before the work.
 
@@ -100,8 +100,8 @@ def require_writable(path: str | os.PathLike[str], kind: type[GranularError] = G
         kind: class of the error.
 
     Raises:
-        ParameterError: there is something that is no regular file, or the name holds a zero byte.
-        GranularError: of that `kind`; the folder is not to be written to.
+        ParameterError: the path is not a regular file, or the name contains a zero byte.
+        GranularError: of class `kind`; the folder is not writable.
     """
     target = resolve_file(path)
     folder = next(folder for folder in target.parents if os.path.exists(folder))
@@ -113,18 +113,18 @@ def require_writable(path: str | os.PathLike[str], kind: type[GranularError] = G
 
 
 def _unwritable(path: str | os.PathLike[str], error: OSError, kind: type[GranularError]) -> GranularError:
-    """Return the error of a file that cannot be written, with advice that fits its cause."""
+    """Return the error for a file that cannot be written, with advice for its cause."""
     reason = error.strerror or error
     return kind(f"{os.fspath(path)!r} cannot be written: {reason}; {advice_for(error)}; an existing file is kept")
 
 
 def file_name(name: str, default: str) -> str:
-    """Return a name that a file or a folder can have; `default` where nothing of it is left."""
+    """Return a valid name for a file or a folder, or `default` if no character is left."""
     return re.sub(r"[^A-Za-z0-9._-]+", "-", name).strip("-.")[:100] or default
 
 
 def count_of(number: int, noun: str, plural: str = "") -> str:
-    """Return a number and its noun: "1 frame", "2 frames"; `plural` where that is not the noun with an s."""
+    """Return a number with its noun: "1 frame", "2 frames"; `plural` is an irregular plural."""
     return f"{number} {noun if number == 1 else plural or noun + 's'}"
 
 

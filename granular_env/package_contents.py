@@ -1,4 +1,4 @@
-"""The package's contents, components, experiments, plans, studies: found without importing what runs them."""
+"""The package's contents (components, experiments, plans, studies), found without importing the code that runs them."""
 
 from __future__ import annotations
 
@@ -14,31 +14,31 @@ _FOLDERS = {"experiments": "experiments", "plans of sweeps": "sweep/plans", "stu
 
 
 def shipped_files(kind: str) -> dict[str, Path]:
-    """Return name -> file of the experiments, the plans of sweeps or the studies, in the names' order."""
+    """Return name -> file of the experiments, the plans of sweeps or the studies, sorted by name."""
     folder = _ROOT / _FOLDERS[kind]
     found = {path.relative_to(folder).as_posix().removesuffix(".toml"): path for path in folder.rglob("*.toml")}
     return dict(sorted(found.items()))
 
 
 def shipped_names() -> list[str]:
-    """Return the names of everything that comes with the package."""
+    """Return the names of all shipped items."""
     return [*catalogue.names(), *(name for kind in _FOLDERS for name in shipped_files(kind))]
 
 
 def overview() -> dict[str, dict[str, str]]:
-    """Return kind -> name -> one line, of everything that comes with the package."""
+    """Return kind -> name -> one-line description of all shipped items."""
     found = {"components": {name: catalogue.summary(name) for name in catalogue.names()}}
     return found | {kind: {name: _title(path) for name, path in shipped_files(kind).items()} for kind in _FOLDERS}
 
 
 def _title(path: Path) -> str:
-    """Return the first sentence of the comment that a file begins with, or of its description."""
+    """Return the first sentence of a file's initial comment or of its description."""
     text = path.read_text(encoding="utf-8")
     comment = [line.removeprefix("#") for line in takewhile(lambda line: line.startswith("#"), text.splitlines())]
     return first_sentence(" ".join(comment) if comment else tomllib.loads(text)["description"])
 
 
 def first_sentence(text: str) -> str:
-    """Return a text's first paragraph up to a full stop that a capital letter follows: "et al. (2003)" does not end it."""
+    """Return a text's first paragraph up to a full stop before a capital letter: "et al. (2003)" does not end it."""
     paragraph = " ".join(text.strip().partition("\n\n")[0].split())
     return re.split(r"\. (?=[A-Z`])", paragraph, maxsplit=1)[0].rstrip(".") + "."

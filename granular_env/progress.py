@@ -1,7 +1,7 @@
-"""Progress bars on standard error, by rich: the one helper for all work that may last longer than a second.
+"""Progress bars on standard error with rich, for all work that may last longer than a second.
 
     with progress_bar("verification of a.mcap") as bar:
-        verify(log, progress=bar.update)        # called with the part that is done, 0 to 1
+        verify(log, progress=bar.update)        # called with the completed fraction, 0 to 1
 
 Without a terminal nothing is written; in a notebook the bar needs the package ipywidgets.
 """
@@ -24,17 +24,17 @@ Progress = bool | Callable[[float], None]
 
 
 class Bar:
-    """One bar, with figures behind it: short texts, the most important first."""
+    """A bar followed by short texts (figures), the most important first."""
 
     def __init__(self, show: Callable[[float, tuple[str, ...]], None] | None, refresh: float = 0.0) -> None:
         self._show, self._refresh, self._next = show, refresh, 0.0
 
     def is_due(self) -> bool:
-        """Return whether an update would be seen now; ask before figures that take time to compute."""
+        """Return whether an update would be displayed now; check before computing costly figures."""
         return self._show is not None and perf_counter() >= self._next
 
     def update(self, done: float, *figures: str) -> None:
-        """Show how much is done, in units of the bar's total."""
+        """Show the completed amount, in units of the bar's total."""
         self._next = perf_counter() + self._refresh
         if self._show is not None:
             self._show(done, figures)
@@ -42,14 +42,14 @@ class Bar:
 
 @contextmanager
 def progress_bar(title: str, total: float | None = 1.0, *, done: float = 0.0, show: Progress = True) -> Iterator[Bar]:
-    """Show one bar while the block runs.
+    """Show a bar while the block runs.
 
     Args:
-        title: what stands before the bar.
-        total: the value of `done` at the end; None if it is unknown.
-        done: what is done already.
-        show: False for a bar that draws nothing, so that callers need no second path; a function is called with the part that
-            is done.
+        title: text before the bar.
+        total: value of `done` at the end; None if unknown.
+        done: amount already completed.
+        show: False for a bar that draws nothing, so that callers need no second path; a function is called with the
+            completed fraction.
     """
     with ProgressBars(show, total) as bars:
         yield bars.add(title, total, done)
@@ -59,8 +59,8 @@ class ProgressBars:
     """Several bars below each other; use it as a context manager.
 
     Args:
-        show: whether to draw, or a function that is called instead with the part of all that is done.
-        total: the value of `done` at the end, of all bars together; None if it is unknown.
+        show: whether to draw, or a function to call instead with the completed fraction of all bars.
+        total: value of `done` at the end, summed over all bars; None if unknown.
         keep: whether the bars stay on the terminal when the block ends.
 
     Raises:
@@ -105,7 +105,7 @@ class ProgressBars:
 
 
 def _rich_progress(keep: bool) -> Any:
-    """Return rich's display; None if standard error is neither a terminal nor a notebook that can draw one."""
+    """Return rich's display, or None if standard error is neither a terminal nor a notebook that can draw it."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, ProgressColumn, TaskProgressColumn, TimeRemainingColumn
     from rich.text import Text
@@ -115,7 +115,7 @@ def _rich_progress(keep: bool) -> Any:
         return None
 
     class Words(ProgressColumn):
-        """Text that is cut, not wrapped, where the line is full; brackets in it are no markup."""
+        """Text that is truncated, not wrapped, at the end of the line; brackets are not markup."""
 
         def __init__(self, words: Callable[[Any], str]) -> None:
             super().__init__()

@@ -1,4 +1,4 @@
-"""The one loop that advances an experiment, from its start to its end, a stop rule, or Ctrl-C."""
+"""The loop that advances an experiment from its start to its end, a stop rule, or Ctrl-C."""
 
 from __future__ import annotations
 
@@ -32,17 +32,17 @@ from granular_env.experiments.preparation import prepare
 from granular_env.experiments.stop_rules import StopWatch
 from granular_env.progress import Progress, progress_bar
 
-# Wall time of a piece of a run [s], so that Ctrl-C, the progress bar and the recorder get their turn. Each piece copies the
-# state once: large states have longer pieces, so that the copy takes at most 5 % of a piece at this rate [bytes/s].
+# Wall time of a piece of a run [s]; Ctrl-C, progress bar and recorder are handled between pieces. Each piece copies the state
+# once. Large states have longer pieces, so that the copy takes at most 5 % of a piece at this rate [bytes/s].
 _PIECE_SECONDS = 0.02
 _COPY_SHARE, _COPY_RATE = 0.05, 2e9
-# Largest ratio of the lengths of a piece and the one before.
+# Largest ratio of the lengths of two successive pieces.
 _GROWTH = 64
-# Default wall time of a run that is shown live [s]: all shipped experiments are over in less.
+# Default wall time of a live run [s]; all shipped experiments take less.
 _LIVE_SECONDS = 10.0
-# Copies of the state that a recorder holds at a time: snapshots that wait to be written, and their bytes on the way.
+# Largest number of copies of the state in a recorder: snapshots in the write queue, and their bytes.
 _COPIES_RECORDED = 6
-# Less energy than this is the rounding of a state at rest [J].
+# Energies below this are rounding errors of a state at rest [J].
 _LEAST_ENERGY = 1e-24
 
 Inputs = Mapping[str, Held | Profile]
@@ -54,15 +54,15 @@ class RunResult:
 
     Attributes:
         component: at the end of the run.
-        log: the log's path, or None where none was kept.
-        ticks: how many were done.
+        log: the log's path, or None without a log.
+        ticks: number of ticks.
         seconds: wall time of the stepping [s].
-        stopped_by: the stop rule that ended it, in words, or None.
-        interrupted: whether Ctrl-C ended it; its log is complete up to there.
-        report: figures that say how far the model's assumptions held, name with unit -> value.
+        stopped_by: the stop rule that ended the run, as text, or None.
+        interrupted: whether Ctrl-C ended the run; the log is complete up to this point.
+        report: figures on the validity of the model's assumptions, name with unit -> value.
         conclusions: sentences on the state of the component at the end.
-        cautions: a sentence for each assumption that was left behind.
-        warnings: what the run warned of.
+        cautions: a sentence for each violated assumption.
+        warnings: warnings of the run.
         start: tick at which the run, or its log, begins: 0, or later for a branch.
     """
 
@@ -94,25 +94,24 @@ def run(
 
         result = ge.run("nesterenko-1983/3.4-piston", log="logs/piston.mcap", overrides={"component.grains": 500})
 
-    Everything is checked before the log is begun. The loop steps in pieces of a few hundredths of a second; since
-    ``step(n h)`` is n times ``step(h)``, neither that nor the recorder, the bar, the viewer or a stop rule changes a bit.
+    Everything is checked before the log is started. The loop steps in pieces of a few hundredths of a second. Because
+    ``step(n h)`` equals n times ``step(h)``, neither the pieces nor recorder, bar, viewer or stop rules change a bit.
 
     Args:
         experiment: a shipped experiment's name, the path of a TOML file, the content of one, or a loaded experiment.
-        log: where to record it.
+        log: path of the log.
         overrides: keys of the experiment to set, such as ``{"component.grains": 500, "duration": 1e-3}``.
-        progress: show a bar with simulated time, speed and the energy's residual; or call this with the part that is done.
+        progress: show a bar with simulated time, speed and the energy residual; or call this with the completed fraction.
         live: show the run in rerun.
-        pace: with `live`, the wall time that the run takes at least [s], so that it can be watched; 0 lets it go as fast as it
-            can. By default 10 s.
+        pace: with `live`, the least wall time of the run [s], so that it can be watched; 0 for no limit. By default 10 s.
         overwrite: whether an existing log may be replaced.
-        observers: others that look on.
+        observers: further observers.
 
     Raises:
-        ExperimentError: the experiment is not valid, or asks for more memory than there is; nothing has been written. Or
-            memory ran out on the way.
+        ExperimentError: the experiment is invalid or requires more memory than available (nothing has been written), or
+            memory ran out during the run.
         ParameterError: `pace` without `live`, or not a number >= 0.
-        GranularError: `live`, and there is no screen, or the viewer cannot be started; nothing has been written.
+        GranularError: `live` without a screen, or the viewer cannot start; nothing has been written.
         StepError: the physics would break down; the log is complete up to the last good state, a note of the error names it.
         LogError: the log cannot be written.
     """
@@ -161,20 +160,20 @@ def advance(
     issued: list[str] | None = None,
     closing: ExitStack | None = None,
 ) -> RunResult:
-    """Advance a component from its present tick to another one: the loop of `run`, `replay`, `resume` and branches.
+    """Advance a component from its present tick to a later tick; used by `run`, `replay`, `resume` and branches.
 
     Args:
-        component: the one to advance.
+        component: the component to advance.
         end: the tick to reach.
-        inputs: given to the first step; they hold from then on.
-        changes: further inputs, by the tick from which they hold.
-        stops: rules that end it early.
+        inputs: inputs of the first step, held afterwards.
+        changes: tick -> further inputs from this tick on.
+        stops: rules that end the run early.
         title: of the progress bar.
-        progress: show the bar, or call this with the part that is done.
-        observers: of the component, while the loop lasts.
-        log: the path that the result names.
+        progress: show the bar, or call this with the completed fraction.
+        observers: of the component during the loop.
+        log: path of the log in the result.
         issued: list of the warnings.
-        closing: closed when the stepping is over (the recorder).
+        closing: closed after the last step (the recorder).
     """
     first, began = component.tick, perf_counter()
     stopped_by, interrupted = None, False
@@ -187,7 +186,7 @@ def advance(
         try:
             stopped_by = _loop(component, end, {first: inputs, **(changes or {})}, stops, interrupt, show)
         except KeyboardInterrupt:
-            interrupted = True  # by the second Ctrl-C: the step under way was undone
+            interrupted = True  # by the second Ctrl-C; the current step was undone
         seconds = perf_counter() - began
         interrupted = interrupted or (interrupt.pressed and component.tick < end and stopped_by is None)
         if closing is not None:
@@ -214,7 +213,7 @@ def _loop(
     interrupt: Interrupt,
     show: Callable[[Component], None] | None,
 ) -> str | None:
-    """Step until the end, a stop rule (its sentence is returned), or Ctrl-C."""
+    """Step until the end, a stop rule (return its sentence), or Ctrl-C."""
     piece, turns = 1, sorted(changes)
     length = max(_PIECE_SECONDS, component.state_bytes / _COPY_RATE / _COPY_SHARE)
     while component.tick < end and not interrupt.pressed:
@@ -247,12 +246,12 @@ def _step_up_to(component: Component, stop: int, inputs: Inputs) -> None:
 
 
 def _next_piece(piece: int, done: int, took: float) -> int:
-    """Return more ticks after a whole piece that was fast, half as many after one that was slow.
+    """Return the ticks of the next piece: more after a fast whole piece, half after a slow one.
 
     Args:
-        piece: ticks that were planned.
-        done: ticks that were done.
-        took: wall time over that of a piece.
+        piece: planned ticks.
+        done: completed ticks.
+        took: wall time relative to that of a piece.
     """
     if took > 2.0:
         return max(1, piece // 2)
@@ -262,7 +261,7 @@ def _next_piece(piece: int, done: int, took: float) -> int:
 
 
 class Interrupt:
-    """Turns the first Ctrl-C into a flag that is read between two pieces; the second one raises at once."""
+    """A handler that turns the first Ctrl-C into a flag, checked between pieces; the second Ctrl-C raises immediately."""
 
     def __init__(self) -> None:
         self.pressed = False
@@ -287,7 +286,7 @@ class Interrupt:
 
 @contextmanager
 def memory_errors(what: str, kind: type[GranularError]) -> Iterator[None]:
-    """Turn `MemoryError` into an error of that `kind`."""
+    """Turn `MemoryError` into an error of class `kind`."""
     try:
         yield
     except MemoryError as error:
@@ -309,7 +308,7 @@ def collect_warnings() -> Iterator[list[str]]:
 
 
 def refuse_unrecordable(component: Component) -> None:
-    """Raise `ExperimentError` where recording a component takes more memory than there is."""
+    """Raise `ExperimentError` if recording a component requires more memory than available."""
     refuse_beyond(_COPIES_RECORDED * component.state_bytes, f"recording component {component.name!r}", ExperimentError)
 
 
@@ -345,7 +344,7 @@ def _progress_display(
 
 
 def energy_residual(component: Component) -> str:
-    """Return in words the residual of the energy, absolute and over the energy of the system if there is any."""
+    """Return text with the absolute energy residual and, for a non-zero energy, the relative residual."""
     energy = next((balance for balance in component.balances() if balance.quantity == "energy"), None)
     if energy is None:
         return ""

@@ -1,4 +1,4 @@
-"""Text for a terminal: strangers' words made harmless, tables and sentences that wrap at words at its width."""
+"""Text for a terminal: untrusted text with escaped control characters, and tables and sentences wrapped at words."""
 
 from __future__ import annotations
 
@@ -7,31 +7,31 @@ import sys
 import textwrap
 from collections.abc import Iterable, Sequence
 
-_NARROWEST = 30  # the last column of a table gets this width at least, or a line of its own
+_NARROWEST = 30  # least width of a table's last column; below it, the column gets a separate line
 _GAP = 2
 
 
 def printable(text: object) -> str:
-    """Return a text whose control characters are written as escapes, so that no terminal obeys them.
+    """Return a text with control characters written as escapes, so that terminals do not execute them.
 
-    Names out of files may hold escape sequences, changes of the writing direction, or bytes that are no text.
+    Names from files may contain escape sequences, changes of the writing direction, or undecodable bytes.
     """
     return "".join(letter if letter.isprintable() else repr(letter)[1:-1] for letter in str(text))
 
 
 def output_width() -> int | None:
-    """Return the width of the terminal that standard output goes to; None where it goes elsewhere: nothing is wrapped there."""
+    """Return the width of the terminal on standard output, or None if it is not a terminal (no wrapping)."""
     return shutil.get_terminal_size().columns if sys.stdout is not None and sys.stdout.isatty() else None
 
 
 def wrap_text(text: str, hanging: int = 2) -> str:
-    """Return a sentence wrapped at words, further lines set in by `hanging` places; as it is where there is no terminal."""
+    """Return a sentence wrapped at words, with further lines indented by `hanging`; unchanged without a terminal."""
     width = output_width()
     return text if width is None else "\n".join(_lines(text, width, " " * hanging))
 
 
 def columns(rows: Iterable[Sequence[str]], indent: str = "  ") -> str:
-    """Return rows of cells, aligned; the last cell of a row wraps at words where the terminal is too narrow for it."""
+    """Return aligned rows of cells; the last cell of a row wraps at words if the terminal is too narrow."""
     table = [tuple(row) for row in rows]
     if not table:
         return ""
@@ -53,7 +53,7 @@ def columns(rows: Iterable[Sequence[str]], indent: str = "  ") -> str:
 
 
 def table(rows: Iterable[Sequence[str]]) -> str:
-    """Return a table with a line of headings; on narrow terminals in blocks, each of which begins with the first column."""
+    """Return a table with a line of headings; on narrow terminals in blocks that each start with the first column."""
     cells = [tuple(row) for row in rows]
     if not cells:
         return ""

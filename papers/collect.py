@@ -3,7 +3,7 @@
     python papers/collect.py                                        # every paper, into build/papers
     python papers/collect.py psakhie_2003 --out site/papers
 
-The ``README.md`` of a paper names its scripts in order. The scripts of one list share runs and are computed in one process.
+The ``README.md`` of a paper names its scripts in order. The scripts of a list share runs and are computed in one process.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ figure { margin: 1em 0 } pre { background: #fee; overflow: auto } .no { color: #
 
 
 def load(path: Path) -> ModuleType:
-    """Import a script, with its folder on the path as when it is run."""
+    """Import a script with its folder on the path, as when it is run."""
     if str(path.parent) not in sys.path:
         sys.path.insert(0, str(path.parent))
     spec = importlib.util.spec_from_file_location(f"{path.parent.name}.{path.stem}", path)
@@ -46,14 +46,14 @@ def load(path: Path) -> ModuleType:
 
 
 def groups(paper: str) -> list[list[Path]]:
-    """Return the scripts of a paper in the order of its README, one list for each of its lists."""
+    """Return the scripts of a paper in the order of its README, as one list per list of the README."""
     text = (HERE / paper / "README.md").read_text()
     lists = re.findall(r"(?:^- `\w+\.py`.*\n)+", text, re.MULTILINE)
     return [[HERE / paper / name for name in re.findall(r"^- `(\w+\.py)`", one, re.MULTILINE)] for one in lists]
 
 
 def _compute_group(task: tuple[Sequence[Path], Path]) -> list[Page]:
-    """Compute scripts that share runs, in a separate process; the page shows an error."""
+    """Compute scripts that share runs, in a separate process; errors are shown on the page."""
     pages = []
     for path in task[0]:
         started = time.monotonic()
@@ -70,8 +70,8 @@ def _compute_group(task: tuple[Sequence[Path], Path]) -> list[Page]:
 
 
 def collect(papers: Sequence[str], out: Path, processes: int = 2) -> list[Page]:
-    """Compute the scripts of papers and write ``out/PAPER/index.html``, and ``out/index.html`` with the verdicts counted."""
-    # The last paper takes longest: it begins.
+    """Compute the scripts of papers; write ``out/PAPER/index.html``, and ``out/index.html`` with counts of verdicts."""
+    # Start with the last paper, which takes longest.
     tasks = [(paper, group) for paper in reversed(papers) for group in groups(paper)]
     with multiprocessing.get_context("spawn").Pool(processes, maxtasksperchild=1) as pool:
         found = list(pool.imap(_compute_group, [(group, out) for _, group in tasks], chunksize=1))
@@ -145,7 +145,7 @@ def _document(title: str, body: str) -> str:
 
 
 def main() -> None:
-    """Collect the pages that the command line names."""
+    """Collect the pages named on the command line."""
     parser = argparse.ArgumentParser(description="Recompute the papers' figures and numbers.")
     parser.add_argument("paper", nargs="*", choices=[*PAPERS, []], help="default: all")
     parser.add_argument("--out", type=Path, default=OUT, help="folder of the pages")

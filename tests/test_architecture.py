@@ -1,4 +1,4 @@
-"""Which way imports point, what a component may know, and what a quick command must not load."""
+"""Directions of imports, permitted imports of components, and packages that quick commands must not load."""
 
 import dataclasses
 import graphlib
@@ -39,14 +39,14 @@ def contracts() -> list[dict[str, Any]]:
 
 
 def parts_of(folder: Path) -> set[str]:
-    """The packages and modules in a folder."""
+    """Return the packages and modules in a folder."""
     packages = {path.parent.name for path in folder.glob("*/__init__.py")}
     return packages | {path.stem for path in folder.glob("*.py")} - {"__init__", "__main__"}
 
 
 def test_every_module_has_its_place_in_the_layers():
     layers = {one["containers"][0]: {*re.findall(r"\w+", " ".join(one["layers"]))} for one in contracts() if "layers" in one}
-    # A room and the table of domains import each other: another contract keeps them apart.
+    # The generic packages and the table of domains import each other; another contract separates them.
     assert layers["granular_env"] == parts_of(ROOT / "granular_env") - {"domains"}
     assert layers["granular_env.components"] == parts_of(ROOT / "components")
 
@@ -102,7 +102,7 @@ def test_everything_that_a_domain_offers_is_there(domain):
 
 
 def test_only_components_and_domains_import_a_particular_component():
-    """Whatever the catalogue holds: a generic room asks the catalogue, so that it serves every component alike."""
+    """For all components: a generic package uses the catalogue, so that it serves every component alike."""
     graph = grimp.build_graph("granular_env", cache_dir=None)
     homes = {catalogue.component_class(name).__module__.split(".")[2] for name in catalogue.own_names()}
     assert {"chain", "discs", "oscillator"} <= homes
@@ -118,6 +118,6 @@ def test_only_components_and_domains_import_a_particular_component():
 def test_imports_make_no_circle_not_even_late_ones():
     graph = grimp.build_graph("granular_env", exclude_type_checking_imports=True, cache_dir=None)
     imported = {module: graph.find_modules_directly_imported_by(module) for module in graph.modules}
-    # The command line imports the recording in its functions.
+    # The command line imports the recording package inside functions.
     assert "granular_env.recording" in imported["granular_env.cli.logs"]
     graphlib.TopologicalSorter(imported).prepare()

@@ -1,4 +1,4 @@
-"""What automata, alone and with a grid, say of their links and pieces, against counts by hand."""
+"""Conclusions on links and pieces of automata, alone and with a grid, against manual counts."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ EDGES = {"left": "fixed", "right": {"name": "velocity"}}
 
 
 def notched_bar() -> Any:
-    """A bar 8 diameters long whose links are weak about x = 4.5, between two columns."""
+    """Return a bar, 8 diameters long, with weak links around x = 4.5, between two columns."""
     seam = [{"area": {"name": "box", "x": [4.2, 4.8], "y": [-1.0, 3.0]}, "factor": 0.1}]
     criterion = {"name": "strain", "tensile": 0.01}
     return block(columns=8, rows=2, boundaries=EDGES, criterion=criterion, strength_regions=seam, step_size=0.05)
@@ -37,7 +37,7 @@ def test_a_bar_that_parts_says_where_and_in_which_pieces() -> None:
     assert links.startswith(f"{len(bar.events())} of {len(ratio)} links broke; the first was a stretch break of automata ")
     assert f" at {1e6 * first.tick * bar.step_size:.4g} us: {first.value:.6g} > {first.limit:.6g}" in links
     assert "at (4.5, " in links
-    # Of 9 columns, of which the outer ones are halves, 5 are left of the weak links: 4.5 diameters of 8.
+    # There are 9 columns, the outer two of half width. 5 columns are left of the weak links, i.e. 4.5 of 8 diameters.
     assert pieces == "2 pieces; the largest has 56.25 % of the mass"
 
 
@@ -58,7 +58,7 @@ def test_a_whole_body_is_one_piece(make: Callable[..., Coupled]) -> None:
 
 
 def test_a_core_that_comes_off_is_a_piece_of_grid_and_automata() -> None:
-    """A bar of a grid, automata and a grid, periodic across, is pulled apart at the first column of free automata."""
+    """A bar of grid, automata and grid, periodic across, is pulled apart at the first column of free automata."""
     gap = {"name": "box", "x": [3.0, 6.0], "y": [-1.0, 5.0]}
     across = {"bottom": "periodic", "top": "periodic"}
     seam = [{"area": {"name": "box", "x": [1.2, 1.8], "y": [-1.0, 5.0]}, "factor": 0.05}]
@@ -72,7 +72,7 @@ def test_a_core_that_comes_off_is_a_piece_of_grid_and_automata() -> None:
     )  # fmt: skip
     medium.step(60.0, grid_right_velocity=[1e-3, 0.0])
     links, pieces = medium.conclusions()
-    # Four rows of automata: four links across the middle of the core, and no other.
+    # Four rows of automata: exactly four links break, across the middle of the core.
     assert links.startswith("automata: 4 of ") and "a stretch break of automata " in links and " at (4.5, " in links
     # All but the half core and the grid on its left side.
     assert pieces == "grid and automata: 2 pieces; the largest has 55 % of the mass"

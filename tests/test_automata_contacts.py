@@ -1,4 +1,4 @@
-"""Contacts of automata: what they take over from links that flowed, dashpots, and contacts that become links again."""
+"""Contacts of automata: rest distances after plastic flow of links, dashpots, and relinking."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from support.automata_tools import BOTH, block
 import granular_env as ge
 from granular_env.components.automata import Automata, theory
 
-# -- no contact begins with an energy that nothing gave -----------------------------------------------------------------------
+# -- contacts start without spurious energy -----------------------------------------------------------------------------------
 
 RESPONSES = [
     {"name": "plastic", "yield_stress": 5e-3, "hardening": 0.05},
@@ -23,7 +23,7 @@ RESPONSES = [
 @BOTH
 @pytest.mark.parametrize("response", RESPONSES, ids=["hardening", "ideal", "degrading"])
 def test_what_flowed_together_and_breaks_gives_no_energy_away(packing: str, response: dict[str, Any]) -> None:
-    """Compression with some shear: links flow, then break by their shear angle under pressure."""
+    """Compress with some shear: links flow, then break by their shear angle under pressure."""
     limits = {"name": "strain", "tensile": 4e-3, "shear": 0.01}
     edges = {"bottom": "fixed", "top": "velocity"}
     automata = block(packing, 10, 16, boundaries=edges, response=response, criterion=limits, friction=0.5)
@@ -41,18 +41,18 @@ def test_what_flowed_together_and_breaks_gives_no_energy_away(packing: str, resp
     ("response", "overlap"),
     [
         ({"name": "linear"}, 1.0),
-        # The mean stress K theta, K = 5/3, is left, and of the energy (G / 9 + lambda / 4) e^2: what half of 2.5 o^2 holds.
+        # The mean stress K theta, K = 5/3, remains; its energy (G / 9 + lambda / 4) e^2 equals the contact's 2.5 o^2 / 2.
         ({"name": "plastic", "yield_stress": 1e-9}, math.sqrt(2.0 * (1.0 / 9.0 + 0.25) / 2.5)),
     ],
     ids=["elastic", "flowed"],
 )
 def test_a_contact_is_at_rest_where_its_link_would_be(response: dict[str, Any], overlap: float) -> None:
-    """In uniaxial compression the contact of an elastic link has a whole diameter, that of one which flowed has less."""
+    """In uniaxial compression the contact's rest distance is a diameter after an elastic link, and less after plastic flow."""
     edges = {"left": "periodic", "right": "periodic", "bottom": "fixed", "top": "velocity"}
     automata = block(columns=4, rows=4, boundaries=edges, response=response, criterion={"name": "strain", "tensile": 1.0})
     automata.step(2000.0, top_velocity=[0.0, -4e-6])
     steps: Any = automata.steps
-    steps.medium.law.factors[1, automata.body.layout.place[5]] = 0.0  # any shear angle breaks this link
+    steps.medium.law.factors[1, automata.body.layout.place[5]] = 0.0  # break this link at any shear angle
     steps.load()
     steps.update_forces()
     strain = 1.0 - (automata.get("displacement")[9, 1] - automata.get("displacement")[5, 1] + 1.0)
@@ -63,7 +63,7 @@ def test_a_contact_is_at_rest_where_its_link_would_be(response: dict[str, Any], 
 
 @BOTH
 def test_a_specimen_sheared_under_pressure_closes_its_energy(packing: str) -> None:
-    """Contacts begin where links are sheared by more than 30 degrees, nearer than a diameter: none of them pushes at once."""
+    """Links sheared by more than 30 degrees become contacts closer than a diameter, without an initial repulsion."""
     edges = {"left": "periodic", "right": "periodic", "bottom": "fixed", "top": "velocity"}
     strong = {"name": "mohr_coulomb", "cohesion": 0.0083, "internal_friction": 1.0, "tensile": 0.0042}
     automata = block(packing, 16, 12, boundaries=edges, criterion=strong, step_size=0.1)
@@ -79,12 +79,12 @@ def test_a_specimen_sheared_under_pressure_closes_its_energy(packing: str) -> No
 
 
 def loose_pair(step: float, **parameters: Any) -> tuple[Automata, int, int]:
-    """Return two whole automata that are linked to nothing, far from the others; the second right of the first."""
+    """Return two unlinked whole automata far from the others, the second to the right of the first."""
     law = {"name": "strain", "tensile": 10.0}
     automata = block(columns=6, rows=6, criterion=law, step_size=step, **parameters)
     first, second = (automata.packing.nearest(x, 3.0) for x in (2.0, 4.0))
     automata.reset(displacement={first: (0.0, 20.0), second: (-0.9, 20.0)})
-    automata._block["weight"][:] = 0.0  # nothing holds anything
+    automata._block["weight"][:] = 0.0  # remove all links
     return automata, first, second
 
 
@@ -103,7 +103,7 @@ def test_a_collision_has_the_restitution_of_its_dashpot(ratio: float) -> None:
 
 
 def crushed(packing: str, **parameters: Any) -> Automata:
-    """Return a specimen between two walls that was crushed between plates, which then stand."""
+    """Return a specimen that was crushed between two plates, which then stop."""
     edges = {"left": "periodic", "right": "periodic", "bottom": "fixed", "top": "velocity"}
     law = {"name": "strain", "tensile": 5e-3}
     automata = block(packing, boundaries=edges, criterion=law, strength_scatter=0.3, step_size=0.1, **parameters)
@@ -124,11 +124,11 @@ def test_fragments_come_to_rest(packing: str) -> None:
     assert moving[0.3] < 0.1 * moving[0.0]
 
 
-# -- linked again ----------------------------------------------------------------------------------------------------------
+# -- relinking -------------------------------------------------------------------------------------------------------------
 
 
 def strip(packing: str = "square", **parameters: Any) -> Automata:
-    """Return a strip that breaks in tension and is welded by pressure."""
+    """Return a strip that breaks in tension and welds under pressure."""
     given: dict[str, Any] = {
         "boundaries": {"left": "fixed", "right": "velocity"}, "criterion": {"name": "strain", "tensile": 0.01},
         "relinking": {"name": "cold_welding", "pressure": 0.02, "slip_speed": 0.01}, "contact_damping": 0.2, **parameters,
@@ -137,7 +137,7 @@ def strip(packing: str = "square", **parameters: Any) -> Automata:
 
 
 def tear_and_press(automata: Automata, until: int = 0) -> None:
-    """Pull a strip apart, and press it until so many broken links are left."""
+    """Pull a strip apart, then compress it until at most `until` broken links are left."""
     automata.step(160.0, right_velocity=[5e-4, 0.0])
     assert automata.get("broken_links") >= 3
     while automata.get("broken_links") > until and automata.time < 700.0:
@@ -153,10 +153,10 @@ def test_a_broken_strip_is_welded_by_pressure_and_pulls_again(packing: str) -> N
     assert automata.get("broken_links") == 0.0 and {event.index for event in linked} == {event.index for event in broken}
     assert all(event.limit == 0.02 and event.value >= 0.02 for event in linked)
     work = automata.get("input_work")
-    # The contact pressed and hardly slid: no energy goes or comes.
+    # The contact was compressed and hardly slid, so linking transfers no energy.
     assert abs(automata.get("linking_energy")) <= 1e-9 * work
     assert abs(automata.get("energy_residual")) <= 2e-3 * work
-    # It bears tension, and breaks once more at the same strain.
+    # The strip carries tension, and breaks again at the same strain.
     automata.step(150.0, right_velocity=[5e-4, 0.0])
     while automata.get("broken_links") == 0.0 and automata.time < 1200.0:
         automata.step(1.0, right_velocity=[5e-4, 0.0])
@@ -166,7 +166,7 @@ def test_a_broken_strip_is_welded_by_pressure_and_pulls_again(packing: str) -> N
 
 
 def seam(part: int) -> Automata:
-    """Return a bar that has been torn at its seam, pressed and pulled while it is welded, in steps of that part."""
+    """Return a bar that was torn at its seam, compressed, welded and pulled, with the step divided by `part`."""
     beside = [
         {"area": {"name": "box", "x": x, "y": [-1.0, 1.0]}, "factor": 50.0} for x in ([0.0, 0.009], [0.0115, 1.0])
     ]  # fmt: skip

@@ -1,4 +1,4 @@
-"""Automata whose pairs yield, break, touch and rub: laws against closed forms, energies, bits, and the shipped experiments."""
+"""Automata with yielding, fracture, contact and friction: laws against closed forms, energies, bits, shipped experiments."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from granular_env.components.automata.breaking.criterion import LinkStress, fail
 
 
 def confined(**laws: object) -> Automata:
-    """A square block that is stretched along y and held along x: its strain and stress are homogeneous."""
+    """Return a square block, stretched along y and held along x, with homogeneous strain and stress."""
     return block(
         columns=2,
         rows=2,
@@ -31,7 +31,7 @@ def confined(**laws: object) -> Automata:
 
 
 def stretch(automata: Automata, strain: float, rate: float = 2e-6) -> None:
-    """Bring the block to that strain, slowly."""
+    """Stretch the block slowly to a given strain."""
     now = automata.get("displacement")[-1, 1] / 2.0
     ticks = max(1, round(abs(strain - now) / rate / automata.step_size))
     automata.step(ticks * automata.step_size, top_velocity=[0.0, 2.0 * (strain - now) / (ticks * automata.step_size)])
@@ -40,8 +40,8 @@ def stretch(automata: Automata, strain: float, rate: float = 2e-6) -> None:
 # -- responses: figure 3 ------------------------------------------------------------------------------------------------
 
 ONSET, HARDENING = 2e-3, 0.5
-# Equivalent stress of uniaxial strain eps: 2 eps (G = 1); the equivalent strain is 2/3 eps. Beyond the onset it grows with
-# 3 G H / (3 G + H) of that.
+# In uniaxial strain eps, the equivalent stress is 2 eps (G = 1) and the equivalent strain is 2/3 eps. Beyond the onset of
+# yielding, the stress grows at the rate 3 G H / (3 G + H) per equivalent strain.
 TANGENT = 2.0 / 3.0 * 3.0 * HARDENING / (3.0 + HARDENING)
 
 
@@ -51,9 +51,9 @@ def equivalent_in_the_middle(automata: Automata) -> float:
 
 
 def stiffness_left(part: float) -> float:
-    """Integrate the part of the excess that degrades, dg = -beta g (3 g G - H_t) de / s, up to the strain 3e-3."""
+    """Integrate the degradation dg = -beta g (3 g G - H_t) de / s up to the strain 3e-3."""
     stiffness, steps, slope = 1.0, 100_000, 1.5 * TANGENT
-    change = 2.0 / 3.0 * 2e-3 / steps  # of the equivalent strain, 2/3 eps, beyond eps = 1e-3
+    change = 2.0 / 3.0 * 2e-3 / steps  # increment of the equivalent strain, 2/3 eps, beyond eps = 1e-3
     for number in range(steps):
         stress = ONSET + slope * change * (number + 0.5)
         stiffness -= part * stiffness * (3.0 * stiffness - slope) * change / stress
@@ -78,7 +78,7 @@ def test_the_four_response_functions(response: dict[str, object], slope: object,
     linear = response["name"] == "linear"
     envelope = 6e-3 if linear else ONSET + TANGENT * 2e-3
     assert equivalent_in_the_middle(automata) == pytest.approx(envelope, rel=0.01)
-    # Pressure is not touched by flow; degradation takes 2 g G / 3 of the bulk modulus.
+    # Flow does not change the pressure; degradation reduces the bulk modulus by 2 g G / 3.
     top = equivalent_in_the_middle(automata)
     stretch(automata, 2.5e-3)
     unloading = (top - equivalent_in_the_middle(automata)) / 0.5e-3
@@ -136,7 +136,7 @@ def test_every_criterion_agrees_with_its_formula() -> None:
             for name, one in tables.items()
         }
         assert found["von_mises"] == (equivalent, 4e-3, 0)
-        # The compressive strength is three times the tensile one.
+        # The compressive strength is three times the tensile strength.
         assert found["drucker_prager"][0] == pytest.approx(2.0 * equivalent + 3.0 * mean, rel=1e-12)
         value, limit, cause = found["mohr_coulomb"]
         shear = abs(tangential) + 0.5 * normal
@@ -162,7 +162,7 @@ def test_uniaxial_strengths_are_where_links_break(packing: str, name: str, angle
     solid = ge.Material(density=1.0, young=2.5, poisson=0.25)
     strength = theory.uniaxial_strength(packing, criterion, solid, angle=angle, compression=compression)
     automata = block(packing, criterion=criterion)
-    # A stress s along the angle: strains (1 - nu^2) s / E and -nu (1 + nu) s / E; small, so that their squares do not count.
+    # A stress s along the angle gives strains (1 - nu^2) s / E and -nu (1 + nu) s / E, whose squares are negligible.
     stress = 1e-12 if not compression else -1e-12
     turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
     strain = turn @ np.diag([0.9375, -0.3125]) @ turn.T * stress / 2.5
@@ -176,7 +176,7 @@ def test_uniaxial_strengths_are_where_links_break(packing: str, name: str, angle
 
 @pytest.mark.parametrize(("packing", "part"), [("square", 1.06), ("hexagonal", 0.96)])
 def test_a_crack_starts_at_the_toughness(packing: str, part: float) -> None:
-    """A long crack in a clamped strip, in equilibrium: its stress intensity is known from the energy ahead of it."""
+    """A long crack in a clamped strip in equilibrium; the energy ahead of it gives the stress intensity."""
     tractions = {"name": "mohr_coulomb", "cohesion": 1e30, "internal_friction": 0.0, "tensile": 1.0}
     automata = block(packing, 80, 20, criterion=tractions)
     automata.reset()
@@ -200,7 +200,7 @@ def test_a_crack_starts_at_the_toughness(packing: str, part: float) -> None:
     residual = forces(start)
     direction, left = residual.copy(), float(residual @ residual)
     first = left
-    while left > 1e-16 * first:  # conjugate gradients; forces are linear in motions this small
+    while left > 1e-16 * first:  # conjugate gradients; forces are linear in these small motions
         answer = -forces(direction)
         step = left / float(direction @ answer)
         way, residual = way + step * direction, residual - step * answer
@@ -209,7 +209,7 @@ def test_a_crack_starts_at_the_toughness(packing: str, part: float) -> None:
     forces(start.reshape(-1) + way)
     stress = 3.0 * size / height  # lambda + 2 G = 3, E / (1 - nu^2) = 8 / 3
     intensity = math.sqrt(8.0 / 3.0 * 0.5 * stress * size)
-    largest = automata.get("criterion_ratio").max()  # the traction along a link
+    largest = automata.get("criterion_ratio").max()  # from the traction along a link
     assert intensity == pytest.approx(part * theory.fracture_toughness(largest, 1.0), rel=0.02)
 
 
@@ -225,13 +225,13 @@ def test_a_weaker_and_a_stronger_pair_break_at_their_own_strengths() -> None:
 
 
 def loose_pair(friction: float) -> tuple[Automata, int, int]:
-    """Two whole automata that are linked to nothing, far from the others; the second right of the first."""
+    """Return two unlinked whole automata far from the others, the second to the right of the first."""
     automata = block(columns=6, rows=6, criterion={"name": "strain", "tensile": 10.0}, friction=friction, step_size=0.02)
     first, second = (
         int(np.flatnonzero((automata.packing.reference == place).all(axis=1))[0]) for place in ((2.0, 3.0), (4.0, 3.0))
     )
     automata.reset(displacement={first: (0.0, 20.0), second: (-0.9, 20.0)})
-    automata._block["weight"][:] = 0.0  # nothing holds anything
+    automata._block["weight"][:] = 0.0  # remove all links
     return automata, first, second
 
 
@@ -246,7 +246,7 @@ def test_a_head_on_collision_is_elastic() -> None:
     automata, first, second = loose_pair(0.5)
     collide(automata, first, second, (0.01, 0.0))
     velocity = automata.get("velocity")
-    # Leapfrog errs by (omega h)^2 / 4 = 5e-4 at most, omega^2 = 2 k / m = 5.
+    # The error of leapfrog is at most (omega h)^2 / 4 = 5e-4, with omega^2 = 2 k / m = 5.
     np.testing.assert_allclose(velocity[[first, second]], [[0.0, 0.0], [0.01, 0.0]], atol=1e-5)
     assert automata.get("touching") == 0.0 and automata.get("friction_energy") == 0.0
 
@@ -256,7 +256,7 @@ def test_an_oblique_collision_slides_as_coulomb_says() -> None:
     collide(automata, first, second, (0.01, 0.0), spin=0.2)
     velocity, spin = automata.get("velocity"), automata.get("angular_velocity")
     normal, across = velocity[second]
-    # It slides all the time: the impulse across is 0.1 of that along, downwards where the first one turns upwards.
+    # Sliding lasts throughout: the tangential impulse is 0.1 of the normal impulse, and opposes the rotation.
     assert abs(across) == pytest.approx(0.1 * normal, rel=0.02)
     assert spin[first] + spin[second] < 0.2
     assert automata.get("friction_energy") > 0.0
@@ -297,7 +297,7 @@ def test_what_never_breaks_moves_as_what_cannot(packing: str) -> None:
 
 @BOTH
 def test_mirrored_loads_give_mirrored_cracks(packing: str) -> None:
-    """Bit for bit while nothing touches: contacts are added in the order of their automata, which no mirror keeps."""
+    """Bitwise identical without contacts: contact forces are summed in the order of the automata, which mirroring changes."""
     criterion = {"name": "mohr_coulomb", "cohesion": 0.02, "internal_friction": 0.3, "tensile": 0.01}
     automata = block(packing, 10, 8, boundaries={"left": "velocity", "right": "velocity"}, criterion=criterion)
     x, y = automata.packing.reference.T
@@ -328,12 +328,12 @@ def test_a_sample_fails_in_shear_bands_and_its_energy_is_accounted_for(compressi
     end = compression.duration
     energy = {name: float(compression.get(name, end)) for name in ("fracture_energy", "friction_energy", "input_work")}
     assert min(energy.values()) > 0.0
-    # Of what was lost: the rest of the work is elastic.
+    # Relative to the dissipated energy, because the rest of the work is elastic.
     lost = energy["fracture_energy"] + energy["friction_energy"]
     assert abs(compression.get("energy_residual", end)) <= 0.01 * lost
     kinds = {event.kind for event in compression.events()}
     assert kinds == {"shear_break", "tension_break"} and compression.events("shear_break")
-    # The first ones break at the corners; the bands lean by about 60 degrees, the direction of rows of the packing.
+    # The first pairs break at the corners; the bands are inclined by about 60 degrees, the direction of the packing's rows.
     points, links = compression.branch(0.0).component.drawables()
     place = points.reference[links.pairs[compression.events()[0].index, 0]]
     assert min(abs(place[0]), abs(place[0] - 0.05)) < 0.006 and min(abs(place[1]), abs(place[1] - 0.1)) < 0.006
@@ -358,10 +358,10 @@ def test_a_disc_splits_from_its_centre(tmp_path: Path) -> None:
     places = points.reference[links.pairs[[event.index for event in log.events()], 0]]
     assert log.events()[0].kind == "tension_break" and np.hypot(*places[0]) < 0.0249 / 4
     broken = points.reference[links.pairs[disc.get("linked") < 1.0, 0]]
-    assert np.ptp(broken[:, 1]) > 2.0 * np.ptp(broken[:, 0])  # along the line between the plates
+    assert np.ptp(broken[:, 1]) > 2.0 * np.ptp(broken[:, 0])  # along the line of loading
     # Nearly all of the work is elastic.
     assert abs(disc.get("energy_residual")) <= 0.01 * disc.get("fracture_energy")
-    # The strength that the test is made for, 2 P / (pi D t), is that of the pairs.
+    # The measured strength 2 P / (pi D t) equals the strength of the pairs.
     load = np.abs(log.series("top_reaction")[1][:, 1]).max()
     assert 2.0 * load / (math.pi * 0.0498) == pytest.approx(5e6, rel=0.1)
 
@@ -375,7 +375,7 @@ def test_a_disc_splits_from_its_centre(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("criterion", "per_strain"),
     [
-        # Uniaxial strain with lambda = G = 1: s_yy = 3 eps, s_xx = s_zz = eps, so that s_eq = 2 eps and s_m = 5/3 eps.
+        # Uniaxial strain with lambda = G = 1: s_yy = 3 eps, s_xx = s_zz = eps, so s_eq = 2 eps and s_m = 5/3 eps.
         ({"name": "strain", "tensile": 0.02}, 50.0),
         ({"name": "von_mises", "strength": 0.04}, 50.0),
         ({"name": "drucker_prager", "compressive": 0.2, "tensile": 0.1}, 27.5),

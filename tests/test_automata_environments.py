@@ -1,4 +1,4 @@
-"""Confinement-v3: what pressure is worth, what theory knows of it, and an environment like any other."""
+"""Confinement-v3: returns of pressures, theoretical pressure, and conformance of the environment."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SCALE = 6e7  # Pa at action 1
 
 @pytest.fixture(scope="module")
 def returns() -> dict[str, tuple[float, dict]]:
-    """The return and the last info of each baseline."""
+    """Return the return and the last info of each baseline."""
     env = gymnasium.make(NAME).unwrapped
     return {name: play(env, policy, seed=0) for name, policy in env.task.baselines().items()}
 
@@ -31,9 +31,9 @@ def test_without_pressure_the_specimen_bursts_and_the_more_is_known_the_better(r
     assert returns["nothing"][1]["broken_part"] > 0.3 and returns["nothing"][1]["time"] < 0.5 * 2.5e-4
     order = [returns[name][0] for name in ("nothing", "constant", "theory", "best")]
     assert order == sorted(order)
-    # Pinned to three digits: they are in the docstring and on the page.
+    # Pinned to three digits, because the docstring and the page state them.
     assert [round(value, 3) for value in order[1:]] == [-0.296, -0.089, -0.063]
-    # The threshold is the worst of 100 draws: -0.103, this one returns -0.089.
+    # The threshold is the worst return of 100 samples, -0.103; this sample returns -0.089.
     assert gymnasium.spec(NAME).reward_threshold == pytest.approx(returns["theory"][0], abs=0.02)
     assert returns["theory"][0] > gymnasium.spec(NAME).reward_threshold
     assert returns["theory"][1]["broken_part"] < 0.01 and returns["best"][1]["broken_part"] < 0.05
@@ -44,13 +44,13 @@ def test_the_return_is_what_broke_and_what_the_pressure_cost(returns) -> None:
     for name in ("constant", "theory"):
         policy = env.task.baselines()[name]
         drive = np.full(50, 0.5) if name == "constant" else policy.drive[:, 0]
-        followed = np.minimum(drive, 0.05 * (1.0 + np.arange(50)))  # as fast as the pressure may rise
+        followed = np.minimum(drive, 0.05 * (1.0 + np.arange(50)))  # largest rate of the pressure
         mean = float(followed.mean())
         assert returns[name][0] == pytest.approx(-returns[name][1]["broken_part"] - 0.2 * mean, abs=1e-6)
 
 
 def test_each_episode_draws_its_strengths() -> None:
-    """By the seed of reset; a saved state knows them; with `strength_seed` all have one."""
+    """The reset's seed sets the strengths, a saved state contains them, and `strength_seed` fixes them for all episodes."""
     env = make_confinement(deadline=4, internal_steps=2)
 
     def strengths(seed: int | None) -> np.ndarray:
@@ -83,7 +83,7 @@ def test_both_sides_are_pressed_and_the_middle_bears_what_theory_says() -> None:
     height = env.component.packing.reference[:, 1]
     middle = np.abs(height - height.mean()) < 0.15 * np.ptp(height)
     xx, yy, _ = env.component.get("stress")[middle].mean(axis=0)
-    # The load grows within the time that P waves need to cross the specimen ten times: it rings by some percents.
+    # The load rises within ten P-wave transits of the specimen, which leaves oscillations of a few percent.
     assert -xx == pytest.approx(pressure, rel=0.1)
     assert -yy == pytest.approx(platen_stress(1.75e-3, pressure, 5e10, 0.25), rel=0.05)
 

@@ -18,20 +18,20 @@ BOTH = pytest.mark.parametrize("packing", ["square", "hexagonal"])
 
 
 def solid(ratio: float = 1.0) -> ge.Material:
-    """A material with rho = G = 1 and this lambda / G."""
+    """Return a material with rho = G = 1 and a given lambda / G."""
     poisson = ratio / (2.0 * (1.0 + ratio))
     return ge.Material(density=1.0, young=2.0 * (1.0 + poisson), poisson=poisson)
 
 
 def block(packing: str, columns: int = 8, rows: int = 8, **parameters: object) -> Automata:
-    """A rectangle of automata of diameter 1."""
+    """Return a rectangle of automata of diameter 1."""
     height = rows * (ROW if packing == "hexagonal" else 1.0)
     shape = {"name": "rectangle", "width": float(columns), "height": height}
     return Automata(**{"shape": shape, "diameter": 1.0, "packing": packing, "material": solid(), **parameters})
 
 
 def residual(automata: Automata, gradient: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Forces and torques on all automata under a homogeneous displacement gradient and the rotation that belongs to it."""
+    """Return forces and torques on all automata under a homogeneous displacement gradient with its rotation."""
     turn = 0.5 * (gradient[1, 0] - gradient[0, 1])
     automata.reset(displacement=automata.packing.reference @ gradient.T, rotation=turn)
     return automata.steps.forces(), automata.steps.torques()
@@ -39,7 +39,7 @@ def residual(automata: Automata, gradient: np.ndarray) -> tuple[np.ndarray, np.n
 
 # -- homogeneous strains ------------------------------------------------------------------------------------------------
 
-# Small enough that the square of a strain is below the bound.
+# So small that squares of strains are below the bound.
 GRADIENT = 1e-13 * np.array([[1.0, 3.0], [-2.0, 0.5]])
 
 
@@ -53,7 +53,7 @@ def test_a_homogeneous_strain_and_spin_costs_no_force_inside(packing: str) -> No
     automata = block(packing)
     force, torque = residual(automata, GRADIENT)
     x, y = automata.packing.reference.T
-    low, high = (0.9, 7.1) if packing == "square" else (1.9, 6.1)  # a free zigzag is felt by the neighbours of its neighbours
+    low, high = (0.9, 7.1) if packing == "square" else (1.9, 6.1)  # a free zigzag affects second neighbours
     inside = (x > low) & (x < high) & (y > 0.9 + (packing == "hexagonal")) & (y < y.max() - 0.9 - (packing == "hexagonal"))
     scale = np.abs(hooke(GRADIENT)).max()
     assert inside.sum() >= 9
@@ -75,7 +75,7 @@ def test_both_moduli_are_exact(packing: str, ratio: float) -> None:
 def test_the_condensed_zigzag_of_a_hexagonal_packing_is_free_of_traction() -> None:
     automata = block("hexagonal")
     stretch = 1e-13
-    force, torque = residual(automata, np.diag([-stretch / 3.0, stretch]))  # plane strain, lambda = G: no stress along x
+    force, torque = residual(automata, np.diag([-stretch / 3.0, stretch]))  # plane strain, lambda = G: zero stress along x
     y = automata.packing.reference[:, 1]
     ends = (y < 0.1) | (y > y.max() - 0.1)
     assert np.abs(force[~ends]).max() <= 1e-12 * stretch and np.abs(torque[~ends]).max() <= 1e-12 * stretch
@@ -108,16 +108,16 @@ def test_a_held_zigzag_is_held_with_both_of_its_rows() -> None:
 @pytest.mark.parametrize("ratio", [0.0, 1.0, 4.0], ids="lambda / G = {}".format)
 @BOTH
 def test_a_bar_in_uniaxial_stress_is_at_rest_to_its_corners(packing: str, ratio: float, ends: str, laws: dict) -> None:
-    """Corners of a hexagonal packing are quarter cells: what presses on them must not turn them."""
+    """Corners of a hexagonal packing are quarter cells; pressure on them must not rotate them."""
     edge = {"name": "velocity", "components": "y"} if ends == "smooth" else "traction"
     automata = block(packing, 6, 8, material=solid(ratio), boundaries={"bottom": edge, "top": edge}, **laws)
-    stretch, poisson = -1e-13, ratio / (2.0 * (1.0 + ratio))  # the square of a strain is below the bound
+    stretch, poisson = -1e-13, ratio / (2.0 * (1.0 + ratio))  # squares of strains are below the bound
     strain = np.diag([-poisson / (1.0 - poisson) * stretch, stretch])
     automata.reset(displacement=automata.packing.reference @ strain)
     stress = hooke(strain, lame=ratio)[1, 1]
     loads = {"bottom_traction": [0.0, -stress], "top_traction": [0.0, stress]} if ends == "traction" else {}
     automata.step(200 * automata.step_size, **loads)
-    # Free corners would turn at a speed of about the strain times that of waves, which is 1.
+    # Free corners would rotate at a speed of about the strain times the wave speed, which is 1.
     assert automata.get("speed").max() <= 1e-10 * abs(stretch)
     assert np.abs(automata.get("angular_velocity")).max() <= 1e-10 * abs(stretch)
 
@@ -138,7 +138,7 @@ def test_a_rotation_costs_no_energy(packing: str, angle: float) -> None:
 @BOTH
 def test_a_spin_by_90_degrees_keeps_its_energy_and_its_angular_momentum(packing: str) -> None:
     automata = block(packing, 2, 2)
-    rate = 1e-5  # 90 degrees in 1.6e5 s; the energy of the centrifugal strain is (rate L / c)^2 / 10 = 1e-11 of the whole
+    rate = 1e-5  # 90 degrees in 1.6e5 s; the energy of the centrifugal strain is (rate L / c)^2 / 10 = 1e-11 of the total
     arm = automata.packing.reference - automata.packing.reference.mean(axis=0)
     automata.reset(velocity=rate * np.stack([-arm[:, 1], arm[:, 0]], axis=1), angular_velocity=rate)
     before = automata.get("angular_momentum"), automata.get("kinetic_energy") + automata.get("rotational_energy")
@@ -153,7 +153,7 @@ def test_a_spin_by_90_degrees_keeps_its_energy_and_its_angular_momentum(packing:
 
 
 def strip(packing: str, columns: int, ends: dict[str, str] | None = None, **parameters: object) -> Automata:
-    """A strip along x that is closed on itself along y."""
+    """Return a strip along x, periodic along y."""
     return block(packing, columns, 2, boundaries={"bottom": "periodic", "top": "periodic", **(ends or {})}, **parameters)
 
 
@@ -168,7 +168,7 @@ def test_a_plane_wave_keeps_the_discrete_energy_and_the_momentum(packing: str) -
     def force_at(displacement: np.ndarray) -> np.ndarray:
         return forces_at(automata, displacement, np.zeros(automata.count))[0]
 
-    # Leapfrog's middles of steps are its whole steps: v there is that of the tick, u lies half a step before and after it.
+    # At mid-step of leapfrog, v is the velocity at the tick; u is known half a step before and after it.
     found, momenta = [], []
     for _ in range(300):
         u, v = automata.get("displacement"), automata.get("velocity")
@@ -177,7 +177,7 @@ def test_a_plane_wave_keeps_the_discrete_energy_and_the_momentum(packing: str) -
         momenta.append(automata.get("momentum"))
         automata.step()
     assert np.ptp(found) <= 1e-12 * max(found)
-    # The wave moves mass about: its scale is that of the moving mass.
+    # The scale is the momentum of the moving mass.
     assert np.abs(np.array(momenta) - momenta[0]).max() <= 1e-12 * 2e-9 * mass.sum()
 
 
@@ -188,7 +188,7 @@ def test_a_plane_wave_keeps_the_discrete_energy_and_the_momentum(packing: str) -
     ids=["free", "held", "breakable"],
 )
 def test_noise_keeps_the_discrete_energy(packing: str, parameters: dict[str, Any]) -> None:
-    """A thousand steps; strains are some 1e-12, so that what is not linear in them is below the bound."""
+    """A thousand steps with strains of about 1e-12, so that nonlinear terms are below the bound."""
     automata = block(packing, **parameters)
     random = np.random.default_rng(1)
     automata.reset(
@@ -196,7 +196,7 @@ def test_noise_keeps_the_discrete_energy(packing: str, parameters: dict[str, Any
         angular_velocity=1e-12 * random.standard_normal(automata.count),
     )
     begin = automata.balances()[0]
-    # Of noise it is no small part.
+    # For noise, the leapfrog energy is a large fraction.
     assert -begin.stored["leapfrog_energy"] > 0.05 * begin.initial
     for _ in range(50):
         automata.step(20 * automata.step_size)
@@ -211,7 +211,7 @@ def test_waves_in_a_closed_packing_have_the_frequencies_of_the_lattice(packing: 
     extent = np.array([16.0, 16.0 * (ROW if packing == "hexagonal" else 1.0)])
     k = 2.0 * math.pi * np.array(number) / extent
     exact = theory.lattice_frequencies(packing, k, density=1.0, shear=1.0, lame=1.0, diameter=1.0)
-    # Any start of this wave vector is a sum of its three modes: project a run on the wave, and compare with their recurrence.
+    # Any start with this wave vector is a sum of three modes: project the run on the wave, and fit the three frequencies.
     phase = automata.packing.reference @ k
     generator = np.random.default_rng(0)
     mix = 1e-10 * generator.standard_normal((3, 2))
@@ -221,7 +221,7 @@ def test_waves_in_a_closed_packing_have_the_frequencies_of_the_lattice(packing: 
     for _ in range(400):
         values.append(float(automata.get("displacement")[:, 0] @ np.cos(phase)))
         automata.step()
-    # After 20 s the phases of three modes at the frequencies of leapfrog, sin(w h / 2) = W h / 2, explain the run.
+    # Over 20 s, three modes at the frequencies of leapfrog, sin(w h / 2) = W h / 2, reproduce the run.
     times = automata.step_size * np.arange(400)
     rates = 2.0 / automata.step_size * np.arcsin(0.5 * automata.step_size * exact)
     basis = np.concatenate([[np.cos(w * times), np.sin(w * times)] for w in rates]).T
@@ -277,8 +277,8 @@ def test_a_traction_stretches_a_specimen_as_hooke_says(packing: str) -> None:
     pull = ge.Profile.table([0.0, 400.0, 2000.0], [0.0, 1e-6, 1e-6]) * [0.0, 1.0]
     automata.step(800.0, top_traction=pull)
     top = automata.packing.reference[:, 1] > height - 0.1
-    # Plane strain, E / (1 - nu^2) = 8/3; it rings by some thousandths, since the pull took 400 s. The outermost automata of a
-    # hexagonal packing stick out of the row: they rotate under the pull, by the centres' distance to the middle of their share.
+    # Plane strain, E / (1 - nu^2) = 8/3, with oscillations of a few thousandths, because the load rose over 400 s. The
+    # outermost automata of a hexagonal packing protrude from the row; they rotate, because the load acts off their centres.
     middle = np.flatnonzero(top)[2:-2]
     assert automata.get("displacement")[middle, 1].mean() / height == pytest.approx(1e-6 * 3.0 / 8.0, rel=0.01)
     assert automata.get("input_work") == pytest.approx(automata.get("elastic_energy"), rel=0.02)
@@ -287,7 +287,7 @@ def test_a_traction_stretches_a_specimen_as_hooke_says(packing: str) -> None:
 
 # -- refusals ---------------------------------------------------------------------------------------------------------------
 
-# Polygons that touch themselves: in a slit, and where two squares meet.
+# Polygons that touch themselves: along a slit, and at a common corner of two squares.
 
 
 def test_a_specimen_that_is_torn_too_fast_is_refused_and_unharmed() -> None:
@@ -306,7 +306,7 @@ def test_a_specimen_that_is_torn_too_fast_is_refused_and_unharmed() -> None:
 @BOTH
 def test_a_disc_has_about_its_area_and_no_force_at_rest(packing: str) -> None:
     automata = block(packing, shape={"name": "disc", "radius": 20.0})
-    # The staircase errs by at most its outline times half a diameter, and far less, since it errs to both sides.
+    # The error of the staircase is at most its outline times half a diameter, and much smaller because errors cancel.
     assert automata.get("mass") == pytest.approx(math.pi * 400.0, rel=0.03)
     automata.step(1.0)
     assert not automata.get("velocity").any()

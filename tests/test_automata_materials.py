@@ -1,4 +1,4 @@
-"""Specimens of several materials: layers, waves at a bond between two materials, mixtures that crack, and what is refused."""
+"""Specimens of several materials: layers, waves at a bond between two materials, cracking mixtures, and refusals."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ SHEAR, LAME = (np.array([getattr(one, name) for one in (SOFT, HARD)]) for name i
 
 
 def upper_half(axis: int, middle: float) -> list[dict[str, Any]]:
-    """Return the region of the second material: all beyond a line across an axis."""
+    """Return the region of the second material: the half-space beyond a position on an axis."""
     sides = [[-1000.0, 1000.0], [-1000.0, 1000.0]]
     sides[axis][0] = middle
     return [{"area": {"name": "box", "x": sides[0], "y": sides[1]}, "material": 1}]
 
 
 def mixed(packing: str, columns: int, rows: int, seed: int = 1, materials: int = 2, **parameters: Any) -> Automata:
-    """Return a block each of whose automata is of a material drawn by lot."""
+    """Return a block of automata with randomly sampled materials."""
     count = block(packing, columns, rows).count
     numbers = np.random.default_rng(seed).integers(0, materials, count).tolist()
     given = [SOFT, HARD, ge.Material(density=0.5, young=0.4, poisson=0.45)][:materials]
@@ -49,7 +49,7 @@ def mixed(packing: str, columns: int, rows: int, seed: int = 1, materials: int =
 def test_layers_are_in_equilibrium_and_bear_what_both_materials_say(
     axis: int, along: float, across: float, shear: float
 ) -> None:
-    """A strain along layers, a stress across them and a shear stress: tractions are continuous, both moduli exact."""
+    """Apply a strain along layers, a stress across them and a shear stress: tractions are continuous, and both moduli exact."""
     size = 1e-13
     automata = block("square", 8, 8, material=[SOFT, HARD], regions=upper_half(axis, 4.2))
     place, beside = automata.packing.reference[:, axis], automata.packing.reference[:, 1 - axis]
@@ -59,7 +59,7 @@ def test_layers_are_in_equilibrium_and_bear_what_both_materials_say(
     displacement = np.zeros((automata.count, 2))
     for values, axis_of, also in ((stretch, axis, 0.0 * beside), (angle, 1 - axis, along * beside)):
         displacement[:, axis_of] = np.where(layer, values[0] * middle + values[1] * (place - middle), values[0] * place) + also
-    # Rows turn so that no torque acts: half of the shear.
+    # Zero torque requires rows to rotate by half of the shear angle.
     rotation = (-0.5 if axis == 1 else 0.5) * angle[layer]
     automata.reset(displacement=size * displacement, rotation=size * rotation)
     stress = automata.get("stress") / size
@@ -85,7 +85,7 @@ def test_forces_of_a_mixture_are_those_of_its_energy(packing: str) -> None:
     work = -0.5 * float((displacement * force).sum() + (rotation * torque).sum())
     assert work > 0.0 and automata.get("elastic_energy") == pytest.approx(work, rel=1e-7)
     assert np.abs(force.sum(axis=0)).max() <= 1e-13 * np.abs(force).max()
-    # Linear and symmetric: what one motion does on another is what that does on the first.
+    # The stiffness is symmetric: the forces of one motion do the same work on another motion as vice versa.
     other, turn = 1e-9 * random.standard_normal((automata.count, 2)), 1e-9 * random.standard_normal(automata.count)
     there, back = forces_at(automata, other, turn), (force, torque)
     assert float((displacement * there[0]).sum() + (rotation * there[1]).sum()) == pytest.approx(
@@ -118,7 +118,7 @@ def test_a_mixture_keeps_discrete_energy_and_momenta(packing: str) -> None:
 @BOTH
 @pytest.mark.parametrize("second", [HARD, DENSE], ids=["harder", "denser"])
 def test_a_wave_is_reflected_by_the_impedances_of_two_materials(packing: str, second: ge.Material) -> None:
-    """A pulse 40 diameters long meets a bond between two materials: what comes back and what goes on are those of theory."""
+    """Reflection and transmission of a pulse, 40 diameters long, at a bond between two materials agree with theory."""
     edges = {"bottom": "periodic", "top": "periodic"}
     automata = block(packing, 320, 4, material=[SOFT, second], regions=upper_half(0, 160.2), boundaries=edges)
     x, speed, length = automata.packing.reference[:, 0], math.sqrt(3.0), 40.0
@@ -153,14 +153,14 @@ def test_a_mixture_that_breaks_and_rubs_closes_its_balance(packing: str, speed: 
 
 
 def link_ends(automata: Automata) -> np.ndarray:
-    """Return the two automata of each link."""
+    """Return the two automata of each link, shape (links, 2)."""
     links = automata.drawables()[1]
     assert isinstance(links, Links)
     return links.pairs
 
 
 def torn(**parameters: Any) -> tuple[Automata, list[set[int]]]:
-    """Tear a strip of two materials apart; return it, and the materials at both ends of each link that broke."""
+    """Tear a strip of two materials apart; return it, and the materials at both ends of each broken link."""
     edges = {"left": "fixed", "right": "velocity"}
     strip = block("square", 16, 4, material=[SOFT, HARD], regions=upper_half(0, 8.2), boundaries=edges, **parameters)
     for _ in range(60):
@@ -179,7 +179,7 @@ def test_a_weak_interface_breaks_first_and_nothing_else() -> None:
 
 
 def test_a_contact_of_two_materials_is_two_halves_in_series() -> None:
-    """Two blocks meet: the force is that of springs k = 2 G + lambda / 2 in a row, on the overlap that there is."""
+    """Two blocks in contact: the force is that of springs k = 2 G + lambda / 2 in series, at the given overlap."""
     slit = {"name": "box", "x": [-1.0, 3.0], "y": [2.9, 3.1]}
     shape = {"name": "rectangle", "width": 2.0, "height": 6.0, "holes": [slit]}
     automata = block(
@@ -194,7 +194,7 @@ def test_a_contact_of_two_materials_is_two_halves_in_series() -> None:
     overlap = middle[y == 2.0] - middle[y == 4.0] - 1.0
     automata.step()
     spring = 2.0 * SHEAR + 0.5 * LAME
-    force = 2.0 * spring.prod() / spring.sum() * overlap @ [0.5, 1.0, 0.5]  # two halves of cells beside a whole one
+    force = 2.0 * spring.prod() / spring.sum() * overlap @ [0.5, 1.0, 0.5]  # one whole cell and two half cells
     gained = (automata.mass * (automata.get("velocity")[:, 1] - before))[upper].sum()
     assert automata.get("touching") == 3.0 and overlap.min() > 1e-6
     assert gained == pytest.approx(force * h, rel=1e-6)

@@ -1,4 +1,4 @@
-"""What automata fill: holes, flats of a disc, two bodies in one shape; regions of other strength."""
+"""Shapes of automata: holes, flats of a disc, two bodies in one shape, and regions of different strength."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def box(left: float, right: float, low: float, high: float) -> dict[str, Any]:
 
 
 def middles(automata: Automata) -> Any:
-    """Return the middle of each pair, in the order of the output `linked`, shape (m, 2)."""
+    """Return the midpoint of each pair, in the order of the output `linked`, shape (m, 2)."""
     pairs = automata.packing.pairs()
     return automata.packing.reference[pairs[:, 0]] + 0.5 * automata.packing.lattice.directions[pairs[:, 2]]
 
@@ -48,7 +48,7 @@ def test_a_homogeneous_strain_pulls_at_the_sides_of_a_hole_alone() -> None:
     inside = (x > 0) & (x < 16) & (y > 0) & (y < 16)
     beside = (x >= 4) & (x <= 8) & (y >= 6) & (y <= 10)
     speed = automata.get("speed")
-    # Strains of 1e-6 are small up to their squares.
+    # Strains are 1e-6, so nonlinear terms are below the bound.
     assert speed[inside & ~beside].max() <= 1e-5 * speed[beside].max()
 
 

@@ -1,4 +1,4 @@
-"""Each benchmark runs, on a problem too small to say anything: what it says about speed is not tested, what it compares is."""
+"""Each benchmark runs on a tiny problem. The tests check the compared computations, not the measured speeds."""
 
 import sys
 from pathlib import Path
@@ -52,7 +52,7 @@ SMALL = {
 }
 
 
-# The others compile what hardly any test needs, or start many processes.
+# Other benchmarks compile kernels that few tests need, or start many processes.
 QUICK = {"calls", "numpy", "recording", "replay"}
 
 
@@ -83,7 +83,7 @@ def test_every_law_is_timed_while_all_its_contacts_are_closed():
 
 @pytest.mark.slow
 def test_our_side_of_the_rod_beside_lammps_swings_as_theory_says():
-    """A free bar of unit stiffness and mass per length: its ends come to rest after half of the sound's way through it."""
+    """The ends of a free bar come to rest after half of the sound's travel time through the bar."""
     rod = lammps_solid_peer.swinging_rod(13, 3)
     rest = lammps_solid_peer.zero_crossing(
         lambda: rod.step(rod.step_size), lambda: rod.get("nodal_velocity")[:, 0], rod.step_size

@@ -1,4 +1,4 @@
-"""Exact gradients: against central differences, against a closed form, bit by bit against the component's own steps."""
+"""Exact gradients against central differences and a closed form; evaluated runs bitwise against the component's steps."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from granular_env.domains.chain.control import (
     velocity,
 )
 
-# The bound of the gradient's error, as a part of the change that its entries make along a direction.
+# Bound of the gradient's error, relative to the change along a direction.
 BOUND = 1e-7
 TICKS = 3
 
@@ -61,7 +61,7 @@ CASES: dict[str, dict[str, Any]] = {
         "radius": 3e-3, "precompression": 50.0, "arrangement": {"name": "impurity", "index": 3, "radius": 2e-3, "mass": 4e-4},
     },
 }  # fmt: skip
-# Seconds for kernels that no other test needs: these laws have gradients above under the other integrator, or in
+# Slow because of kernels that no other test needs. Gradients of these laws are tested above with the other integrator, or in
 # test_chain_law_functions.py.
 SLOW = ("kuwabara_kono", "power", "power at rest, leapfrog", "kuwabara_kono, falling, leapfrog", "viscous, leapfrog",
         "viscous at rest, leapfrog")  # fmt: skip
@@ -69,7 +69,7 @@ MARKED_CASES = [pytest.param(name, marks=[pytest.mark.slow] if name in SLOW else
 
 
 def task(name: str, seed: int, steps: int = 12) -> tuple[Chain, Any, Any]:
-    """A chain in a random state, a random drive, and an objective that depends on everything."""
+    """Return a chain in a random state, a random drive, and an objective that depends on all quantities."""
     rng = np.random.default_rng([seed, len(name)])
     parameters = {"grains": 10, "radius": list(3e-3 * (0.8 + 0.4 * rng.random(10))), "step_size": 5e-7} | CASES[name]
     chain = Chain(**parameters)
@@ -86,7 +86,7 @@ def task(name: str, seed: int, steps: int = 12) -> tuple[Chain, Any, Any]:
 
 
 def derivatives(chain: Chain) -> dict[str, Any]:
-    """What this chain has gradients by, with a size for each at which a change is felt and no limit is passed."""
+    """Return the names of this chain's gradients, each with a step size that has an effect and exceeds no limit."""
     p, g = chain.parameters, chain.geometry
     sizes: dict[str, Any] = {"drive": 1.0, "radius": 3e-5, "mass": 0.05 * g.mass, "velocity": 0.01, "displacement": 2e-8}
     sizes["contact_stiffness"] = 0.1 * (p.contact_stiffness or g.stiffness)
@@ -107,7 +107,7 @@ def derivatives(chain: Chain) -> dict[str, Any]:
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", MARKED_CASES)
 def test_gradients_agree_with_central_differences(name: str, seed: int) -> None:
-    """Of every parameter along a random direction, wherever the difference itself is exact enough to tell."""
+    """Test every parameter along a random direction, if the difference is accurate enough."""
     chain, drive, objective = task(name, seed)
     sizes = derivatives(chain)
     value, exact = value_and_grad(objective, chain, drive, ticks=TICKS, with_respect_to=sizes)
@@ -126,7 +126,7 @@ def test_gradients_agree_with_central_differences(name: str, seed: int) -> None:
 
 @pytest.mark.slow
 def test_a_long_disordered_and_dissipative_run() -> None:
-    """Forty grains, two thousand force evaluations, a wave that is reflected: all drive entries and radii at once."""
+    """Forty grains, two thousand force evaluations, a reflected wave: all drive entries and radii together."""
     rng = np.random.default_rng(7)
     chain = Chain(
         grains=40, radius=list(3e-3 * (0.6 + 0.8 * rng.random(40))), right="plane", step_size=5e-7, precompression=50.0,
@@ -146,7 +146,7 @@ def test_a_long_disordered_and_dissipative_run() -> None:
 
 @pytest.mark.parametrize("integrator", ["pefrl", pytest.param("leapfrog", marks=pytest.mark.slow)])
 def test_a_linear_chain_has_the_gradient_of_its_matrices(integrator: str) -> None:
-    """Springs (power 1) that stay pressed: a step is a matrix, and the gradient is a product of them."""
+    """Springs (power 1) that stay compressed: a step is a matrix, and the gradient is a product of matrices."""
     n, stiffness, h, steps = 6, 2e6, 1e-6, 20
     chain = Chain(
         grains=n, law={"name": "power", "exponent": 1.0}, contact_stiffness=stiffness, precompression=500.0, right="plane",
@@ -171,7 +171,7 @@ def test_a_linear_chain_has_the_gradient_of_its_matrices(integrator: str) -> Non
             step, push = kicked @ step, kicked @ push + kick * force
     drive = np.zeros((steps, 2))
     drive[:, 0] = 50.0 * np.sin(np.arange(steps))
-    # J = sum of 1000 u^2 / steps over time of the last grain, and v of the first at the end.
+    # J = sum over time of 1000 u^2 / steps of the last grain, plus the final v of the first grain.
     states, state = [], np.zeros(2 * n)
     for t in range(steps):
         for _ in range(TICKS):
@@ -200,7 +200,7 @@ def test_a_linear_chain_has_the_gradient_of_its_matrices(integrator: str) -> Non
 
 @jit
 def _note_state(chain, step, steps, inputs, constants, sums):
-    """The state after the last control step, as it is."""
+    """Store the state after the last control step."""
     if step == steps - 1:
         n = len(sums) // 2
         for i in range(n):
@@ -232,7 +232,7 @@ def _stepped(chain: Chain, drive: Any) -> Any:
 
 @pytest.mark.parametrize("name", MARKED_CASES)
 def test_evaluate_has_the_bits_of_the_component(name: str) -> None:
-    """What is differentiated is the very run that is made; the chain stays as it was."""
+    """The differentiated run is bitwise identical to the component's run, and the chain is not changed."""
     chain, drive, _ = task(name, seed=3)
     before = chain.save().to_bytes()
     evaluated = _state_of_evaluate(chain, drive)
@@ -241,7 +241,7 @@ def test_evaluate_has_the_bits_of_the_component(name: str) -> None:
 
 
 def test_gradients_are_the_same_every_time_and_members_are_independent() -> None:
-    """Twice the same bits; a batch of drives gives what each gives alone; the chain is as it was."""
+    """Repetitions are bitwise identical, a batch of drives equals single drives, and the chain is not changed."""
     chain, drive, objective = task("viscous", seed=5)
     before = chain.save().to_bytes()
     one, two = (value_and_adjoint(chain, drive, TICKS, objective) for _ in range(2))
@@ -255,7 +255,7 @@ def test_gradients_are_the_same_every_time_and_members_are_independent() -> None
 
 
 def test_a_gradient_starts_from_the_present_state() -> None:
-    """Half a run, then the rest, is the whole run."""
+    """Half a run followed by the rest equals the whole run."""
     chain, drive, _ = task("power", seed=4)
     objective = total(chain, energy(2, 5).at_end())
     whole = value_and_adjoint(chain, drive, TICKS, objective)
@@ -274,9 +274,9 @@ DASHPOT = {"law": {"name": "viscous", "dissipation": 5.0}}
 @pytest.mark.parametrize("integrator", ["pefrl", pytest.param("leapfrog", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("gap", [2.3e-6, 2.2871e-6])
 def test_the_slope_of_a_dashpot_that_closes_goes_to_that_of_the_physics(integrator: str, gap: float) -> None:
-    """Two grains fly together: when they meet decides nothing, so the derivative of their last velocities by the gap is 0.
+    """Two grains collide freely: the time of the collision is irrelevant, so d(final velocity) / d(gap) = 0.
 
-    A dashpot that acted for whole steps alone had a slope of -c / m = -5.2e3 1/s, whatever the step.
+    A dashpot that acts only for whole steps would give a slope of -c / m = -5.2e3 1/s for every step size.
     """
     slopes = []
     for step_size in (2e-7, 5e-8, 1e-8):
@@ -285,12 +285,12 @@ def test_the_slope_of_a_dashpot_that_closes_goes_to_that_of_the_physics(integrat
         objective, ticks = total(chain, velocity(-1).at_end()), round(4e-5 / step_size)
         _, gradient = value_and_grad(objective, chain, np.zeros((1, 2)), ticks=ticks, with_respect_to=["gap"])
         slopes.append(abs(gradient["gap"]))
-    # Twenty times as small a step: at most a tenth, and a thousandth of what it was.
+    # With a step 20 times smaller, the slope is much smaller than at the larger steps.
     assert slopes[0] < 400.0 and slopes[2] < min(0.2 * max(slopes), 30.0)
 
 
 def test_the_slope_of_a_driven_chain_of_dashpots_is_that_of_the_reference() -> None:
-    """Six grains with gaps: d/d gap = 4.099e4 1/s, by differences of runs with a small step; it was 3.51e4."""
+    """Six grains with gaps: d/d gap = 4.099e4 1/s from differences of runs with a small step (whole-step dashpot: 3.51e4)."""
     drive = np.zeros((20, 2))
     drive[:10, 0] = 50.0 * np.sin(0.1 * np.pi * np.arange(10)) + 10.0
 
@@ -309,13 +309,13 @@ def test_the_slope_of_a_driven_chain_of_dashpots_is_that_of_the_reference() -> N
 
 
 def test_differences_across_a_kink_say_what_they_are_worth() -> None:
-    """Surfaces that just touch: pushed together they press, pulled apart they do not."""
+    """Surfaces that just touch exert a force only if pushed together, which makes a kink."""
     chain = Chain(grains=3, gap=1e-6, step_size=5e-7)
     chain.reset(displacement={0: 1e-6})
     drive, objective = np.zeros((4, 2)), total(chain, 1e9 * velocity(1).at_end())
     found = central_differences(objective, chain, drive, {"displacement": [1e-9, 0.0, 0.0]}, ticks=1)
     assert found.error > 1e-3 * abs(found.value) > 0.0
-    # Moving the third grain, which nobody touches, changes no contact.
+    # Moving the third grain, which touches no other grain, changes no contact.
     apart = central_differences(objective, chain, drive, {"displacement": [0.0, 0.0, 1e-9]}, ticks=1)
     assert apart.value == 0.0
 
@@ -329,14 +329,14 @@ def test_differences_across_a_kink_say_what_they_are_worth() -> None:
     ],
 )
 def test_chains_without_an_adjoint_are_refused_by_name(parameters: dict[str, Any], said: str) -> None:
-    """And are told what to use."""
+    """The message also names an alternative."""
     chain = Chain(grains=4, step_size=5e-7, **parameters)
     with pytest.raises(ParameterError, match=said):
         value_and_grad(total(chain, velocity(1).at_end()), chain, np.zeros((3, 2)), ticks=1)
 
 
 def test_a_run_that_fails_names_its_control_step_and_leaves_the_chain() -> None:
-    """The account is the component's own."""
+    """The message is the component's message."""
     chain = Chain(grains=4, step_size=5e-7)
     drive = np.zeros((30, 2))
     drive[20:, 0] = 1e7
@@ -353,7 +353,7 @@ def test_a_run_that_fails_names_its_control_step_and_leaves_the_chain() -> None:
 
 
 def test_memory_grows_with_the_root_of_the_horizon() -> None:
-    """Bytes held at a time beyond the drive, its copy and its gradient: at most twice as many for four times the steps."""
+    """Peak memory beyond the drive, its copy and its gradient at most doubles for four times the steps."""
     chain = Chain(grains=64, step_size=5e-7, precompression=10.0)
     objective = total(chain, velocity(60).at_end())
 
@@ -369,5 +369,5 @@ def test_memory_grows_with_the_root_of_the_horizon() -> None:
     sizes = [held(steps) for steps in (1000, 4000, 16_000)]
     assert sizes[1] <= 2.1 * sizes[0]
     assert sizes[2] <= 2.1 * sizes[1]
-    # It is a small part of what all states of the run would take.
+    # This is a small fraction of the memory for all states of the run.
     assert sizes[2] < 0.05 * 16_000 * TICKS * 4 * 66 * 8

@@ -1,4 +1,4 @@
-"""Arrangements of grains by name: what they build, what they refuse, and that they come through files and logs unchanged."""
+"""Arrangements of grains by name: construction, refusals, and round trips through files and logs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from granular_env.components.materials.elastic import PRESETS
 
 R = 3e-3
 DIMER = {"name": "dimer", "radius": [R, 1.5e-3], "material": ["steel", "aluminium"]}
-# Every arrangement, and the same chain by hand.
+# Every arrangement, and the same chain with explicit parameters.
 TWICE = {
     "uniform": (9, {"arrangement": "uniform", "radius": R}, {"radius": [R] * 9}),
     "dimer": (
@@ -134,7 +134,7 @@ def test_refused_by_name(grains, parameters, words):
 
 
 def test_draws_do_not_depend_on_the_length():
-    """Grain i's radius is a function of the seed and of i alone."""
+    """The radius of grain i depends only on the seed and i."""
     short, long = (ge.make("chain", grains=n, radius={"low": 1e-3, "high": R, "seed": 4}).geometry.radius for n in (5, 50))
     np.testing.assert_array_equal(short, long[:5])
     assert len(np.unique(long)) == 50 and (1e-3 <= long).all() and (long <= R).all()

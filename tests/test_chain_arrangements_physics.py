@@ -1,4 +1,4 @@
-"""What dimers, tapered and decorated chains and impurities are known for, in chains that are arranged by name."""
+"""Known physics of dimers, tapered and decorated chains and impurities, in chains arranged by name."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ STEEL = {"density": 7800.0, "young": 2e11, "poisson": 0.29}
 
 
 def spectrum(chain: ge.Chain, samples: int, every: int, grains: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Angular frequencies, shape (f,) [rad/s], and the power of each grain's velocity, shape (f, grains)."""
+    """Return angular frequencies, shape (f,) [rad/s], and the power of each grain's velocity, shape (f, grains)."""
     velocity = np.empty((samples, len(grains)))
     for row in velocity:
         chain.step(every * chain.step_size)
@@ -30,23 +30,23 @@ def spectrum(chain: ge.Chain, samples: int, every: int, grains: np.ndarray) -> t
 
 @pytest.fixture(scope="module")
 def shaken_dimer():
-    """Steel and aluminium in turn under 20 N, every grain with a random velocity: band edges, frequencies, power."""
+    """Return band edges, frequencies and power of a steel-aluminium dimer under 20 N with random velocities."""
     chain = ge.make(
         "chain", grains=301, precompression=FORCE, step_size=5e-7,
         arrangement={"name": "dimer", "radius": R, "material": ["steel", "aluminium"]},
     )  # fmt: skip
     tangent = theory.tangent_stiffness(chain.geometry.stiffness[1], FORCE)
     edges = theory.diatomic_edges(tangent, chain.geometry.mass[1], chain.geometry.mass[0])
-    # 1e-4 of the static overlap: nonlinear shifts of a frequency are of the order of its square.
+    # Amplitude of 1e-4 of the static overlap; nonlinear frequency shifts are of the order of its square.
     chain.reset(velocity=1e-4 * edges.acoustic * chain.geometry.rest_overlap[1] * (uniform(1, 0, 301) - 0.5))
     omega, power = spectrum(chain, 1 << 15, 8, np.arange(0, 301, 10))
     return edges, omega, power.sum(axis=1)
 
 
 def test_band_edges_of_a_pressed_dimer(shaken_dimer):
-    """sqrt(2K/m1), sqrt(2K/m2), sqrt(2K(1/m1 + 1/m2)) bound what sounds.
+    """sqrt(2K/m1), sqrt(2K/m2) and sqrt(2K(1/m1 + 1/m2)) are the band edges.
 
-    3e-3: the distance of an edge to the next mode of 150 cells, and the width of a line.
+    The tolerance 3e-3 covers the distance of an edge to the nearest mode of 150 cells, and the line width.
     """
     edges, omega, power = shaken_dimer
     assert omega[1] < 4e-4 * edges.acoustic
@@ -58,7 +58,7 @@ def test_band_edges_of_a_pressed_dimer(shaken_dimer):
 
 @pytest.mark.parametrize("ratio", [0.3, 0.5, 0.8])
 def test_a_light_impurity_holds_a_mode_above_the_band(ratio):
-    """Omega = 2 sqrt(K/m) / sqrt(mu (2 - mu)), amplitudes mu/(2 - mu) from grain to grain: the linear chain with one mass mu m.
+    """Linear chain with one mass mu m: Omega = 2 sqrt(K/m) / sqrt(mu (2 - mu)), amplitude ratio mu/(2 - mu) per grain.
 
     Maradudin, Montroll, Weiss, Ipatova, Theory of Lattice Dynamics in the Harmonic Approximation (1971).
     """
@@ -80,7 +80,7 @@ def test_a_light_impurity_holds_a_mode_above_the_band(ratio):
 
 @pytest.mark.parametrize("taper", [0.1, 0.05, 0.02, -0.05])
 def test_a_tapered_chain_with_gaps_is_a_row_of_collisions(taper):
-    """V_(i+1)/v_i = 2/(1 + (1-q)^3), exact where grains meet two by two; to the accuracy of the integrator."""
+    """V_(i+1)/v_i = 2/(1 + (1-q)^3) is exact for pairwise collisions, to the accuracy of the integrator."""
     chain = ge.make(
         "chain", grains=12, gap=1e-3, step_size=2e-8,
         arrangement={"name": "tapered", "first_radius": R, "taper": taper},
@@ -91,7 +91,7 @@ def test_a_tapered_chain_with_gaps_is_a_row_of_collisions(taper):
 
 
 def passed_on(ratio: float) -> float:
-    """How much of its force a pulse keeps from contact 60 to 120 of a touching dimer of equal sizes, whose masses differ."""
+    """Return the fraction of a pulse's force left between contacts 60 and 120 of a touching dimer of equal radii."""
     light = ge.Material(**{**STEEL, "density": ratio * STEEL["density"]})
     arrangement = {"name": "dimer", "material": [ge.Material(**STEEL), light]}
     chain = ge.make("chain", grains=161, radius=R, arrangement=arrangement)
@@ -101,7 +101,7 @@ def passed_on(ratio: float) -> float:
 
 
 def test_dimers_pass_a_pulse_on_at_some_mass_ratios_and_scatter_it_at_others():
-    """Solitary waves at the ratios 0.3428 and 0.1548 (and 1), strong loss between them, near 0.59 and 0.24.
+    """Solitary waves exist at mass ratios 0.3428, 0.1548 (and 1), with strong attenuation between, near 0.59 and 0.24.
 
     K. R. Jayaprakash, Y. Starosvetsky, A. F. Vakakis, Phys. Rev. E 83, 036606 (2011); J. Nonlinear Sci. 23, 363 (2013).
     """
@@ -113,7 +113,7 @@ def test_dimers_pass_a_pulse_on_at_some_mass_ratios_and_scatter_it_at_others():
 
 
 def thrown_off(**parameters: object) -> float:
-    """Part of the striker's energy that the last grain leaves with."""
+    """Return the fraction of the striker's energy in the departing last grain."""
     chain = ge.make("chain", **parameters)
     chain.reset(velocity={0: 1.0})
     fastest = measurement.observe(chain, duration=1e-3, every=2e-7).velocity[:, -1].max()
@@ -121,9 +121,9 @@ def thrown_off(**parameters: object) -> float:
 
 
 def test_decoration_and_taper_together_absorb_a_blow():
-    """Doney & Sen (2006): of 21 large grains less comes through with both (0.59) than with taper (0.74) or decoration (0.96).
+    """Doney & Sen (2006): for 21 large grains, both together transmit less (0.59) than taper (0.74) or decoration (0.96).
 
-    The small grains make the chain longer: a taper over as many grains lets less through (0.57).
+    The small grains make the chain longer; a taper over the same number of grains transmits less (0.57).
     """
     decorated = {"name": "decorated", "radius": R, "decoration_radius": 1e-3}
     tapered = {"name": "tapered", "first_radius": R, "taper": 0.05}

@@ -1,4 +1,4 @@
-"""The same bits however the kernels run: with the JIT off, tick by tick, as plain numpy."""
+"""Bitwise identical results with the JIT off, tick by tick, and in plain NumPy."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def test_the_same_bits_with_the_jit_off() -> None:
 
 
 def plain_numpy(chain: ge.Chain, velocity: np.ndarray, ticks: int) -> tuple[np.ndarray, np.ndarray]:
-    """PEFRL written as arrays, for a chain between two planes; the arithmetic of each grain in the same order."""
+    """Run PEFRL with arrays for a chain between two planes, with the same order of operations for each grain."""
     shape, h, mass = chain.geometry, chain.step_size, chain.geometry.mass
     u, v = np.zeros(len(velocity) + 2), velocity.copy()
     for _ in range(ticks):

@@ -10,7 +10,7 @@ import granular_env as ge
 
 pytestmark = pytest.mark.filterwarnings("ignore::granular_env.components.errors.GranularWarning")
 
-# Two moving grains, N = 100, T = 60 tau, against PEFRL with a step of 0.002: largest |dv| and |dE/E|, as tabulated.
+# Two moving grains, N = 100, T = 60 tau: tabulated largest |dv| and |dE/E| relative to PEFRL with a step of 0.002.
 PUBLISHED_ERRORS = {
     ("leapfrog", 0.0125): (3.1e-4, 6e-6),
     ("rk4", 0.1): (1.7e-4, 7e-5),
@@ -35,7 +35,7 @@ def test_error_and_energy_are_the_tabulated_ones(scheme: str, step_size: float, 
     chain.reset(velocity={0: 1.0, 1: 1.0})
     advance(chain, 60.0)
     error, drift = PUBLISHED_ERRORS[scheme, step_size]
-    # The tabulated figures are rounded to one or two digits: the last digit may be half a unit off.
+    # The tabulated values are rounded to one or two digits, i.e. to half a unit of the last digit.
     assert np.abs(chain.get("velocity") - reference).max() <= 1.06 * error
     assert abs(chain.get("energy_residual")) <= 1.5 * drift
 
@@ -75,7 +75,7 @@ def test_momentum_to_rounding(case: str, scheme: str) -> None:
 
 
 def test_the_static_force_does_work_on_a_free_end() -> None:
-    """A pressed chain whose end moves: without the work of F0 the balance would be off by F0 times the way."""
+    """A precompressed chain with a moving end: without the work of F0 the balance would be off by F0 times the displacement."""
     chain = paper_chain(20, precompression=100.0)
     chain.reset(velocity={0: 1.0})
     chain.step(1e-4)
@@ -86,7 +86,7 @@ def test_the_static_force_does_work_on_a_free_end() -> None:
 
 @pytest.mark.parametrize("scheme", INTEGRATORS)
 def test_scaling(scheme: str) -> None:
-    """(3.1): the same dimensionless velocities at the same dimensionless times, for v0 = 0.05, 5 and 500 m/s."""
+    """Equation (3.1): dimensionless velocities at equal dimensionless times are equal for v0 = 0.05, 5 and 500 m/s."""
     seen = []
     for speed in (0.05, 5.0, 500.0):
         unit_of_time = (5.6e12**2 * speed) ** -0.2

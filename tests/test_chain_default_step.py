@@ -1,4 +1,4 @@
-"""The step that a chain suggests under a static load: the guard is silent, and velocities are as exact as stated."""
+"""The suggested step of a chain under a static load: no warning from the guard, and the stated accuracy of velocities."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A chain at rest under its own weight and a static load stays at rest; where none exists, that is said."""
+"""A chain in equilibrium under its weight and a static load stays at rest; if no equilibrium exists, this is reported."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ def test_it_stays_at_rest(law: object, integrator: str, left: str, right: str, g
     )  # fmt: skip
     forces, weight = chain.get("contact_force"), chain.geometry.mass * gravity
     chain.step(500 * chain.step_size)
-    # A grain left alone would have fallen at g t.
+    # A free grain would have reached the velocity g t.
     assert np.abs(chain.get("velocity")).max() < 1e-9 * abs(gravity) * chain.time
     assert chain.get("contact_force") == pytest.approx(forces, rel=1e-9)
-    # Every grain but a prescribed one is carried.
+    # Every grain without a prescribed motion is supported.
     ends = [chain.geometry.static_force[0], chain.geometry.static_force[-1]]
     carried = np.diff(chain.geometry.static_force)
     free = slice(1 if left == "piston" else 0, -1 if right == "piston" else None)
@@ -61,5 +61,5 @@ def test_grains_with_gaps_fall_and_bounce() -> None:
     assert chain.get("velocity")[0] < 0.0
     balances = chain.balance_values()
     assert abs(balances["energy_residual"]) < 1e-6 * chain.geometry.mass[0] * G * height
-    # The floor's push and the weight together: what is left is the rounding of 4 kicks in each of some 100,000 steps.
+    # The residual of floor force and weight is the rounding error of 4 kicks in each of about 100,000 steps.
     assert abs(balances["momentum_residual"]) < 4e5 * 2.0**-53 * chain.geometry.mass[0] * G * fall

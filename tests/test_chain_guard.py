@@ -1,4 +1,4 @@
-"""What the chain refuses: contacts seen too seldom, too deep, too fast; senseless parameters and inputs. No tension, ever."""
+"""Refusals of the chain: unresolved, too deep or too fast contacts, invalid parameters and inputs; and no tension."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def test_a_start_too_deep_is_refused_at_once() -> None:
 
 @pytest.mark.parametrize("scheme", INTEGRATORS)
 def test_no_tension(scheme: str) -> None:
-    """Grains that are pulled apart fly apart freely."""
+    """Grains that are pulled apart separate freely."""
     chain = ge.make("chain", grains=4, left="plane", right="plane", integrator=scheme, step_size=1e-7)
     chain.reset(displacement=[1e-6, 3e-6, 1e-6, -2e-6], velocity=[1.0, 5.0, -5.0, -1.0])
     for _ in range(200):
@@ -132,7 +132,7 @@ def test_bad_parameters(parameters: dict[str, object], words: str) -> None:
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 def test_a_passing_excess_of_speed_is_refused_however_the_step_is_cut(integrator: str) -> None:
-    """A push takes one grain above its material's sound speed, a pull back below it, all inside one long step."""
+    """Within one long step, a push accelerates a grain above its material's sound speed and a pull slows it again."""
 
     def shot() -> tuple[ge.Chain, ge.Profile]:
         chain = ge.Chain(grains=1, integrator=integrator, step_size=1e-6)

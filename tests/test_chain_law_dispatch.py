@@ -1,4 +1,4 @@
-"""Kernels, tasks and objectives of one's own serve chains of any law; laws of other packages and of scripts run and replay."""
+"""Custom kernels, tasks and objectives work with any law; laws from other packages and scripts run and replay."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def test_one_objective_serves_chains_of_several_laws(name: str) -> None:
     drive[:, 0] = 30.0
     objective = Objective(_note, _value, _pullback)
     force, gradient = value_and_grad(objective, chain, drive, ticks=20)
-    # What is held at the end of the drive is in the output too.
+    # The output also contains the inputs held after the drive.
     twin = pressed(name)
     twin.step(400 * twin.step_size, left_force=30.0)
     assert force == twin.get("contact_force")[2]
@@ -108,7 +108,7 @@ def _run(law: str, folders: list[Path], cache: Path, imports: str = "") -> str:
 
 
 def test_a_law_in_a_script_leaves_a_cache_that_other_processes_can_load(tmp_path: Path) -> None:
-    """The second process cannot import the module of the law; the index of compiled kernels must load there all the same."""
+    """The second process cannot import the law's module, but must load the index of compiled kernels."""
     module = Path(cubic_law.__file__).read_text(encoding="utf-8")
     scratch, cache = tmp_path / "scratch", tmp_path / "cache"
     scratch.mkdir()

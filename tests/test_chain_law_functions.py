@@ -1,4 +1,4 @@
-"""Every law with every integrator against plain Python: forces, one step, balances, derivatives; and what is refused."""
+"""Every law with every integrator against plain Python: forces, one step, balances, derivatives; and refusals."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ Formula = Callable[[ge.Chain, int, float, float], float]
 
 
 def power_law(chain: ge.Chain, j: int, d: float, w: float) -> float:
-    """Return k d^p + c w: elastic, or with a dashpot of constant strength."""
+    """Return k d^p + c w: elastic, or with a constant dashpot."""
     law: Any = chain.parameters.law
     return max(0.0, float(chain.geometry.stiffness[j]) * d**law.exponent + getattr(law, "dissipation", 0.0) * w)
 
@@ -55,14 +55,14 @@ def kuwabara_kono(chain: ge.Chain, j: int, d: float, w: float) -> float:
 
 
 def elastic_plastic(chain: ge.Chain, j: int, d: float, w: float) -> float:
-    """Return Hertz's force up to yielding, and its tangent from there on."""
+    """Return Hertz's force up to yield, and its tangent beyond."""
     law: Any = chain.parameters.law
     k, reduced = float(chain.geometry.stiffness[j]), float(chain.geometry.reduced_radius[j])
     root = math.pi * law.yield_pressure * reduced / (1.5 * k)
     return k * d**1.5 if d < root**2 else k * root**3 + math.pi * law.yield_pressure * reduced * (d - root**2)
 
 
-# The force of a contact that is loaded for the first time: the formula of each law's docs page.
+# Force of a contact at first loading, by the formula on each law's documentation page.
 FORMULAS: dict[str, Formula] = {
     "hertz": power_law,
     "power": power_law,
@@ -75,12 +75,12 @@ FORMULAS: dict[str, Formula] = {
 
 
 def plain_force(chain: ge.Chain, j: int, d: float, w: float) -> float:
-    """Return the force of contact j at the overlap d and the speed of approach w, by the formula of its law."""
+    """Return the force of contact j at overlap d and approach speed w, by the formula of its law."""
     return FORMULAS[chain.parameters.law.name](chain, j, d, w) if d > 0.0 else 0.0
 
 
 def forces_on(chain: ge.Chain) -> np.ndarray:
-    """Return what the plain formulas push each grain with."""
+    """Return the net force on each grain by the plain formulas."""
     velocity = np.concatenate([[0.0], chain.get("velocity"), [0.0]])
     speeds = velocity[:-1] - velocity[1:]
     force = [plain_force(chain, j, d, w) for j, (d, w) in enumerate(zip(chain.get("overlap"), speeds, strict=True))]
@@ -88,7 +88,7 @@ def forces_on(chain: ge.Chain) -> np.ndarray:
 
 
 def shaken(name: str, **parameters: Any) -> ge.Chain:
-    """Return a chain between walls with pressed and open contacts, some of them in fast approach or parting."""
+    """Return a chain between walls with closed and open contacts, some of them approaching or separating fast."""
     chain = ge.Chain(**({"grains": 7, "left": "plane", "right": "plane"} | CASES[name] | parameters))
     random = np.random.default_rng(3)
     chain.reset(velocity=random.uniform(-2.0, 2.0, 7), displacement=random.uniform(-8e-6, 8e-6, 7))
@@ -102,7 +102,7 @@ def test_forces_are_those_of_the_formulas(name: str) -> None:
     assert (overlap > 0.0).any() and (overlap < 0.0).any()
     velocity = np.concatenate([[0.0], chain.get("velocity"), [0.0]])
     expected = [plain_force(chain, j, overlap[j], velocity[j] - velocity[j + 1]) for j in range(8)]
-    if chain.parameters.law.has_history:  # the start is its deepest, and the unloading curve meets the loading one there
+    if chain.parameters.law.has_history:  # the start is the deepest state, where unloading and loading curves meet
         assert chain.get("contact_force") == pytest.approx(np.array(expected), rel=1e-12)
     else:
         np.testing.assert_allclose(chain.get("contact_force"), expected, rtol=1e-13)
@@ -117,7 +117,7 @@ def test_a_chain_begins_with_the_load_that_it_carries(name: str) -> None:
 
 @pytest.mark.parametrize(("name", "integrator"), laws_and_integrators(CASES))
 def test_a_step_is_force_times_time_over_mass(name: str, integrator: str) -> None:
-    """The step is so short that overlaps change by 1e-5 of themselves; rounding is 1e-9 of the change of velocity."""
+    """In this short step, overlaps change by a relative 1e-5; rounding is 1e-9 of the change of velocity."""
     chain = shaken(name, integrator=integrator, step_size=1e-11)
     before, expected = chain.get("velocity"), forces_on(chain) * chain.step_size / chain.geometry.mass
     chain.step()
@@ -127,7 +127,7 @@ def test_a_step_is_force_times_time_over_mass(name: str, integrator: str) -> Non
 
 @pytest.mark.parametrize(("name", "integrator"), laws_and_integrators(CASES))
 def test_balances_close(name: str, integrator: str) -> None:
-    """While contacts open, close and yield: energy to the step's error, which falls with the step, momentum to rounding."""
+    """While contacts open, close and yield, energy closes to the error of the step and momentum to rounding."""
     chain = shaken(name, integrator=integrator, step_size=1e-8)
     energy = chain.get("kinetic_energy") + chain.get("potential_energy")
     chain.step(2e-5)
@@ -142,7 +142,7 @@ WITH_GRADIENT = [name for name, law in LAWS.items() if has_gradient(law)]
 
 
 def differences(function: Any, a: np.ndarray, entries: list[tuple[int, int]]) -> np.ndarray:
-    """Return the central differences of function(a) by entries of the table."""
+    """Return the central differences of function(a) with respect to entries of the table."""
     found = []
     for row, column in entries:
         whole, h = a[row, column], 1e-6 * (abs(a[row, column]) or 1e-6)
@@ -195,14 +195,14 @@ def _pullback(chain, adjoint, step, steps, inputs, input_adjoint, constants, slo
         adjoint.rows[V, 3] += slopes[0] * 2.0 * chain.rows[V, 3]
 
 
-# The pullbacks of all laws are tested above; here are the loops around them.
+# The pullbacks of all laws are tested above; these laws test the loops around them.
 EVERYWHERE = ("hertz", "viscous")
 OTHERS = [pytest.param(name, "pefrl", marks=pytest.mark.slow) for name in WITH_GRADIENT if name not in EVERYWHERE]
 
 
 @pytest.mark.parametrize(("name", "integrator"), [*product(EVERYWHERE, ("pefrl", "leapfrog")), *OTHERS])
 def test_gradients_are_the_differences_of_runs(name: str, integrator: str) -> None:
-    """By the drive, the stiffness and, where there is one, the dissipation, of a pressed chain that a push runs through."""
+    """Gradients by drive, stiffness and, if any, dissipation of a precompressed chain with a travelling pulse."""
     shape = {"grains": 6, "right": "plane", "precompression": 100.0, "integrator": integrator, "step_size": 4e-7}
     objective, drive = Objective(_note, _value, _pullback), np.zeros((30, 2))
     drive[:10, 0] = 60.0 * np.sin(np.pi * np.arange(10) / 10.0)
@@ -230,7 +230,7 @@ def test_gradients_are_the_differences_of_runs(name: str, integrator: str) -> No
 def test_gradients_by_what_a_pressed_contact_rests_on_are_those_of_the_law(
     precompression: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The overlap at rest changes with k and the force as the law says, whatever its formula: here k d + k3 d^3."""
+    """The rest overlap follows k and the force by the law's formula, here k d + k3 d^3."""
     monkeypatch.setitem(LAWS, "cubic", Cubic)
     shape = {"grains": 6, "right": "plane", "step_size": 1e-7, "law": "cubic"}
     given = {"contact_stiffness": 1e7, "precompression": precompression}
@@ -257,7 +257,7 @@ def test_a_derivative_that_would_lack_the_part_of_the_constants_is_refused(monke
     assert np.isfinite(parameter_gradient(chain, found, "precompression"))
 
 
-# -- what is refused ----------------------------------------------------------------------------------------------------
+# -- refusals -----------------------------------------------------------------------------------------------------------
 
 
 class UnfinishedContacts(NamedTuple):

@@ -1,4 +1,4 @@
-"""Contact laws: what a collision does, orders, ledgers, and what is refused."""
+"""Contact laws: collisions, orders of convergence, energy balances, and refusals."""
 
 from __future__ import annotations
 
@@ -21,26 +21,26 @@ LAWS = {"kuwabara_kono": KUWABARA_KONO, "viscous": VISCOUS, "elastic_plastic": P
 
 
 def collided(speed: float, law: object, **parameters: object) -> ge.Chain:
-    """Two steel grains after they have met at a relative speed."""
+    """Return two steel grains after a collision at a given relative speed."""
     still = ge.Chain(grains=2)
     duration = theory.collision_duration(0.5 * still.geometry.mass[0], still.geometry.stiffness[1], speed)
     step_size = duration / 2000.0
     chain = ge.Chain(**{"grains": 2, "law": law, "step_size": step_size, "overlap_limit": 0.5} | parameters)
     chain.reset(velocity={0: 0.5 * speed, 1: -0.5 * speed})
-    # A dissipative contact lasts longer than an elastic one.
+    # A dissipative contact lasts longer than an elastic contact.
     chain.step(round(2.0 * duration / chain.step_size) * chain.step_size)
     assert chain.get("contact_force")[0] == 0.0
     return chain
 
 
 def restitution(speed: float, law: object, **parameters: object) -> float:
-    """Relative speed after over before."""
+    """Return the relative speed after the collision divided by that before."""
     velocity = collided(speed, law, **parameters).get("velocity")
     return float(velocity[1] - velocity[0]) / speed
 
 
 def pressed(law: object, integrator: str, step_size: float, grains: int = 30, **parameters: object) -> ge.Chain:
-    """A pressed chain in which a pulse runs, all contacts closed."""
+    """Return a precompressed chain with a travelling pulse and all contacts closed."""
     chain = ge.Chain(
         grains=grains, law=law, integrator=integrator, step_size=step_size,
         **{"precompression": 200.0, "right": "plane"} | parameters,
@@ -74,7 +74,7 @@ def test_restitution_goes_with_the_fifth_root_of_speed(law: str, damping: float,
 
 @pytest.mark.parametrize("speed", [1.0, 3.0, 10.0, 40.0])
 def test_plastic_restitution_is_thorntons(speed: float) -> None:
-    """C. Thornton, J. Appl. Mech. 64 (1997) 383, equation (55): e of a collision faster than the yield speed."""
+    """C. Thornton, J. Appl. Mech. 64 (1997) 383, equation (55): e of a collision above the yield speed."""
     chain = ge.Chain(grains=2, law=PLASTIC)
     root, stiffness = float(chain.geometry.law_constants[1, 0]), float(chain.geometry.stiffness[1])
     mass = 0.5 * chain.geometry.mass[0]
@@ -90,7 +90,7 @@ def test_plastic_restitution_is_thorntons(speed: float) -> None:
 
 
 def test_a_yielded_contact_reloads_along_its_unloading_curve() -> None:
-    """A second, weaker blow costs nothing, and leaves the residual overlap as it is."""
+    """A second, weaker impact dissipates no energy and does not change the residual overlap."""
     chain = ge.Chain(grains=2, law=PLASTIC, right="fixed_grain")
     chain.reset(velocity={0: 2.0})
     chain.step(60e-6)
@@ -126,7 +126,7 @@ def test_solitary_waves_of_any_exponent_go_with_speed_to_its_power(exponent: flo
     assert math.log(fast / slow) / math.log(high / low) == pytest.approx((exponent - 1.0) / (exponent + 1.0), abs=4e-3)
 
 
-# -- orders and ledgers -------------------------------------------------------------------------------------------------
+# -- orders and balances ------------------------------------------------------------------------------------------------
 
 STEPS = (4e-7, 2e-7, 1e-7, 5e-8)
 
@@ -135,7 +135,7 @@ STEPS = (4e-7, 2e-7, 1e-7, 5e-8)
     ("law", "integrator"), laws_and_integrators(["kuwabara_kono", "viscous"], ["pefrl", "leapfrog", "rk4"])
 )
 def test_dissipative_chains_have_the_stated_order(law: str, integrator: str) -> None:
-    """While all contacts stay closed: velocities, and for the symplectic schemes the ledger too."""
+    """With all contacts closed, velocities and, for the symplectic schemes, the energy balance have the stated order."""
     order = 4.0 if integrator == "rk4" else 2.0
     reference = pressed(LAWS[law], "rk4", 5e-9).get("velocity")
     chains = [pressed(LAWS[law], integrator, h) for h in STEPS]
@@ -147,7 +147,7 @@ def test_dissipative_chains_have_the_stated_order(law: str, integrator: str) -> 
 
 
 def test_plastic_chains_converge_with_second_order_at_least() -> None:
-    """Where the peak of an overlap falls between two steps is chance: the bound goes down as h^2, not each error."""
+    """The position of an overlap's peak between two steps is random, so the bound, not each error, decreases as h^2."""
     reference = pressed(PLASTIC, "pefrl", 3.125e-9).get("velocity")
     for integrator in ("pefrl", "leapfrog", "rk4"):
         steps = np.array([4e-7, 2e-7, 1e-7, 5e-8, 2.5e-8, 1.25e-8])
@@ -158,7 +158,7 @@ def test_plastic_chains_converge_with_second_order_at_least() -> None:
 
 @pytest.mark.parametrize(("law", "dissipation"), [("kuwabara_kono", 1e9), ("viscous", 1e5)])
 def test_grains_stick_where_dissipation_is_strong(law: str, dissipation: float) -> None:
-    """Collisions end within a step: an explicit scheme would blow up, the midpoint rule would throw the grains back."""
+    """Collisions end within a step: an explicit scheme would diverge, and the midpoint rule would make the grains rebound."""
     chain = ge.Chain(grains=4, law={"name": law, "dissipation": dissipation}, step_size=2e-7)
     chain.reset(velocity={0: 1.0})
     chain.step(1e-4)
@@ -193,7 +193,7 @@ def test_an_explicit_scheme_refuses_a_dissipation_that_would_blow_it_up(integrat
 
 
 def test_a_weakly_dissipative_piston_front_tends_to_the_shock_speed() -> None:
-    """Nesterenko's argument: with weak losses the front settles; its speed is D1 = V v_1^.2-ratio of a stationary shock."""
+    """Nesterenko's argument: with weak losses the front becomes stationary; its speed D1 is that of a stationary shock."""
     chain = ge.Chain(grains=600, law={"name": "kuwabara_kono", "dissipation": 3e3}, left="piston", right="free")
     chain.reset(velocity={0: 1.0})
     arrivals = {}
@@ -206,7 +206,7 @@ def test_a_weakly_dissipative_piston_front_tends_to_the_shock_speed() -> None:
     speed = 160 * 2.0 * 3e-3 / (arrivals[560] - arrivals[400])
     behind = chain.get("velocity")[:200]
     assert behind == pytest.approx(np.ones(200), abs=0.02)
-    # Mass and momentum across the front: the strain s and force k (2R s)^1.5 behind it give D1 with no regard to its shape.
+    # Mass and momentum balance across the front: the strain s and force k (2R s)^1.5 behind it give D1 for any shape.
     stiffness, mass, diameter = float(chain.geometry.stiffness[1]), float(chain.geometry.mass[0]), 6e-3
     overlap = (mass * 1.0**2 / stiffness) ** 0.4
     assert speed == pytest.approx(1.0 / (overlap / diameter), rel=5e-3)
@@ -215,7 +215,7 @@ def test_a_weakly_dissipative_piston_front_tends_to_the_shock_speed() -> None:
 # -- the same bits ------------------------------------------------------------------------------------------------------
 
 
-# -- what tells one law from another ------------------------------------------------------------------------------------
+# -- differences between laws -------------------------------------------------------------------------------------------
 
 
-# -- what is refused ----------------------------------------------------------------------------------------------------
+# -- refusals -----------------------------------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""The linear spring and dashpot against its closed forms: restitution with and without tension, k and c of each contact."""
+"""The linear spring and dashpot against closed forms: restitution with and without tension, k and c of each contact."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ REDUCED_MASS = 0.5 * MASS
 
 
 def colliding(speed: float, damping_ratio: float) -> ge.Chain:
-    """Return two equal grains that have met and parted, with a step of 1/4000 of the collision."""
+    """Return two equal grains after a collision, with a step of 1/4000 of the collision time."""
     law = {"name": "linear", "dissipation": 2.0 * damping_ratio * math.sqrt(STIFFNESS * REDUCED_MASS)}
     step_size = math.pi * math.sqrt(REDUCED_MASS / STIFFNESS) / 4000.0
     chain = ge.Chain(grains=2, mass=MASS, contact_stiffness=STIFFNESS, law=law, step_size=step_size)
@@ -25,7 +25,7 @@ def colliding(speed: float, damping_ratio: float) -> ge.Chain:
 
 
 def restitution_without_tension(damping_ratio: float) -> float:
-    """Return e of a contact that opens where its force is 0 (Schwager and Poeschel 2007, eq. 10)."""
+    """Return e of a contact that opens at zero force (Schwager and Poeschel 2007, eq. 10)."""
     beta, omega = damping_ratio, math.sqrt(1.0 - damping_ratio**2)
     return math.exp(-beta / omega * (math.pi - math.atan2(2.0 * beta * omega, omega**2 - beta**2)))
 
@@ -39,7 +39,7 @@ def test_restitution_is_that_of_the_closed_form_at_any_speed(damping_ratio: floa
 
 @pytest.mark.parametrize("wall", ["fixed_grain", "plane", "rigid_plane"])
 def test_a_grain_at_a_wall_is_a_mass_on_the_given_spring(wall: str) -> None:
-    """It is back where it began after half a period, pi sqrt(m / k), to second order in the step, of 1/4000 of that."""
+    """The overlap returns to 0 after half a period, pi sqrt(m / k), to second order in the step (1/4000 of that)."""
     step_size = math.pi * math.sqrt(MASS / STIFFNESS) / 4000.0
     chain = ge.Chain(grains=1, mass=MASS, contact_stiffness=STIFFNESS, law="linear", right=wall, step_size=step_size)
     chain.reset(velocity={0: 1.0})
@@ -51,7 +51,7 @@ def test_a_grain_at_a_wall_is_a_mass_on_the_given_spring(wall: str) -> None:
 
 
 def test_each_contact_has_its_own_stiffness_and_dashpot() -> None:
-    """Two grains pressed between walls: springs in a row, F = k d in each; the dashpots act in the contacts that have one."""
+    """Two grains compressed between walls: springs in series, F = k d in each; dashpots act only in contacts that have one."""
     stiffness, damping = [1e7, 2e7, 4e7], [0.0, 30.0, 0.0]
     chain = ge.Chain(
         grains=2, mass=MASS, contact_stiffness=stiffness, law={"name": "linear", "dissipation": damping},

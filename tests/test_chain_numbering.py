@@ -1,4 +1,4 @@
-"""One numbering of contacts everywhere: place i is left of grain i, the last one right of the last grain; 0 where none is."""
+"""Numbering of contacts: place i is left of grain i, the last place right of the last grain; 0 without a contact."""
 
 from __future__ import annotations
 
@@ -83,6 +83,6 @@ def test_lists_of_stiffness_gap_and_losses_have_the_places_of_the_outputs() -> N
     assert chain.geometry.stiffness.tolist() == given["contact_stiffness"]
     assert chain.geometry.law_constants[:, 0].tolist() == [0.0, 1.0, 2.0, 3.0]
     assert chain.get("overlap").tolist() == pytest.approx([0.0, -1e-6, 0.0, -2e-6], abs=1e-18)
-    # What geometry says can be given again.
+    # Values from the geometry are valid parameters.
     again = ge.Chain(grains=3, right="plane", contact_stiffness=chain.geometry.stiffness)
     assert np.array_equal(again.geometry.stiffness, chain.geometry.stiffness)

@@ -1,4 +1,4 @@
-"""Nesterenko (1983), sections 3.1 to 3.4, computed anew: the paper's figures where reproduced, recomputed ones beside them."""
+"""Nesterenko (1983), sections 3.1 to 3.4: the paper's values if reproduced, otherwise recomputed values."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::granular_env.components.errors.
 
 
 def last_velocity(grains: int, start: dict[int, float], **parameters: object) -> float:
-    """Velocity of the last grain once it has left, over v0."""
+    """Return the velocity of the departed last grain, divided by v0."""
     chain = paper_chain(grains, **parameters)
     chain.reset(velocity=start)
     chain.step(grains * 6e-6 + 6e-5 if "left" in parameters else grains * 1e-5)
@@ -22,7 +22,7 @@ def test_31_last_grain(grains: int, value: float) -> None:
     start = {0: SPEED, 1: SPEED}
     assert last_velocity(grains, start) == pytest.approx(value, abs=1e-6)
     assert round(value, 4) == {20: 1.2338, 50: 1.2342, 100: 1.2342}[grains]
-    # The accuracy for which the default step is made.
+    # The design accuracy of the default step.
     assert last_velocity(grains, start, integrator="pefrl", step_size=5e-7) == pytest.approx(value, abs=3e-4)
 
 
@@ -33,14 +33,14 @@ def test_31_last_grain(grains: int, value: float) -> None:
 def test_34_last_grain(grains: int, value: float, printed: float) -> None:
     assert last_velocity(grains, {0: SPEED}, left="piston") == pytest.approx(value, abs=1e-6)
     assert value == pytest.approx(printed, rel=4e-4)
-    # PEFRL at 0.1 tau keeps 3e-4.
+    # PEFRL at 0.1 tau is accurate to 3e-4.
     assert last_velocity(grains, {0: SPEED}, left="piston", integrator="pefrl", step_size=5e-7) == pytest.approx(
         value, abs=3e-4
     )
 
 
 def test_34_energy_is_shared_as_the_virial_theorem_says() -> None:
-    """Ek/Ep about 1.25 (paper: 1.249), once some thirty grains move; the piston's own kinetic energy counts."""
+    """Ek/Ep is about 1.25 (paper: 1.249) once about thirty grains move; the piston's kinetic energy counts."""
     chain = paper_chain(200, left="piston")
     chain.reset(velocity={0: SPEED})
     chain.step(2e-4)
@@ -54,7 +54,7 @@ def test_34_energy_is_shared_as_the_virial_theorem_says() -> None:
 
 @pytest.mark.parametrize(("grains", "first", "last"), [(200, 60, 160), (120, 40, 90)])
 def test_speed_of_the_solitary_wave(grains: int, first: int, last: int) -> None:
-    """V = 0.90747 v_m^.2 in diameters and A: time between the peaks of two grains."""
+    """V = 0.90747 v_m^.2 in units of diameters and A, from the time between the peaks of two grains."""
     chain = unit_chain(grains, step_size=0.02)
     chain.reset(velocity={0: 1.0})
     seen = history(chain, last * 1.25 + 10.0, [first, last])
@@ -65,7 +65,7 @@ def test_speed_of_the_solitary_wave(grains: int, first: int, last: int) -> None:
 
 
 def test_energy_and_momentum_of_the_solitary_wave() -> None:
-    """1.06932 v_m^2 and 1.66997 v_m; kinetic over potential energy 1.2513 in the mean; a free end leaves at 1.44606 v_m."""
+    """Energy 1.06932 v_m^2, momentum 1.66997 v_m, mean Ek/Ep 1.2513; a free end grain leaves at 1.44606 v_m."""
     chain = unit_chain(200, step_size=0.02)
     chain.reset(velocity={0: 1.0})
     top = peaks(history(chain, 120.0, [80])[:, 0], 0.3)[0][1]
@@ -81,7 +81,7 @@ def test_energy_and_momentum_of_the_solitary_wave() -> None:
 
 @pytest.mark.parametrize(("scheme", "step_size", "bound"), [("pefrl", 0.001, 2e-9), ("pefrl", 0.03, 3e-4)])
 def test_gap_chain(scheme: str, step_size: float, bound: float) -> None:
-    """Gaps wider than a collision: equal grains hand the whole velocity on, and the last leaves with it."""
+    """With gaps wider than a collision, equal grains pass on the whole velocity, and the last grain leaves with it."""
     chain = unit_chain(20, gap=5.0, integrator=scheme, step_size=step_size)
     chain.reset(velocity={0: 1.0})
     chain.step(round(180.0 / step_size) * step_size)

@@ -1,4 +1,4 @@
-"""Chains that hypothesis draws: radii, materials, gaps, ends, drives and integrators of every kind."""
+"""Chains drawn by hypothesis: radii, materials, gaps, ends, drives and integrators of every kind."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SCHEMES = ("pefrl", "leapfrog", "rk4", "hamming")
 
 @dataclass
 class Case:
-    """A chain, its start and what is done to it."""
+    """A chain with its start and inputs."""
 
     parameters: dict[str, Any]
     velocity: list[float]
@@ -35,7 +35,7 @@ class Case:
         return chain
 
     def mirrored(self) -> Case:
-        """The same seen from behind."""
+        """Return the mirror image of the case."""
         turned = {}
         for name, value in self.parameters.items():
             other = {"left": "right", "right": "left"}.get(name.split("_")[0])
@@ -55,7 +55,7 @@ def numbers(low: float, high: float) -> st.SearchStrategy[float]:
 
 @st.composite
 def signals(draw: st.DrawFn, size: float) -> Any:
-    """A number, or up to three pieces of degree up to 3, over some ten microseconds."""
+    """Draw a number, or a profile of up to three pieces of degree up to 3 over about ten microseconds."""
     if draw(st.booleans()):
         return draw(numbers(-size, size))
     pieces = draw(st.integers(1, 3))
@@ -100,7 +100,7 @@ def cases(draw: st.DrawFn, schemes: tuple[str, ...] = SCHEMES) -> Case:
 
 
 def stepped(chain: ge.Chain, ticks: int, **inputs: Any) -> None:
-    """Step quietly; what the guard refuses is no example."""
+    """Step without warnings; reject examples that the guard refuses."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
@@ -110,7 +110,7 @@ def stepped(chain: ge.Chain, ticks: int, **inputs: Any) -> None:
 
 
 def samples(case: Case) -> tuple[ge.Chain, float, float]:
-    """The chain after 60 steps; the run's largest sum |p| with the static force's impulse, and its largest energy and work."""
+    """Return the chain after 60 steps, the run's largest sum |p| plus static impulse, and its largest energy and work."""
     chain, inputs = case.chain(), case.inputs
     momentum, energy = 0.0, 0.0
     for _ in range(TICKS // 5):

@@ -20,7 +20,7 @@ def hertz(young_1: float, poisson_1: float, radius_1: float, young_2: float, poi
 
 
 def stiffness_of(**parameters: object) -> np.ndarray:
-    """k of every contact of two grains and their walls, from the force at a known overlap."""
+    """Return k of every contact of two grains and their walls, from the force at a known overlap."""
     chain = ge.make("chain", grains=2, precompression=1.0, **parameters)
     overlap = chain.get("overlap")
     return (chain.get("contact_force")[overlap > 0.0]) / overlap[overlap > 0.0] ** 1.5
@@ -29,7 +29,7 @@ def stiffness_of(**parameters: object) -> np.ndarray:
 def test_equal_spheres() -> None:
     k = hertz(2e11, 0.29, 3e-3, 2e11, 0.29, 3e-3)
     assert stiffness_of(radius=3e-3) == pytest.approx([k], rel=1e-12)
-    # The paper's form: A = E sqrt(2R) / (3 (1 - nu^2) m), which is 6.391e12 for these figures and not the printed 5.6e12.
+    # The paper's formula A = E sqrt(2R) / (3 (1 - nu^2) m) gives 6.391e12 for these values, not the printed 5.6e12.
     assert k / MASS == pytest.approx(2e11 * math.sqrt(2.0 * RADIUS) / (3.0 * (1.0 - 0.29**2)) / MASS, rel=1e-12)
     assert k / MASS == pytest.approx(6.391e12, rel=1e-3)
 
@@ -62,7 +62,7 @@ def test_collision_of_two_spheres(masses: tuple[float, float]) -> None:
         overlap.append(chain.get("overlap")[1])
     velocity = chain.get("velocity")
     assert velocity == pytest.approx([(masses[0] - masses[1]) / sum(masses), 2.0 * masses[0] / sum(masses)], abs=1e-9)
-    # Once apart they part at the speed of their approach: back from the gap to the moment of separation.
+    # The grains separate at their speed of approach, so the gap gives the time since separation.
     duration = chain.time - (-overlap[-1]) / (velocity[1] - velocity[0])
     assert duration == pytest.approx(theory.collision_duration(reduced, 1.0, 1.0), rel=2e-6)
     assert duration / (1.25 * reduced) ** 0.4 == pytest.approx(2.94328, abs=5e-6)
@@ -107,7 +107,7 @@ def test_validity_figures_against_hand_formulas() -> None:
 @pytest.mark.parametrize(("velocity_scale", "gap"), [(10.0, 0.0), (0.1, 0.0), (10.0, 1e-6), (3.7, 0.0)])
 @pytest.mark.parametrize("radius", [1e-3, 3e-3, 0.02])
 def test_suggested_step(velocity_scale: float, gap: float, radius: float) -> None:
-    """1, 2 or 5 x 10^k s, the largest such below 0.1 tau (0.03 with gaps)."""
+    """The suggested step is the largest 1, 2 or 5 x 10^k s below 0.1 tau (0.03 with gaps)."""
     chain = ge.make("chain", grains=5, radius=radius, velocity_scale=velocity_scale, gap=gap)
     k, mass = hertz(2e11, 0.29, radius, 2e11, 0.29, radius), 7800.0 * 4.0 / 3.0 * math.pi * radius**3
     wanted = (0.03 if gap else 0.1) * (mass / k) ** 0.4 * velocity_scale**-0.2
@@ -130,7 +130,7 @@ CLOSED = {
 
 
 def closed_run(scheme: str, step_size: float, case: str) -> np.ndarray:
-    """State, work and impulse after 8 tau of small waves in a pressed chain, not one contact of which opens."""
+    """Return state, work and impulse after 8 tau of small waves in a precompressed chain with all contacts closed."""
     parameters, inputs = CLOSED[case]
     chain = unit_chain(16, precompression=1.0, overlap_limit=1.0, integrator=scheme, step_size=step_size, **parameters)
     velocity = 0.05 * np.sin(np.arange(16.0))
@@ -154,7 +154,7 @@ def closed_run(scheme: str, step_size: float, case: str) -> np.ndarray:
 )  # fmt: skip
 @pytest.mark.filterwarnings("ignore::granular_env.components.errors.GranularWarning")
 def test_nominal_order(scheme: str, order: int, steps: tuple[float, ...], case: str) -> None:
-    """Hamming's corrector has order 4; its mop-up takes the leading error away, and 5 is what is seen of smooth motion."""
+    """Hamming's corrector has order 4; its mop-up removes the leading error, which gives order 5 for smooth motion."""
     reference = closed_run("pefrl", 0.0025, case)
     errors = [np.abs(closed_run(scheme, step, case) - reference).max() for step in steps]
     slopes = [math.log(errors[i] / errors[i + 1]) / math.log(steps[i] / steps[i + 1]) for i in range(2)]

@@ -16,7 +16,7 @@ from granular_env.components.chain import theory
 
 
 def test_order_of_the_anharmonic_approximation() -> None:
-    """(2.2) leaves out the third power of the change of overlap."""
+    """(2.2) neglects the third power of the change of overlap."""
     shape = np.sin(1.3 * np.arange(12.0))
     errors = []
     for size in (1e-2, 5e-3, 2.5e-3):
@@ -26,13 +26,13 @@ def test_order_of_the_anharmonic_approximation() -> None:
 
 
 def waves_of(place: np.ndarray, height: float) -> np.ndarray:
-    """u = height sin x and its first four derivatives, shape (5, n)."""
+    """Return u = height sin x and its first four derivatives, shape (5, n)."""
     sine, cosine = height * np.sin(place), height * np.cos(place)
     return np.array([sine, cosine, -sine, -cosine, sine])
 
 
 def test_order_of_the_long_wave_equation() -> None:
-    """(2.4), as printed, leaves out (a/L)^4, whatever the height of the wave: here strains from 0.2 to 1.8."""
+    """(2.4), as printed, neglects (a/L)^4 for any wave height, here for strains from 0.2 to 1.8."""
     errors = []
     for diameter in (0.1, 0.05, 0.025):
         place = diameter * np.arange(round(6.0 / diameter))
@@ -48,7 +48,7 @@ def test_order_of_the_long_wave_equation() -> None:
     ("diameters", "heights", "order"), [((0.4, 0.2, 0.1), (1e-6,) * 3, 4.0), ((1e-3,) * 3, (0.1, 0.05, 0.025), 3.0)]
 )
 def test_orders_of_the_weakly_nonlinear_equation(diameters, heights, order: float) -> None:
-    """(2.3) leaves out (a/L)^4 of the linear term, and the third power of the strain's change."""
+    """(2.3) neglects (a/L)^4 of the linear term, and the third power of the strain's change."""
     errors = []
     for diameter, height in zip(diameters, heights, strict=True):
         place = diameter * np.arange(round(6.0 / diameter))
@@ -88,7 +88,7 @@ def test_the_paper_s_constants() -> None:
     speed = theory.contact_speed(constant, 2.0 * RADIUS)
     assert speed == pytest.approx(theory.paper_speed(*steel), rel=1e-12)
     assert speed == pytest.approx(math.sqrt(2.0 * 2e11 / (math.pi * 7800.0 * (1.0 - 0.29**2))), rel=1e-12)
-    # v0 = D1 xi_c, and mass and momentum through the shock.
+    # v0 = D1 xi_c, with mass and momentum balance across the shock.
     shock = theory.shock_speed(constant, 2.0 * RADIUS, 5.0)
     assert shock * theory.shock_strain(shock / speed) == pytest.approx(5.0, rel=1e-12)
     assert 1.0 / theory.time_scale(1.0, 5.6e12, 5.0) == pytest.approx(173408.0, rel=1e-5)
@@ -115,7 +115,7 @@ def test_tapers() -> None:
 
 
 def loss(damping: float, power: float, speed: float, *, tension: bool = False) -> float:
-    """1 - e of d'' = -(d^1.5 + damping d^power d'), m* = k = 1, to the end of contact, or to where the force would pull."""
+    """Return 1 - e of d'' = -(d^1.5 + damping d^power d'), m* = k = 1, up to zero overlap or, without tension, zero force."""
 
     def force(state: np.ndarray) -> float:
         depth = max(state[0], 0.0)
@@ -135,7 +135,7 @@ def loss(damping: float, power: float, speed: float, *, tension: bool = False) -
 @pytest.mark.parametrize("speed", [0.01, 1.0, 30.0])
 @pytest.mark.parametrize("wanted", [0.02, 0.002])
 def test_restitution_of_kuwabara_and_kono(wanted: float, speed: float) -> None:
-    """The leading order, with the next one, -(3/5)(1 - e)^2, within what is left."""
+    """The leading order plus the next term, -(3/5)(1 - e)^2, agree within the remainder."""
     damping = wanted / theory.kuwabara_kono_loss(1.0, 1.0, 1.0, speed)
     assert theory.KUWABARA_KONO_COEFFICIENT == pytest.approx(1.15344, abs=3e-5)
     assert loss(damping, 0.5, speed) == pytest.approx(wanted - 0.6 * wanted**2, abs=2.0 * wanted**2.5)
@@ -144,7 +144,7 @@ def test_restitution_of_kuwabara_and_kono(wanted: float, speed: float) -> None:
 @pytest.mark.parametrize("speed", [0.01, 1.0, 30.0])
 @pytest.mark.parametrize("wanted", [0.02, 0.002])
 def test_restitution_of_a_dashpot(wanted: float, speed: float) -> None:
-    """Without tension a contact loses less by the relative order (1 - e)^(2/3), which the second formula has."""
+    """Without tension, a contact loses less by a relative (1 - e)^(2/3), which the second formula contains."""
     damping = wanted / theory.viscous_loss(1.0, 1.0, 1.0, speed)
     assert theory.VISCOUS_COEFFICIENT == pytest.approx(1.7878, abs=5e-5)
     assert loss(damping, 0.0, speed, tension=True) == pytest.approx(wanted, rel=3.0 * wanted)

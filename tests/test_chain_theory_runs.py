@@ -1,4 +1,4 @@
-"""The chain itself against its theory: solitary waves under precompression, small oscillations, tapers, shares of energy."""
+"""Runs of the chain against theory: solitary waves under precompression, small oscillations, tapers, energy partition."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from support.chain_tools import peaks, unit_chain
 import granular_env as ge
 from granular_env.components.chain import theory
 
-# -- solitary waves on a pressed chain --------------------------------------------------------------------------------
+# -- solitary waves on a precompressed chain --------------------------------------------------------------------------
 
 
 def travelled(ratio: float, start: dict[str, np.ndarray], first: int, last: int, grains: int) -> tuple[float, float]:
-    """Largest strain over that at rest at contact `last`, and V/c0 between both contacts; the crest's overlap is about 1."""
+    """Return peak strain over rest strain at contact `last`, and V/c0 between both contacts (crest overlap about 1)."""
     rest = 1.0 / ratio
     chain = unit_chain(grains, precompression=rest**1.5, step_size=0.01)
     chain.reset(**start)
@@ -35,7 +35,7 @@ def travelled(ratio: float, start: dict[str, np.ndarray], first: int, last: int,
 
 
 def lattice_start(ratio: float, grains: int, middle: int) -> dict[str, np.ndarray]:
-    """Displacements and velocities of the lattice's own solitary wave, its crest at a grain."""
+    """Return displacements and velocities of the lattice's solitary wave with its crest at a grain."""
     rest = 1.0 / ratio
     wave = theory.lattice_wave(rest, 1.0 - rest)
     place = np.arange(grains) - float(middle)
@@ -45,7 +45,7 @@ def lattice_start(ratio: float, grains: int, middle: int) -> dict[str, np.ndarra
 
 @pytest.mark.parametrize(("ratio", "error"), [(185.8, -1.18), (30.0, -0.98), (7.930, -0.60), (3.0, -0.22), (1.563, -0.04)])
 def test_solitary_wave_under_precompression(ratio: float, error: float) -> None:
-    """After 180 grains the wave has the height that it had, and the speed of `lattice_wave`; (2.4) is slower by `error` %."""
+    """After 180 grains the wave keeps its height and the speed of `lattice_wave`; the speed of (2.4) differs by `error` %."""
     seen, speed = travelled(ratio, lattice_start(ratio, 260, 40), 80, 220, 260)
     assert seen == pytest.approx(ratio, rel=1e-6)
     assert speed == pytest.approx(theory.lattice_wave(1.0, ratio - 1.0).speed_ratio, rel=2e-7)
@@ -54,7 +54,7 @@ def test_solitary_wave_under_precompression(ratio: float, error: float) -> None:
 
 @pytest.mark.parametrize(("rise", "grains", "bound"), [(0.1, 800, 3e-4), (0.01, 1600, 1.3e-5)])
 def test_a_soliton_of_the_weakly_nonlinear_limit_travels(rise: float, grains: int, bound: float) -> None:
-    """Started with sech^2 the wave is nearly right: height and speed of sqrt(1 + e/6) hold, the speed within `bound`."""
+    """A wave started as sech^2 is nearly exact: it keeps its height, and the speed sqrt(1 + e/6) within `bound`."""
     rest, begin = 1.0 / (1.0 + rise), 20.0 / math.sqrt(rise) + 20.0
     place = np.arange(grains) - begin
     rate, height = math.sqrt(0.5 * rise), rise * rest
@@ -67,12 +67,12 @@ def test_a_soliton_of_the_weakly_nonlinear_limit_travels(rise: float, grains: in
     seen, ratio = travelled(1.0 + rise, start, int(0.4 * grains), int(grains - begin - 10.0), grains)
     assert seen - 1.0 == pytest.approx(rise, rel=0.02)
     assert abs(theory.korteweg_de_vries_speed_ratio(rise) / ratio - 1.0) <= bound
-    # The bare sound speed would miss by e/12.
+    # The sound speed alone would be wrong by e/12.
     assert ratio - 1.0 > 50.0 * bound * rise
 
 
 def uncompressed_wave(grains: int, middle: int, step_size: float) -> ge.Chain:
-    """A touching chain with nothing but the lattice's solitary wave in it, v_m = 1."""
+    """Return a touching chain that contains only the lattice's solitary wave, v_m = 1."""
     wave = theory.lattice_wave(0.0, theory.LATTICE_STRAIN_OVERSHOOT * theory.SOLITARY_SPEED**4)
     assert wave.velocity.max() == pytest.approx(1.0, rel=1e-9)
     chain = unit_chain(grains, step_size=step_size)
@@ -85,7 +85,7 @@ def uncompressed_wave(grains: int, middle: int, step_size: float) -> ge.Chain:
 
 
 def test_shares_of_energy_of_a_travelling_wave() -> None:
-    """Mean Ek/Ep of the wave alone: 1.25077, where the ratio of the means is 5/4."""
+    """The mean of Ek/Ep of a single wave is 1.25077; the ratio of the means is 5/4."""
     wave = theory.lattice_wave(0.0)
     chain = uncompressed_wave(80, 30, 0.01)
     kinetic, potential = [], []
@@ -102,7 +102,7 @@ def test_shares_of_energy_of_a_travelling_wave() -> None:
 
 
 def test_a_free_end_leaves() -> None:
-    """With 1.44606 v_m, when a solitary wave has arrived there."""
+    """A free end grain leaves at 1.44606 v_m after a solitary wave arrives."""
     chain = uncompressed_wave(60, 30, 0.01)
     chain.step(80.0)
     assert chain.get("velocity")[-1] == pytest.approx(theory.FREE_END_VELOCITY, abs=1e-5)
@@ -111,19 +111,19 @@ def test_a_free_end_leaves() -> None:
 # -- small oscillations -----------------------------------------------------------------------------------------------
 
 GRAINS = 23
-# So small a step that PEFRL's error is below 1e-8, and so small an amplitude that overlaps of 4 see no nonlinearity.
+# The step is so small that PEFRL's error is below 1e-8, and the amplitude so small that overlaps of 4 behave linearly.
 STEP, TINY = 0.01, 1e-6
 
 
 def frequency_of_mode(shape: np.ndarray, expected: float, **parameters: object) -> float:
-    """Of a standing wave of tiny amplitude between two fixed grains, from its phase after ten periods and a quarter [rad/s]."""
+    """Return the frequency of a tiny standing wave between two fixed grains, from its phase after 10.25 periods [rad/s]."""
     time = round(10.25 * 2.0 * math.pi / expected / STEP) * STEP
     chain = unit_chain(GRAINS, precompression=8.0, left="fixed_grain", right="fixed_grain", step_size=STEP, **parameters)
     chain.reset(displacement=TINY * shape)
     chain.step(time)
     seen, mass = chain.get("displacement"), chain.geometry.mass
     part = float((mass * shape * seen).sum() / (mass * shape**2).sum()) / TINY
-    assert np.abs(seen - TINY * part * shape).max() <= 1e-5 * TINY  # still the same mode
+    assert np.abs(seen - TINY * part * shape).max() <= 1e-5 * TINY  # the mode is unchanged
     whole = round(expected * time / math.pi - 0.5)
     return (math.pi * whole + math.acos(part if whole % 2 == 0 else -part)) / time
 
@@ -140,7 +140,7 @@ def test_frequencies_of_equal_grains(mode: int) -> None:
 
 
 def diatomic_shape(phase: float, frequency: float, tangent: float, light: float) -> np.ndarray:
-    """Light grains at odd places; (2K - m omega^2) u_light = 2K cos(kappa a) u_heavy."""
+    """With light grains at odd places, (2K - m omega^2) u_light = 2K cos(kappa a) u_heavy."""
     place = np.arange(1, GRAINS + 1)
     part = 2.0 * tangent - light * frequency**2
     sizes = (2.0 * tangent * math.cos(phase), part) if abs(part) > 1e-6 else (1.0, 0.0)
@@ -162,7 +162,7 @@ def test_frequencies_of_two_masses(mode: int, branch: int) -> None:
 
 
 def tapered(taper: float, lead: int, grains: int, **parameters: object) -> np.ndarray:
-    """Largest velocity of each tapered grain, after `lead` equal ones, shape (grains,)."""
+    """Return the largest velocity of each tapered grain, after `lead` equal grains, shape (grains,)."""
     radius = 0.01 * np.concatenate((np.ones(lead), (1.0 - taper) ** np.arange(1.0, grains + 1.0)))
     chain = ge.make("chain", grains=lead + grains, radius=radius.tolist(), step_size=2e-8, **parameters)
     chain.reset(velocity={0: 0.01})
@@ -177,7 +177,7 @@ def tapered(taper: float, lead: int, grains: int, **parameters: object) -> np.nd
 
 @pytest.mark.parametrize(("taper", "error"), [(0.02, -0.03), (0.05, -0.35), (0.1, -2.5), (-0.02, -0.01), (-0.05, -0.05)])
 def test_touching_tapered_chain(taper: float, error: float) -> None:
-    """Settled ratio of successive peaks against 2/(1 + (1 - q)^3) [%]: the binary law is the limit of small q."""
+    """Settled ratio of successive peaks against 2/(1 + (1 - q)^3) [%]; the binary collision law is the limit of small q."""
     top = tapered(taper, 20, 25)
     seen = (top[20] / top[14]) ** (1.0 / 6.0)
     assert 100.0 * (seen / theory.tapered_ratio(taper) - 1.0) == pytest.approx(error, abs=max(0.012, 0.04 * abs(error)))
@@ -185,6 +185,6 @@ def test_touching_tapered_chain(taper: float, error: float) -> None:
 
 @pytest.mark.parametrize("taper", [0.05, 0.3])
 def test_gapped_tapered_chain(taper: float) -> None:
-    """With gaps wider than an overlap each collision is alone, and the law exact."""
+    """With gaps wider than an overlap, collisions are isolated and the law is exact."""
     top = tapered(taper, 1, 10, gap=1e-5)
     assert top[1:-1] / top[:-2] == pytest.approx(np.full(8, theory.tapered_ratio(taper)), rel=1e-6)

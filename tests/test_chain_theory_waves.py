@@ -1,4 +1,4 @@
-"""Stationary waves of the continuum, the chain's own solitary wave, and the figures that the two give."""
+"""Stationary waves of the continuum, the chain's solitary wave, and the values derived from both."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def test_extremes_against_the_derivative(c3: float) -> None:
 
 @pytest.mark.parametrize("ratio", [1.05, 1.2, 1.563, 3.0, 7.93, 20.0, 185.8, 1e3, 1e5])
 def test_closed_form_of_the_speed_against_w(ratio: float) -> None:
-    """The crest from W(y_m) = W(y1) and V/c0 = sqrt(2/3) y1^(-1/5), found numerically for the C3 of a ratio."""
+    """Return the crest from W(y_m) = W(y1) and V/c0 = sqrt(2/3) y1^(-1/5), computed numerically for a given ratio."""
     c3 = theory.c3_of_ratio(ratio)
     y1, y2 = theory.extremes(c3)
     crest = brentq(lambda y: theory.W(y, c3) - theory.W(y1, c3), y2, 2.0, xtol=1e-16)
@@ -53,7 +53,7 @@ WAVES = {
 
 @pytest.mark.parametrize("name", WAVES)
 def test_a_profile_solves_its_equation(name: str) -> None:
-    """y_eta^2/2 + W(y) = E, the first integral of (2.6), with y_eta from the arrays alone."""
+    """y_eta^2/2 + W(y) = E, the first integral of (2.6), with y_eta computed from the arrays."""
     wave = WAVES[name]
     slope = CubicSpline(wave.position * math.sqrt(10.0), wave.y)(wave.position * math.sqrt(10.0), 1)
     energy = 0.5 * slope**2 + theory.W(wave.y, wave.c3)
@@ -91,7 +91,7 @@ def test_waves_tend_to_their_limits() -> None:
 
 @pytest.mark.parametrize(("rise", "error"), [(0.01, 1.04e-6), (0.1, 9.95e-5), (1.0, 7.08e-3)])
 def test_the_speed_of_the_soliton(rise: float, error: float) -> None:
-    """sqrt(1 + e/6) against the closed form: off by about e^2/100."""
+    """sqrt(1 + e/6) deviates from the closed form by about e^2/100."""
     exact = theory.speed_ratio(1.0 + rise)
     assert theory.korteweg_de_vries_speed_ratio(rise) / exact - 1.0 == pytest.approx(error, rel=5e-3)
 
@@ -106,7 +106,7 @@ def test_shocks_keep_mass_and_momentum(ratio: float) -> None:
 
 
 def test_the_paper_s_overshoots() -> None:
-    """xi_m/xi_c = (5/4)^2, p_m/p_c = (5/4)^3: the paper's 1.56 and 1.95; a shock into almost no precompression gets there."""
+    """xi_m/xi_c = (5/4)^2 and p_m/p_c = (5/4)^3 (the paper's 1.56 and 1.95) are the limits of vanishing precompression."""
     assert theory.largest_strain(0.3) / theory.shock_strain(0.3) == pytest.approx(theory.STRAIN_OVERSHOOT, rel=1e-12)
     assert theory.STRAIN_OVERSHOOT == pytest.approx(1.56, abs=5e-3) and theory.PRESSURE_OVERSHOOT == pytest.approx(
         1.95, abs=5e-3
@@ -116,7 +116,7 @@ def test_the_paper_s_overshoots() -> None:
     assert theory.solitary_wave(c3).amplitude_ratio / theory.shock_ratio(c3) == pytest.approx(1.5625, rel=3e-3)
 
 
-# -- the chain's own wave ---------------------------------------------------------------------------------------------
+# -- the chain's wave -------------------------------------------------------------------------------------------------
 
 
 def test_the_uncompressed_wave_of_the_lattice() -> None:
@@ -131,13 +131,13 @@ def test_the_uncompressed_wave_of_the_lattice() -> None:
     overshoot = wave.overlap.max() / wave.speed**4
     assert overshoot == pytest.approx(theory.LATTICE_STRAIN_OVERSHOOT, rel=1e-9)
     assert overshoot**1.5 == pytest.approx(theory.LATTICE_PRESSURE_OVERSHOOT, rel=1e-9)
-    # The whole displacement is the sum of all overlaps, and momentum is what it carries: P = m V D.
+    # The total displacement D is the sum of all overlaps, and the momentum is P = m V D.
     assert wave.displacement[0] == pytest.approx(wave.momentum / wave.speed, rel=1e-6)
 
 
 @pytest.mark.parametrize(("rest", "height"), [(0.0, 1.0), (0.0, 1e-4), (1.0, 0.005), (1.0, 0.1), (0.2, 1.0), (1e-3, 1.0)])
 def test_the_lattice_wave_solves_newton_s_equations(rest: float, height: float) -> None:
-    """V^2 u'' is the difference of the contact forces half a grain to both sides, whatever the amplitude."""
+    """V^2 u'' is the difference of the contact forces half a grain to both sides, for any amplitude."""
     wave = theory.lattice_wave(rest, height)
     force = (rest + wave.overlap) ** 1.5 - rest**1.5
     half = round(0.5 / (wave.position[1] - wave.position[0]))
@@ -152,13 +152,13 @@ def test_the_lattice_wave_solves_newton_s_equations(rest: float, height: float) 
     ("ratio", "error"), [(185.8, -1.176), (30.0, -0.983), (7.93, -0.597), (1.563, -0.0405), (1.1, -0.0019)]
 )
 def test_the_continuum_against_the_lattice(ratio: float, error: float) -> None:
-    """How much slower than the chain's wave the continuum's is [%]; towards no precompression 0.79 % faster, in v_m^(1/5)."""
+    """Deficit of the continuum's wave speed relative to the chain's [%]; without precompression 0.79 % faster, in v_m^(1/5)."""
     wave = theory.lattice_wave(1.0, ratio - 1.0)
     assert 100.0 * (theory.speed_ratio(ratio) / wave.speed_ratio - 1.0) == pytest.approx(error, abs=6e-4)
 
 
 def test_coefficients_of_the_continuum_and_of_the_lattice() -> None:
-    """The paper's 0.915 is the continuum's (16/25)^(1/5): v_m1/v0 = 1.56; with 0.907470 1.625."""
+    """The paper's 0.915 is the continuum's (16/25)^(1/5) with v_m1/v0 = 1.56; with 0.907470 the ratio is 1.625."""
     assert theory.CONTINUUM_SOLITARY_SPEED == pytest.approx(0.915, abs=5e-4)
     assert theory.front_velocity_ratio(0.915) == pytest.approx(1.56, abs=1e-3)
     assert theory.front_velocity_ratio(theory.CONTINUUM_SOLITARY_SPEED) == pytest.approx(theory.STRAIN_OVERSHOOT, rel=1e-12)

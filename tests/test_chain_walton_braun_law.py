@@ -1,4 +1,4 @@
-"""Walton and Braun's law against its closed forms: restitution, the residual overlap, reloading, what is lost."""
+"""Walton and Braun's law against closed forms: restitution, residual overlap, reloading, dissipation."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ MASS, LOADING = 2e-3, 1e7
 
 
 def pair(speed: float, ratio: float, **parameters: object) -> ge.Chain:
-    """Return two equal grains about to meet, k1/k2 = ratio, with a step of 1/4000 of the elastic collision."""
+    """Return two equal grains before a collision, k1/k2 = ratio, with a step of 1/4000 of the elastic collision time."""
     law = {"name": "walton_braun", "unloading_stiffness": LOADING / ratio}
     step_size = math.pi * math.sqrt(0.5 * MASS / LOADING) / 4000.0
     chain = ge.Chain(
@@ -35,7 +35,7 @@ def test_restitution_is_the_root_of_the_ratio_at_any_speed(ratio: float, speed: 
 
 
 def test_the_contact_opens_at_the_residual_overlap_and_reloads_along_the_unloading_line() -> None:
-    """The grains are steered back: up to the deepest overlap the second loading is elastic, along k2 (d - d_r)."""
+    """A second loading is elastic along k2 (d - d_r) up to the deepest overlap."""
     ratio, wall = 0.25, {"grains": 1, "right": "rigid_plane"}
     chain = pair(1.0, ratio, **wall)
     deepest, opened = 0.0, None
@@ -49,7 +49,7 @@ def test_the_contact_opens_at_the_residual_overlap_and_reloads_along_the_unloadi
     assert opened == pytest.approx(deepest * (1.0 - ratio), rel=3e-3)
     lost = chain.get("dissipated_energy")
     state = chain.save()
-    for _ in range(6000):  # a push back, to less than the deepest overlap
+    for _ in range(6000):  # push back to less than the deepest overlap
         chain.step(left_force=20.0)
         overlap, force = chain.get("overlap")[1], chain.get("contact_force")[1]
         line = LOADING / ratio * (overlap - deepest * (1.0 - ratio))
@@ -60,7 +60,7 @@ def test_the_contact_opens_at_the_residual_overlap_and_reloads_along_the_unloadi
 
 
 def test_equal_stiffnesses_are_a_spring_without_loss() -> None:
-    """Rounding apart, the run of the power law with exponent 1."""
+    """Identical, up to rounding, to the power law with exponent 1."""
     chain = pair(1.0, 1.0)
     spring = ge.Chain(
         grains=2, mass=MASS, contact_stiffness=LOADING, step_size=chain.step_size, law={"name": "power", "exponent": 1.0}

@@ -1,4 +1,4 @@
-"""The command line: what it prints, how it ends, and that nobody ever sees a traceback."""
+"""The command line: output, exit status, and no tracebacks."""
 
 import json
 import os
@@ -57,7 +57,7 @@ def test_describe_a_component(capsys):
 def test_describe_has_a_row_for_each_key_of_a_table_within_a_table(capsys):
     assert main(["describe", "shell"]) == 0
     text = capsys.readouterr().out
-    assert len(re.findall(r"^  notch +1 +none +a slot", text, flags=re.MULTILINE)) == 2  # of a plate, and of a tube
+    assert len(re.findall(r"^  notch +1 +none +a slot", text, flags=re.MULTILINE)) == 2  # for a plate and for a tube
     for row in (
         r"notch.depth +m +0.0006 +from",
         r"notch.columns +1 +\d+ +columns",
@@ -74,7 +74,7 @@ def test_describe_has_a_row_for_each_key_of_a_table_within_a_table(capsys):
 
 
 def test_describe_and_new_compile_nothing(tmp_path):
-    """The kernels of both parts and of what couples them take half a minute."""
+    """Slow: compiling the kernels of both parts and of the coupling takes half a minute."""
     for command in ("describe", "new"):
         done = subprocess.run(
             [sys.executable, "-m", "granular_env", command, "coupled"], capture_output=True, text=True, timeout=120,
@@ -275,7 +275,7 @@ def test_a_fault_of_the_program_is_no_difference(monkeypatch, capsys):
     assert "AttributeError: no such thing" in told and "please report it" in told
 
 
-# -- for programs and for terminals -----------------------------------------------------------------------------------
+# -- output for programs and terminals--------------------------------------------------------------------------------
 
 
 def parsed(capsys, *arguments: str, status: int = 0):

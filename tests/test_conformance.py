@@ -1,6 +1,6 @@
-"""The promises of the contract, tested for every component of the catalogue.
+"""Tests of the contract for every component of the catalogue.
 
-The drives are in support/component_examples.py; a new component is tested by adding an entry there. Refusals are in
+The drives are in support/component_examples.py; a new component needs an entry there. Refusals are in
 test_conformance_refusals.py.
 """
 
@@ -88,7 +88,7 @@ def test_report_and_cautions_can_be_read_at_any_time(example: Example) -> None:
 
 @every_example
 def test_reset_and_restore_leave_nothing_behind(example: Example) -> None:
-    """What a component did before, beyond its limits too, changes neither its bits nor what it says."""
+    """The history of a component, even beyond its limits, changes neither its bits nor its messages."""
     fresh, used, restored = example.started(), example.started(), example.started()
     drive(used, example, example.ticks)
     assert bits(used) != bits(fresh)
@@ -106,7 +106,7 @@ def test_reset_and_restore_leave_nothing_behind(example: Example) -> None:
 
 
 def assert_same(components: list[Component]) -> None:
-    """Compare the bits of components, and all that they say."""
+    """Compare the bits, reports and messages of components."""
     first = components[0]
     for other in components[1:]:
         assert bits(other) == bits(first)
@@ -117,7 +117,7 @@ def assert_same(components: list[Component]) -> None:
 
 @pytest.mark.parametrize("example", [e for e in EXAMPLES if e.breaks], ids=lambda example: example.label)
 def test_a_refusal_depends_on_the_state_alone(example: Example, tmp_path: Path) -> None:
-    """Used, fresh, copied, restored and replayed components refuse the same call with the same words, from the same state."""
+    """Used, new, copied, restored and replayed components refuse the same call from the same state with the same message."""
     assert example.breaks is not None
     parameters, start, _ = example.breaks
     fresh, used, restored = (example.made_of({**example.parameters, **parameters}) for _ in range(3))
@@ -133,14 +133,14 @@ def test_a_refusal_depends_on_the_state_alone(example: Example, tmp_path: Path) 
     assert [load_until_refused(component, example) for component in (fresh, restored)] == [refused, refused]
     assert_same([used, fresh, restored])
     assert not refused[0] or verify(tmp_path / "used.mcap").identical
-    # Copies in mid-run, of a component that has been used.
+    # Copies of a used component in the middle of a run.
     used.reset(**start)
     load_until_refused(used, example, last=refused[0] // 2)
     copies = [copy.deepcopy(used), pickle.loads(pickle.dumps(used)), used]
     assert_same(copies)
     assert [load_until_refused(one, example, first=refused[0] // 2) for one in copies] == [refused] * 3
     assert_same([fresh, *copies])
-    with pytest.raises(StepError):  # A call is refused where one of its ticks is.
+    with pytest.raises(StepError):  # a call is refused if one of its ticks is
         for _ in range(CALL_TICKS):
             used.step(**growing_load(example, refused[0]))
 
@@ -185,7 +185,7 @@ def test_a_profile_is_read_at_the_present_time(example: Example) -> None:
     component.step(None, **profiles)
     for _ in range(30):
         for name, profile in profiles.items():
-            # Both evaluate one polynomial, in seconds and in ticks: they differ by the rounding of the coefficients.
+            # Both evaluate the same polynomial, in seconds and in ticks, and differ by the rounding of the coefficients.
             assert component.get(name) == pytest.approx(profile(component.time), rel=1e-12, abs=1e-12)
         component.step()
 
@@ -213,7 +213,7 @@ sys.stdout.buffer.write(pickle.dumps(answers))
 
 
 def halfway(example: Example) -> Component:
-    """An example in the midst of its mixed drive."""
+    """Return an example in the middle of its mixed drive."""
     component = example.started()
     drive(component, example, example.ticks // 2 + 1)
     return component
@@ -221,7 +221,7 @@ def halfway(example: Example) -> Component:
 
 @pytest.fixture(scope="module")
 def elsewhere() -> dict[str, tuple[bytes, bytes]]:
-    """What a fresh process makes of every example: driven from the start, and continued from half way."""
+    """Return the results of a new process for every example: driven from the start, and continued from halfway."""
     sent = pickle.dumps({example.label: bits(halfway(example)) for example in EXAMPLES})
     command = [sys.executable, "-c", _ELSEWHERE, str(ROOT / "tests")]
     return pickle.loads(subprocess.run(command, input=sent, capture_output=True, check=True, cwd=ROOT).stdout)
@@ -249,10 +249,10 @@ def test_save_and_restore_at_every_step(example: Example) -> None:
     original_step = hopping.step
 
     def step_in_the_other(duration: float | None = None, **inputs: float) -> None:
-        """Each step is done by another component, reached through bytes."""
+        """Let another component, restored from bytes, make the step."""
         other.restore(Snapshot.from_bytes(hopping.save().to_bytes()))
         other.step(duration, **inputs)
-        original_step(1.0 * hopping.step_size)  # something to be forgotten
+        original_step(1.0 * hopping.step_size)  # a step that the restore must undo
         hopping.restore(other.save())
 
     vars(hopping)["step"] = step_in_the_other
@@ -264,14 +264,14 @@ def test_save_and_restore_at_every_step(example: Example) -> None:
 
 @cache
 def twins(label: str) -> tuple[Component, Component]:
-    """Two components of an example, made once."""
+    """Return two components of an example, cached."""
     example = next(example for example in EXAMPLES if example.label == label)
     return example.make(), example.make()
 
 
 @contextmanager
 def watched(component: Component, every: int | None) -> Iterator[None]:
-    """An observer that reads everything every so many ticks, until the end of the block; none for None."""
+    """Attach an observer that reads all variables every `every` ticks (none for None) within the block."""
     watcher = Watcher(every or 1)
     if every is not None:
         component.observe(watcher)
@@ -325,7 +325,7 @@ def test_observers_never_change_the_bits(example: Example) -> None:
 
 @every_example
 def test_the_balances_close(example: Example) -> None:
-    """Each residual stays within its tolerance of the largest amount seen; opposite amounts must not hide in a sum."""
+    """Each residual stays within its tolerance relative to the largest amount; opposite amounts must not cancel in a sum."""
     component = example.started()
     largest: dict[str, float] = {}
     worst: dict[str, float] = {}
@@ -349,7 +349,7 @@ def test_the_balances_close(example: Example) -> None:
 
 
 def momentum_scale(component: Component) -> float:
-    """Sum of |m v|, from sqrt(2 m E): opposite motions cancel in the momentum but not in its rounding."""
+    """Return a bound of the sum of |m v|, sqrt(2 m E): opposite motions cancel in the momentum but not in its rounding."""
     mass = np.sum(getattr(component, "geometry", component).mass)
     return float(np.sqrt(2.0 * mass * component.get("kinetic_energy")))
 
@@ -382,7 +382,7 @@ def test_events_are_in_order_and_of_known_kinds(example: Example) -> None:
 
 
 class Calling(Watcher):
-    """Calls everything in the middle of a step."""
+    """An observer that calls every method in the middle of a step."""
 
     def on_sample(self, component: Component) -> None:
         for name, call in {
@@ -417,7 +417,7 @@ def test_a_parent_can_own_the_memory(example: Example) -> None:
         drive(component, example, example.ticks)
     assert bits(parts[0]) == bits(alone) == bits(parts[1])
     before = bits(alone)
-    whole[:] = 0.0  # of lists that grow, their lengths are in it
+    whole[:] = 0.0  # includes the lengths of growing lists
     assert bits(parts[0]) == bits(parts[1]) != before == bits(alone)
     assert parts[0].events() == []
 

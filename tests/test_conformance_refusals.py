@@ -1,4 +1,4 @@
-"""What a component refuses, tested on three components, and how every component fails: with its state unharmed."""
+"""Refusals, tested on three components, and failures of all components, which must not change the state."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ NAN, HUGE = math.nan, 10**400
 
 
 def refused(component: Component, action, *expected: str) -> None:  # noqa: ANN001
-    """The action raises ParameterError with these words and changes nothing."""
+    """Assert that the action raises ParameterError with this text and changes nothing."""
     before, observed = bits(component), readings(component)
     with pytest.raises(ParameterError) as caught:
         action()
@@ -36,7 +36,7 @@ def refused(component: Component, action, *expected: str) -> None:  # noqa: ANN0
 
 @cache
 def halfway(label: str) -> tuple[Component, Snapshot]:
-    """A component in mid-run, made once: what refuses is unharmed, and serves the next test; and its state there."""
+    """Return a cached component in the middle of a run and its state; refusals do not change it, so tests share it."""
     example = next(example for example in EXAMPLES if example.label == label)
     component = example.started()
     drive(component, example, 25)
@@ -45,7 +45,7 @@ def halfway(label: str) -> tuple[Component, Snapshot]:
 
 @pytest.fixture(params=THREE, ids=lambda example: example.label)
 def moving(request: pytest.FixtureRequest) -> tuple[Component, Example]:
-    """A component in mid-run, and its example."""
+    """Return a component in the middle of a run, and its example."""
     component, state = halfway(request.param.label)
     component.restore(state)
     return component, request.param
@@ -95,7 +95,7 @@ def test_arrays_of_another_shape_are_refused_with_both(moving: tuple[Component, 
         if np.ndim(good):
             shape, given = np.shape(good), np.array(good)
             longer = np.concatenate([given, given[..., :1]], axis=-1)
-            fewer_axes = [given[..., 0]] if given.ndim > 1 else []  # a single number would be one for all
+            fewer_axes = [given[..., 0]] if given.ndim > 1 else []  # a single number would apply to all
             for bad in (given[1:], *fewer_axes, longer.tolist(), given[np.newaxis]):
                 refused(component, lambda name=name, bad=bad: component.step(None, **{name: bad}), name, str(shape))
             other = Profile.constant(1.0) * np.ones(3)
@@ -148,7 +148,7 @@ def test_unknown_variables_are_refused(moving: tuple[Component, Example], name: 
 
 @pytest.fixture(scope="module")
 def snapshots() -> list[Snapshot]:
-    """One of each example."""
+    """Return one component of each example."""
     return [example.started().save() for example in EXAMPLES]
 
 
@@ -169,7 +169,7 @@ def test_foreign_snapshots_are_refused(moving: tuple[Component, Example], snapsh
 
 @every_example
 def test_forged_memory_does_no_harm(example: Example) -> None:
-    """A snapshot with the right name and wild numbers: restored or refused, stepped or refused, and then forgotten."""
+    """A snapshot with the right name and arbitrary numbers is restored or refused, then stepped or refused, without traces."""
     component, generator = example.started(), np.random.default_rng(0)
     own, fresh = component.save(), bits(component)
     drive(component, example, 20)

@@ -1,4 +1,4 @@
-"""Small parts of the contract that no single component shows: errors, blocks, start values, the catalogue."""
+"""Parts of the contract that no single component covers: errors, blocks, start values, the catalogue."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ def test_unknown_components_are_refused(name: object, advice: str) -> None:
 
 @pytest.fixture
 def foreign(monkeypatch: pytest.MonkeyPatch):  # noqa: ANN201
-    """Pretend that a third party has installed components."""
+    """Simulate components installed by a third party."""
 
     def install(**points: str) -> None:
         found = [EntryPoint(name, value, catalogue.ENTRY_POINT_GROUP) for name, value in points.items()]
@@ -140,7 +140,7 @@ def test_broken_third_parties_are_named(foreign, value: str) -> None:  # noqa: A
     foreign(theirs=value)
     with pytest.raises(ParameterError, match=f"'theirs'.*{value}"):
         catalogue.make("theirs")
-    assert value in catalogue.summary("theirs")  # a list of all components has it all the same
+    assert value in catalogue.summary("theirs")  # a list of all components still contains it
 
 
 # -- attributes and arrays ------------------------------------------------------------------------------------------------
@@ -170,11 +170,11 @@ def test_drawables_are_read_only_copies() -> None:
     assert discs.reference.flags.writeable and not np.shares_memory(discs.reference, points.reference)  # type: ignore[union-attr]
 
 
-# -- who steps, and who is told -----------------------------------------------------------------------------------------
+# -- steps and notifications --------------------------------------------------------------------------------------------
 
 
 class Bystander:
-    """Counts what it is told; raises where it is meant to."""
+    """An observer that counts its notifications, and raises errors on request."""
 
     def __init__(self, raises: str = "") -> None:
         self.raises, self.told, self.next_tick = raises, [], 1 << 60

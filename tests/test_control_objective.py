@@ -1,4 +1,4 @@
-"""Objectives: terms against the chain's own outputs, the check of one's own, and what is said where one is wrong."""
+"""Objectives: terms against the chain's outputs, the check of custom objectives, and error messages."""
 
 from __future__ import annotations
 
@@ -38,18 +38,18 @@ DRIVE = np.array([[40.0, 0.0]] * 6 + [[10.0, 0.0]] * 6)
 
 
 def chain_of(**parameters: Any) -> Chain:
-    """Seven grains before a plane."""
+    """Return a chain of seven grains with a plane at its end."""
     return Chain(**({"grains": 7, "right": "plane", "precompression": 20.0, "step_size": 5e-7} | parameters))
 
 
 def worth(chain: Chain, term: Term) -> float:
-    """The value of a term along the drive."""
+    """Return the value of a term for the drive."""
     return float(evaluate(chain, DRIVE[None], 3, total(chain, term))[0])
 
 
 @pytest.mark.parametrize("parameters", LAWS)
 def test_terms_are_what_the_chain_says(parameters: dict[str, Any]) -> None:
-    """Each quantity at the end, its mean and its peak, against the outputs of the component's own steps."""
+    """Final value, mean and peak of each quantity, against the outputs of the component's steps."""
     chain = chain_of(**parameters)
     twin = chain_of(**parameters)
     seen: dict[str, list[float]] = {name: [] for name in ("v", "u", "f", "e", "p", "all", "part")}
@@ -76,7 +76,7 @@ def test_terms_are_what_the_chain_says(parameters: dict[str, Any]) -> None:
         peak = worth(chain, quantity.peak(scale=largest, power=16))
         assert peak == pytest.approx(np.sum(np.abs(values) ** 16.0) ** (1 / 16), rel=1e-12)
         assert largest <= peak <= largest * len(values) ** (1 / 16)
-    # A wall holds the other half of its contact.
+    # The other half of a wall contact's energy belongs to the wall.
     wall = worth(chain, energy(6, 6).at_end()) - worth(chain, kinetic_energy(6, 6).at_end())
     assert worth(chain, energy().at_end()) < seen["all"][-1] < worth(chain, energy().at_end()) + 2.0 * wall
     halves = worth(chain, energy(0, 3).at_end()) + worth(chain, energy(4, 6).at_end())
@@ -86,7 +86,7 @@ def test_terms_are_what_the_chain_says(parameters: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize("parameters", LAWS)
 def test_terms_have_the_derivatives_of_their_values(parameters: dict[str, Any]) -> None:
-    """Entry by entry of the table."""
+    """For each entry of the table."""
     chain = chain_of(**parameters)
     terms = (
         velocity(2).at_end(target=3.0), displacement(-1).mean(), contact_force(-1).peak(scale=60.0), energy(2, 4).mean(),
@@ -98,7 +98,7 @@ def test_terms_have_the_derivatives_of_their_values(parameters: dict[str, Any]) 
 
 
 def test_a_task_may_bring_its_objective() -> None:
-    """Whatever has objective(chain, steps)."""
+    """Any object with objective(chain, steps)."""
     chain = chain_of()
 
     class Task:
@@ -127,7 +127,7 @@ def test_a_task_may_bring_its_objective() -> None:
     ],
 )
 def test_bad_terms(build: Any, said: str) -> None:
-    """Are refused when they are put together."""
+    """Invalid terms are refused when they are combined."""
     with pytest.raises(ParameterError, match=said):
         build(chain_of())
 
@@ -149,7 +149,7 @@ def test_terms_are_numbers_to_calculate_with() -> None:
     ],
 )
 def test_a_run_that_an_objective_does_not_fit_is_refused(term: Term, other: dict[str, Any], said: str) -> None:
-    """Compiled code would read what is not there."""
+    """Compiled code would read outside the arrays."""
     objective = total(chain_of(), term)
     with pytest.raises(ParameterError, match=said):
         value_and_grad(objective, chain_of(**other), DRIVE, ticks=2)
@@ -176,7 +176,7 @@ def test_bad_arguments_of_gradients_are_refused() -> None:
         central_differences(objective, chain, DRIVE, {"drive": DRIVE}, ticks=2, step=0.0)
 
 
-# -- one's own ----------------------------------------------------------------------------------------------------------
+# -- custom objectives --------------------------------------------------------------------------------------------------
 
 
 @jit
@@ -225,7 +225,7 @@ def _note_peak(chain, step, steps, inputs, constants, sums):
 
 
 def test_ones_own_objective_is_checked() -> None:
-    """The right one passes; of a wrong one the entry is named."""
+    """A correct objective passes; for a wrong one the message names the entry."""
     chain = chain_of()
     assert check_objective(Objective(_note, _value, _pullback), chain) < 1e-6
     for objective, said in (
@@ -240,7 +240,7 @@ def test_ones_own_objective_is_checked() -> None:
 
 
 def test_plain_functions_are_compiled() -> None:
-    """A decorator that was forgotten does not matter; code that does not compile is named."""
+    """A missing decorator is harmless; the message names code that does not compile."""
     chain = chain_of()
 
     def note(chain, step, steps, inputs, constants, sums):

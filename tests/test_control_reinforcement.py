@@ -1,4 +1,4 @@
-"""PPO and SAC in studies: the batch as stable-baselines3 wants it, counting, and the policy that is kept."""
+"""PPO and SAC in studies: the batch for stable-baselines3, counting of runs, and the stored policy."""
 
 import re
 from pathlib import Path
@@ -90,7 +90,7 @@ def test_a_trial_counts_every_control_step_and_finds_the_same_again(method, tmp_
         with pytest.raises(BudgetSpentError):
             method.run(search)
         assert 3000 - 4 * 5 * 12 - 2 * 60 < search.spent <= 3000
-        # Alone the best policy acts as it did in the batch.
+        # A single best policy acts as in the batch.
         actor = method.actor(search)
         assert np.mean([method.problem(search.problem).play(actor, seed)[0] for seed in (5, 6)]) == search.best_return
         found.append(search.curve)
@@ -108,7 +108,7 @@ def test_a_study_trains_and_leaves_logs_that_replay(tmp_path):
 
 
 def test_the_documented_example_of_ppo_learns():
-    """The page's own lines: doing nothing returns -1, and so did PPO after 640,000 steps where it did not see the time."""
+    """As on the page: doing nothing returns -1, as did PPO after 640,000 steps without observing the time."""
     import torch
 
     page = (Path(__file__).resolve().parent.parent / "docs" / "control.md").read_text()

@@ -1,4 +1,4 @@
-"""Studies: files, drives, counting, what a kill leaves, the comparison, tasks of one's own."""
+"""Studies: files, drives, counting, state after a kill, comparison, custom tasks."""
 
 import csv
 import signal
@@ -33,7 +33,7 @@ SMALL = {
 
 @pytest.fixture(autouse=True)
 def without_figure(request, monkeypatch):
-    """Leave out the drawing, most of the time of a small study, where a test does not look at the figure."""
+    """Omit the figure, which takes most of the time of a small study, in tests that do not check it."""
     if request.node.get_closest_marker("figures") is None:
         monkeypatch.setattr(figure, "draw_study", lambda result: b"")
 
@@ -77,7 +77,7 @@ def test_the_point_of_a_drive_is_found_again(between):
     shape = DriveShape(steps=30, entries=2, knots=6, between=between, driven=25)
     point = np.random.default_rng(1).uniform(-1.0, 1.0, shape.size)
     np.testing.assert_allclose(shape.fit(shape.actions(point[None])[0]), point, atol=1e-13)
-    # What ends early is rest from there on.
+    # A drive that ends early is 0 afterwards.
     assert not shape.fit(np.zeros((3, 2))).any()
 
 
@@ -131,13 +131,13 @@ def test_every_method_gets_the_same_budget_and_none_exceeds_it(tmp_path):
     result = run_study(bowl_study(*SEARCHES, seeds=[1, 2]), tmp_path, problem=Bowl())
     assert [trial.name for trial in result.trials] == [f"{one['type']}-{seed}" for one in SEARCHES for seed in (1, 2)]
     for trial in result.trials:
-        # What is left holds no further evaluation: a drive, or an objective with its slopes.
+        # The remaining budget is too small for another evaluation of a drive, or of an objective with slopes.
         assert 4000 - 4 * Bowl.steps < trial.spent <= 4000
         assert trial.score.value == pytest.approx(trial.search_return, abs=1e-15)
         best = [value for _, value in trial.curve]
         assert best == sorted(best) and best[-1] == trial.search_return
     found = {one["type"]: result.of(one["type"])[0].score.value for one in SEARCHES}
-    # The best drive is a straight line, which knots can be; evenly drawn knots are not.
+    # The best drive is a straight line, which knots can represent but uniform random knots do not find.
     assert found["gradient"] > -1e-15 and found["random"] < found["cma"] < 1e-15
 
 
@@ -145,7 +145,7 @@ def test_slopes_count_as_forward_runs(tmp_path):
     problem = Bowl()
     once = {"type": "gradient", "starts": 1, "trial": 1, "iterations": 1, "rounds": 1}
     [trial] = run_study(bowl_study(once), tmp_path, problem=problem).trials
-    # Each drive that lowers the objective is judged by its return as well: a return is 1 run, an objective with slopes 4.
+    # Each drive that lowers the objective is also evaluated by its return: a return costs 1 run, an objective with slopes 4.
     runs = trial.spent // Bowl.steps
     slopes = (runs - problem.asked) // 3
     assert trial.spent == Bowl.steps * (4 * slopes + problem.asked - slopes) < 4000 and slopes >= 2
@@ -207,7 +207,7 @@ def test_a_study_that_was_ended_keeps_its_finished_trials_and_finds_what_an_unin
     assert [path.stem for path in (tmp_path / "ended" / "trials").iterdir()] == ["gradient-1"]  # ended in the second search
     problem = Bowl()
     again = run_study(bowl_study(*SEARCHES), tmp_path / "ended", problem=problem)
-    assert again.trials == whole.trials and problem.asked < 450  # the trial of the gradient is read, not repeated
+    assert again.trials == whole.trials and problem.asked < 450  # the gradient trial is read, not repeated
     assert (tmp_path / "ended" / "table.csv").read_bytes() == (tmp_path / "whole" / "table.csv").read_bytes()
 
 
@@ -221,7 +221,7 @@ def test_trials_of_another_budget_seed_or_option_are_computed_and_others_are_kep
     path.write_text(path.read_text()[:-20])
     problem = Bowl()
     run_study(bowl_study({"type": "random"}, budget=300), tmp_path, problem=problem)
-    assert problem.asked == 15  # a damaged file is no trial
+    assert problem.asked == 15  # a damaged file does not count as a trial
 
 
 def test_a_return_that_is_no_number_ends_its_method_and_the_others_run(tmp_path):
@@ -230,7 +230,7 @@ def test_a_return_that_is_no_number_ends_its_method_and_the_others_run(tmp_path)
     assert [path.stem for path in (tmp_path / "trials").iterdir()] == ["cma-1"]
 
 
-# -- what a study leaves --------------------------------------------------------------------------------------------------
+# -- results of a study ---------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.figures
@@ -239,7 +239,7 @@ def test_a_study_of_an_environment_leaves_a_table_a_figure_and_logs_that_replay(
     assert {path.name for path in tmp_path.iterdir()} == {"study.toml", "trials", "logs", "table.csv", "figure.png"}
     assert (tmp_path / "figure.png").read_bytes().startswith(b"\x89PNG")
     for trial in result.trials:
-        # The batch of the search and the single environment that judges give the same bits.
+        # The search's batch and the evaluating single environment are bitwise identical.
         assert trial.score.value == trial.search_return
         assert verify(tmp_path / "logs" / f"{trial.name}.mcap").identical
     rows = list(csv.DictReader((tmp_path / "table.csv").open()))
@@ -293,7 +293,7 @@ def test_the_command_checks_runs_lists_and_copies_studies(tmp_path, monkeypatch,
         assert load_study(f"{name}.toml").to_dict() == load_study(name).to_dict()
 
 
-# -- tasks of one's own ---------------------------------------------------------------------------------------------------
+# -- custom tasks ---------------------------------------------------------------------------------------------------------
 
 MODULE = '''
 import granular_env as ge
@@ -364,7 +364,7 @@ batch = 8
 
 @pytest.fixture
 def module(tmp_path, monkeypatch):
-    """A module beside a study's file; forgotten afterwards."""
+    """Write a module next to a study's file; unload it afterwards."""
     monkeypatch.setattr(sys, "path", list(sys.path))
     name = f"own_{tmp_path.name.replace('-', '_')}"
     (tmp_path / f"{name}.py").write_text(MODULE)
@@ -377,7 +377,7 @@ def test_a_module_beside_the_file_is_found_and_its_task_searched(module, tmp_pat
     result = run_study(tmp_path / "study.toml", tmp_path / "results")
     values = {trial.method: trial.score.value for trial in result.trials}
     assert values["gradient"] > -1e-3 > values["random"] > result.baselines["nothing"].value
-    # An edited task is another one.
+    # An edited task counts as a different task.
     path = tmp_path / f"{module}.py"
     path.write_text(path.read_text().replace("last - self.target", "last - 2.0 * self.target"))
     sys.modules.pop(module)
@@ -418,7 +418,7 @@ def test_a_stage_belongs_to_the_objective_alone(module, tmp_path):
 
 
 def test_the_way_finds_a_wave_that_the_end_alone_does_not(tmp_path):
-    """Two thirds of the way through a short chain: without the way the slopes lead to a wave in a wrong place."""
+    """Two thirds along a short chain: without the weight `way`, the gradient leads to a misplaced wave."""
     task = {"name": "pulse-forming", "grains": 20, "place": 12.0, "deadline": 60, "internal_steps": 3}
     method = {"type": "gradient", "starts": 1, "spread": 0.05, "trial": 1, "iterations": 25, "rounds": 1}
     study = {"version": 1, "name": "way", "budget": 100_000, "task": task, "drive": {"knots": 40, "driven": 40}}

@@ -1,4 +1,4 @@
-"""A task as a study sees it: the batch, the single environment and the objective agree."""
+"""A task in a study: the batch, the single environment and the objective agree."""
 
 import sys
 from types import ModuleType
@@ -56,7 +56,7 @@ def test_slopes_by_the_point_are_those_of_central_differences(changes):
     point, along = draw.uniform(0.05, 0.3, shape.size), draw.normal(size=shape.size)
     value = lambda at: problem.value_and_grad(shape.actions(at[None])[0], SEEDS)[0]  # noqa: E731
     slopes = shape.pullback(point, problem.value_and_grad(shape.actions(point[None])[0], SEEDS)[1])
-    # Grains part and meet again, so the error falls more slowly than the step's square: 5e-6 at 1e-5, at most 1e-7 at 1e-6.
+    # Contacts open and close, so the error decreases more slowly than the step's square: 5e-6 at 1e-5, at most 1e-7 at 1e-6.
     differences = (value(point + 1e-6 * along) - value(point - 1e-6 * along)) / 2e-6
     assert slopes @ along == pytest.approx(differences, rel=1e-6)
 
@@ -73,7 +73,7 @@ def test_the_objective_of_an_episode_at_rest_is_minus_its_return(name, arguments
     drive = drives(problem, 1)[0]
     for seed in SEEDS:
         start = problem.play(OpenLoop(np.zeros_like(drive)), seed)[0] + problem.value_and_grad(np.zeros_like(drive), [seed])[0]
-        # What the wanted waves have in the chain at the start is missing then.
+        # `start` is the part of the wanted waves that should already be in the chain.
         value = problem.value_and_grad(drive, [seed])[0]
         assert value - start == pytest.approx(-problem.play(OpenLoop(drive), seed)[0], rel=1e-9)
 
@@ -91,7 +91,7 @@ def make_swing(deadline: int = 40, **options) -> ComponentEnv:
 
 @pytest.fixture
 def swing(monkeypatch, tmp_path):
-    """A task of a component whose domain has no batch and no gradients."""
+    """Return a task of a component whose domain has no batch and no gradients."""
     module = ModuleType("swing_of_my_own")
     module.make = make_swing
     monkeypatch.setitem(sys.modules, module.__name__, module)

@@ -1,4 +1,4 @@
-"""The tasks of control: rewards worked out anew, slopes against differences, what the baselines return, bad arguments."""
+"""Control tasks: recomputed rewards, gradients against differences, returns of the baselines, invalid arguments."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def episode(env: ComponentEnv, policy: Any, seed: int = 1) -> tuple[float, Mappi
     return play(env, policy, seed=seed)
 
 
-# -- rewards, by plain numpy ------------------------------------------------------------------------------------------
+# -- rewards in plain NumPy -------------------------------------------------------------------------------------------
 
 
 def overlaps(env: ComponentEnv, info: dict[str, Any]) -> np.ndarray:
@@ -51,13 +51,13 @@ def overlaps(env: ComponentEnv, info: dict[str, Any]) -> np.ndarray:
 
 
 def stored(env: ComponentEnv, overlap: np.ndarray) -> np.ndarray:
-    """Energy of the contacts above that at rest: the integral of the force less the static one."""
+    """Return the contact energy above the rest state, i.e. the integral of the force minus the static force."""
     k, rest = env.component.geometry.stiffness[1:-1], env.component.geometry.rest_overlap[1:-1]
     return 0.4 * k * (overlap**2.5 - rest**2.5) - k * rest**1.5 * (overlap - rest)
 
 
 def wanted_distance(env: ComponentEnv, info: dict[str, Any], rows: np.ndarray, left: float) -> float:
-    """Distance to the wanted waves over their energy, for uncompressed uniform chains."""
+    """Return the distance to the wanted waves divided by their energy, for uncompressed uniform chains."""
     m, k = env.component.geometry.mass[0], env.component.geometry.stiffness[1]
     wave = lattice_wave(0.0)
     top = wave.velocity.max()
@@ -87,7 +87,7 @@ def test_pulse_forming_rewards_nearness_to_waves_on_their_way(action: str) -> No
     for step in range(110):
         _, reward, terminated, truncated, info = env.step([chosen[step]])
         now = wanted_distance(env, info, rows, (109 - step) * env.duration)
-        # Cubics through sixteen points a grain on one side, a spline on the other: 1e-5 of the crest.
+        # Cubics through sixteen points per grain against a spline: a difference of 1e-5 of the crest.
         assert reward == pytest.approx(before - now, abs=3e-5)
         assert info["distance"] == pytest.approx(now, abs=3e-5)
         before = now
@@ -189,7 +189,7 @@ def test_pullback_is_the_slope_of_value_and_note(name: str, action: str, chain: 
     objective, steps = env.task.objective(env.component, 60), 60
     kind = env.component.parameters.law.contacts
     inputs, slopes, rest = np.zeros(2), np.zeros(objective.count), np.zeros(objective.count)
-    # Any state whose contacts are far from opening.
+    # An arbitrary state with contacts far from opening.
     a, random = env.component.table.copy(), np.random.default_rng(7)
     a[U, 1:13] = 1e-5 - np.cumsum(random.uniform(0.3e-6, 1e-6, 12))
     a[V, 1:13] = random.uniform(-3.0, 5.0, 12)
@@ -208,7 +208,7 @@ def test_pullback_is_the_slope_of_value_and_note(name: str, action: str, chain: 
     compared = 0
     for row in (U, V, REST_OVERLAP, STIFFNESS, MASS):
         for column in range(14):
-            # At an overlap at rest of 0 its root has no slope.
+            # The root of a rest overlap of 0 has no derivative.
             if adjoint[row, column] == 0.0 or (row == REST_OVERLAP and a[REST_OVERLAP, column] == 0.0):
                 continue
             step = {U: 1e-11, REST_OVERLAP: 1e-11, V: 1e-4, MASS: 1e-8, STIFFNESS: 1e5}[row]
@@ -234,7 +234,7 @@ def test_the_objective_is_minus_the_return_but_for_what_it_says(name: str, actio
     total, _ = episode(env, policy)
     env.reset(seed=1)
     value = evaluate(env.component, drive, env.internal_steps, env.task.objective(env.component, steps))[0]
-    # Protection's is smooth where the return is not: up to 200^(1/32) = 1.18 times the peak of some 215 N, and the rounding.
+    # Protection's objective is a smoothed return: up to 200^(1/32) = 1.18 times the peak of about 215 N, plus the smoothing.
     shift, tolerance = {"PulseForming": (0.0, 1e-12), "Protection": (1.0, 0.05), "EnergyDelivery": (1.0, 1e-5)}[name]
     assert -total == pytest.approx(value - shift, abs=tolerance)
 
@@ -255,7 +255,7 @@ def test_the_gradient_of_a_task_agrees_with_differences() -> None:
 
 # -- baselines --------------------------------------------------------------------------------------------------------
 
-# Task, action -> what doing nothing, theory and the best known return: the figures of the environments' pages.
+# Task, action -> returns of "nothing", "theory" and "best", as stated on the environments' pages.
 RETURNS = {
     ("PulseForming", "force"): (-1.0, -7.26e-4, -1.5e-13),
     ("PulseForming", "piston"): (-1.0, -1.353e-3, -1.5e-13),
@@ -287,11 +287,11 @@ def test_a_matched_end_swallows_all_but_the_rebound(action: str) -> None:
     policies = env.task.baselines()
     for seed in range(4):
         nothing, theory = (episode(env, policies[kind], seed)[0] for kind in ("nothing", "theory"))
-        # The integrator's own error of energy.
+        # The energy error of the integrator.
         assert nothing == pytest.approx(0.0, abs=1e-4)
         assert 0.9914 < theory < 0.9937
-    # One striker's solitary wave has 1.06932 m (0.681632 v0)^2 of its m v0^2 / 2; two strikers rebound with that of the
-    # paper's section 3.1, v/v0 = -0.1126, -0.0480, ..., of their m v0^2.
+    # One striker's solitary wave has the energy 1.06932 m (0.681632 v0)^2 out of m v0^2 / 2; two strikers rebound with the
+    # velocities of the paper's section 3.1, v/v0 = -0.1126, -0.0480, ..., out of m v0^2.
     one = 1.0 - 2.0 * 1.0693229458 * 0.681632**2
     two = 0.5 * (0.1126**2 + 0.04802**2 + 0.02471**2 + 0.01327**2 + 0.006807**2 + 0.002877**2)
     for count, rebound in ((1, one), (2, two)):
@@ -320,7 +320,7 @@ def test_a_precompressed_chain_has_waves_of_its_own() -> None:
     assert episode(env, policies["theory"])[0] > -1e-3
 
 
-# -- as Gymnasium sees them -------------------------------------------------------------------------------------------
+# -- Gymnasium interface ----------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -355,7 +355,7 @@ def test_piston_returns_what_its_page_says() -> None:
     env = make_piston()
     total, count, terminated, info = push(env, lambda count: 0.24 if count < 12 else 0.0)
     energy = 0.5 * env.component.geometry.mass[-1] * 5.0**2
-    # The rewards telescope: 285 additions of numbers below 1.
+    # The rewards telescope; the rounding is that of 285 additions of numbers below 1.
     assert total == pytest.approx(info["closeness"] - 0.2 * info["work"] / energy, abs=1e-13)
     assert terminated and 200 < count < 400
     assert info["closeness"] == pytest.approx(1.0 - abs(info["velocity"][-1] / 5.0 - 1.0), abs=1e-15)
@@ -378,11 +378,11 @@ def test_force_returns_what_its_page_says() -> None:
 
 
 def test_the_walls_impulse_is_the_momentum_that_is_missing() -> None:
-    """Applied impulse less the chain's momentum is what the wall took; the trapezoid sum is near it."""
+    """The wall's impulse is the applied impulse minus the chain's momentum; the trapezoidal sum is close to it."""
     env = make_protection(grains=16, impulse=10.0, deadline=600)
     _, count, _, info = push(env, lambda count: 0.2)
     taken = 100.0 * count * env.duration - env.component.get("momentum")
-    # The wall's force turns over within some 30 control steps: the trapezoid rule is good to a fraction of (1/30)^2.
+    # The wall's force varies within about 30 control steps, so the trapezoidal rule is accurate to a fraction of (1/30)^2.
     assert info["delivered_impulse"] == pytest.approx(taken, rel=1e-3)
 
 
@@ -390,7 +390,7 @@ def test_the_walls_impulse_is_the_momentum_that_is_missing() -> None:
 
 
 def test_baselines_hold_as_the_environment_does() -> None:
-    # Theory's push lasts some 30 control steps. Held for 3 each it is still that push; played three times slower it is not.
+    # The theory's push lasts about 30 control steps. With `hold=3` it must remain the same push, not three times slower.
     for environment in (make_pulse_forming, make_soliton_train):
         env = environment(hold=3)
         assert play(env, env.task.baselines()["theory"], seed=1)[0] > -0.1
@@ -422,7 +422,7 @@ def test_a_wave_that_would_have_to_be_there_already_is_refused_with_the_least_de
     ("name", "least", "unit"), [("EnergyDelivery", 197, "J"), ("Protection", 277, "N s")], ids=["energy", "protection"]
 )
 def test_a_deadline_by_which_too_little_arrives_is_cautioned(name: str, least: int, unit: str) -> None:
-    """Nothing that is held back arrives sooner than the full drive from the first moment on."""
+    """No drive arrives sooner than the full drive from the first moment on."""
     with pytest.warns(GranularWarning, match=f"deadline: {least - 1} control steps .* {unit} of the wanted"):
         gymnasium.make(f"granular_env/{name}-v1", deadline=least - 1)
     with warnings.catch_warnings():
@@ -452,7 +452,7 @@ def test_a_deadline_before_the_first_arrival_is_refused_with_the_least_one(name:
         assert gymnasium.make(f"granular_env/{name}", deadline=least, **arguments).unwrapped.deadline == least
 
 
-# -- what an environment cannot do -------------------------------------------------------------------------------------
+# -- limits of environments --------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

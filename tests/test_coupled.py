@@ -1,4 +1,4 @@
-"""A grid coupled to automata against what is exact for it: patches, conserved quantities, both variants, refusals."""
+"""A grid coupled to automata against exact results: patch tests, conserved quantities, both variants, refusals."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from granular_env.components.materials.elastic import Material
 from granular_env.components.profiles import Profile
 from granular_env.components.support.float_arrays import FloatArray
 
-# A stretch, a shear and a spin at once.
+# A stretch, a shear and a rotation together.
 GRADIENT = np.array([[0.7, -1.1], [0.4, 0.3]])
 SHAPES: list[Callable[..., Coupled]] = [layers, inclusion, corner, cradle, between]
 every_shape = pytest.mark.parametrize("make", SHAPES, ids=lambda make: make.__name__)
@@ -47,7 +47,7 @@ def assert_no_force(medium: Coupled, margin: float) -> None:
     forces, torques = medium.forces_on_automata()
     free = automata & (medium.interface.free > 0)
     assert nodes[medium.interface.nodes].any() and free.any()
-    # Stresses are about 2 SMALL, and forces between neighbours as large.
+    # Stresses and forces between neighbours are about 2 SMALL.
     assert np.abs(medium.forces_on_nodes()[nodes]).max() <= 1e-12 * SMALL
     assert np.abs(forces[free]).max() <= 1e-12 * SMALL
     assert np.abs(torques[automata]).max() <= 1e-12 * SMALL
@@ -56,7 +56,7 @@ def assert_no_force(medium: Coupled, margin: float) -> None:
 @pytest.mark.parametrize("n", [1, 2, 3, 4])
 @every_shape
 def test_a_homogeneous_strain_leaves_nodes_and_automata_without_force(make: Callable[..., Coupled], n: int) -> None:
-    # Within two cells of a free surface the volumetric strain of automata feels it.
+    # A free surface affects the volumetric strain of automata within two cells.
     assert_no_force(make(n=n), 0.9 if make is not layers else 1.1)
 
 
@@ -66,7 +66,7 @@ def test_so_it_does_where_a_hexagonal_packing_meets_the_grid(n: int) -> None:
 
 
 def test_two_materials_carry_one_traction_through_the_interface() -> None:
-    """A stack of a stiff and a soft layer under a stress s_yy: each has the strain that belongs to it."""
+    """A stiff and a soft layer in series under a stress s_yy: each layer has its own exact strain."""
     soft = {"density": 1.0, "young": 1.0, "poisson": 0.1}
     for packing in ("square", "hexagonal"):
         height = 4.0 if packing == "square" else 4 * ROW
@@ -90,7 +90,7 @@ def test_two_materials_carry_one_traction_through_the_interface() -> None:
         np.testing.assert_allclose(stress[:, 1], SMALL, rtol=1e-11)
 
 
-# -- what is conserved ---------------------------------------------------------------------------------------------------
+# -- conservation --------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("scheme", ["force", "momentum"])
@@ -103,7 +103,7 @@ def test_lockstep_keeps_energy_momentum_and_its_moment(make: Callable[..., Coupl
     medium.step(400 * medium.step_size)
     assert np.abs(medium.get("grid_displacement") - before).max() > SMALL
     assert abs(medium.get("energy_residual")) <= 1e-12 * energy
-    # Velocities are of the order of SMALL, and arms of 10.
+    # Velocities are of order SMALL, lever arms of order 10.
     assert np.abs(medium.get("momentum_residual")).max() <= 1e-15 * mass * SMALL
     assert abs(medium.get("angular_momentum_residual")) <= 1e-14 * mass * SMALL
     assert abs(medium.get("interface_work_on_grid")) > 1e-3 * energy
@@ -121,12 +121,12 @@ def test_the_variants_of_the_paper_are_the_same_to_rounding(n: int) -> None:
         found.append([medium.get("grid_velocity"), medium.get("automata_velocity")])
     for of_forces, of_momenta in zip(*found, strict=True):
         assert (of_forces != of_momenta).any()
-        # 400 ticks of some roundings each.
+        # 400 ticks with several rounding errors each.
         assert np.abs(of_forces - of_momenta).max() <= 1e-12 * SMALL
 
 
 def test_work_and_impulse_of_every_input_are_accounted_for() -> None:
-    """Forces, tractions, driven and absorbing edges of the grid, and forces, tractions, smooth plates of the automata."""
+    """Forces, tractions, driven and absorbing edges on the grid; forces, tractions and smooth plates on the automata."""
     medium = coupled(
         {
             "mesh": mesh(8, 4),
@@ -142,7 +142,7 @@ def test_work_and_impulse_of_every_input_are_accounted_for() -> None:
     )
     free = medium.interface.free
     assert free[5] == 0 and free[20] == 1
-    # Bodies move by some hundred times this, and turn.
+    # Bodies move by about a hundred times this, and rotate.
     small = 1e-3 * SMALL
     signal = Profile.half_sine(1.0, 40 * medium.step_size)
     inputs = {
@@ -156,7 +156,7 @@ def test_work_and_impulse_of_every_input_are_accounted_for() -> None:
     medium.step(50 * medium.step_size, **{name: signal * value for name, value in inputs.items()})
     medium.step(50 * medium.step_size, **inputs)
     medium.step(100 * medium.step_size, **dict.fromkeys(inputs, 0.0))
-    moved = float(medium._block["tallies"][1][WORK])  # by the edge of the automata whose velocity is an input
+    moved = float(medium._block["tallies"][1][WORK])  # work at the edge of the automata whose velocity is an input
     rest = medium.get("input_work") - moved
     work = abs(rest) + abs(moved)
     assert min(map(abs, (moved, rest, medium.get("absorbed_energy")))) > 0.01 * work
@@ -179,7 +179,7 @@ def stored_energy(medium: Coupled) -> float:
 @pytest.mark.parametrize("n", [2, 4])
 @pytest.mark.parametrize("packing", ["square", "hexagonal"])
 def test_impulses_keep_the_energy_within_bounds(packing: str, n: int, scheme: str) -> None:
-    """1500 ticks of a motion with 5 % noise: the energy stays in 0.95..1.08 of its start, momentum to rounding."""
+    """1500 ticks of a motion with 5 % noise: energy stays within 0.95..1.08 of its start, momentum is exact to rounding."""
     medium = layers(packing, n, scheme=scheme, micro_steps=2)
     start_noise(medium, 3, 0.05)
     begin = stored_energy(medium)
@@ -192,7 +192,7 @@ def test_impulses_keep_the_energy_within_bounds(packing: str, n: int, scheme: st
 
 
 def one_step(medium: Coupled) -> FloatArray:
-    """Return the matrix of one step of a body at rest, of all displacements, rotations and velocities that are free."""
+    """Return the matrix of one step for all free displacements, rotations and velocities of a body at rest."""
     free = {f"grid_{name}": medium.grid.mesh.nodes[:, 1] > 0.0 for name in ("displacement", "velocity")}
     hanging = np.isclose(medium.reference[:, 1], medium.grid.mesh.nodes[:, 1].max())
     free |= {f"automata_{name}": ~hanging for name in ("displacement", "velocity")}
@@ -212,13 +212,13 @@ def one_step(medium: Coupled) -> FloatArray:
 
 
 def growth_of_a_step(n: int, stiffer: float, wide: int = 1, **parameters: Any) -> float:
-    """Return by how much the largest motion grows in a step: a row of cells, held below, and two of automata."""
+    """Return the growth per step of the fastest-growing mode of a row of cells, fixed below, and automata on top."""
     grid = {"mesh": mesh(wide, 1), "boundaries": {"bottom": "fixed"}}
     stiff = {"density": 1.0, "young": stiffer * MEDIUM.young, "poisson": 0.25}
     automata = {"shape": rectangle(float(wide), 2.0 / n), "material": stiff}
     medium = coupled(grid, automata, n, origin=[0.0, 1.0], **parameters)
     multipliers = np.linalg.eigvals(one_step(medium))
-    # A checkerboard of rotations costs no energy: it turns on, with a multiplier that is 1 twice, to the root of rounding.
+    # A checkerboard of rotations has zero energy and rotates freely: a double multiplier 1, accurate to the root of rounding.
     return float(np.abs(multipliers[np.abs(multipliers - 1.0) > 1e-5]).max()) - 1.0
 
 
@@ -231,7 +231,7 @@ def test_no_motion_grows_with_the_default_step(n: int, stiffer: float) -> None:
 
 @pytest.mark.parametrize(("n", "step"), [(2, 0.25), (3, 0.25), (4, 0.2)])
 def test_sub_steps_as_the_paper_has_them_are_unstable(n: int, step: float) -> None:
-    """Held velocities and mean forces feed on 5 % noise for a time of 250, where impulses with the same micro-steps do not."""
+    """Held velocities and mean forces amplify 5 % noise within a time of 250; impulses with equal micro-steps do not."""
     grown = {}
     for scheme, part in (("literal", 1), ("force", 2)):
         medium = layers("hexagonal", n, scheme=scheme, step_size=step / part, micro_steps=2 * n // part)
@@ -245,7 +245,7 @@ def test_sub_steps_as_the_paper_has_them_are_unstable(n: int, step: float) -> No
 
 
 def ringing(n: int, ticks: int = 200, left: str = "fixed", **parameters: Any) -> float:
-    """Return by how much stresses change, in parts of that of a strip which is stretched and at rest; its right end is held."""
+    """Return the largest relative change of stress in a stretched strip at rest whose right end is held."""
     across = {"bottom": "periodic", "top": "periodic"}
     grid = {"mesh": mesh(8, 2), "boundaries": {**across, "left": left}}
     automata = {"shape": rectangle(8.0, 2.0), "boundaries": {**across, "right": "fixed"}}
@@ -264,12 +264,12 @@ def ringing(n: int, ticks: int = 200, left: str = "fixed", **parameters: Any) ->
 @pytest.mark.parametrize("left", ["fixed", "absorbing"])
 @pytest.mark.parametrize("n", [1, 2, 3, 4])
 def test_what_is_stretched_and_at_rest_stays_at_rest(n: int, left: str) -> None:
-    """In lockstep, the default, to rounding; an absorbing edge keeps the traction of the start."""
+    """Exact to rounding in lockstep, the default; an absorbing edge keeps its initial traction."""
     assert ringing(n, left=left) <= 1e-12
 
 
 def test_micro_steps_come_to_what_lockstep_gives() -> None:
-    """The difference to lockstep falls with the square of the step."""
+    """The difference from lockstep decreases with the square of the step."""
     errors = []
     for step in (0.08, 0.04):
         found = []
@@ -282,7 +282,7 @@ def test_micro_steps_come_to_what_lockstep_gives() -> None:
     assert 3.0 <= errors[0] / errors[1] <= 5.0
 
 
-# -- where both meet -----------------------------------------------------------------------------------------------------
+# -- the interface -------------------------------------------------------------------------------------------------------
 
 
 def test_the_interface_is_found() -> None:
@@ -299,14 +299,14 @@ def test_the_interface_is_found() -> None:
 # -- refusals ------------------------------------------------------------------------------------------------------------
 
 
-# Automata beside four by four cells, which they touch along a side and once more in a corner.
+# Automata next to four by four cells, which they touch along a side and also at a corner.
 
 
 def test_theory_of_reflection() -> None:
     stiff, soft = Material(density=2.0, young=5.0, poisson=0.25), Material(density=1.0, young=2.5, poisson=0.25)
     for shear in (False, True):
         back, on = theory.reflection(stiff, soft, shear=shear), theory.transmission(stiff, soft, shear=shear)
-        # Same speeds, half the density: Z1 = 2 Z2; the power that comes is that which goes.
+        # Equal speeds and half the density give Z1 = 2 Z2; incoming and outgoing power are equal.
         assert back == pytest.approx(1.0 / 3.0) and back**2 + 0.5 * on**2 == pytest.approx(1.0)
         for packing, axis in (("square", "x"), ("hexagonal", "x"), ("hexagonal", "y")):
             long, short = (

@@ -1,4 +1,4 @@
-"""Coupled bodies whose automata break, yield and rub and whose cells yield: energies, events, bits, failures."""
+"""Coupled bodies with fracture, plasticity and friction of automata and plastic cells: energies, events, bits, failures."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from support.coupled_tools import SMALL, coupled, inclusion, mesh, rectangle, st
 import granular_env as ge
 from granular_env.components.coupled import Coupled
 
-# With density and shear modulus 1: strains of half a percent break a link.
+# With density and shear modulus 1, strains of half a percent break a link.
 WEAK = {"name": "mohr_coulomb", "cohesion": 0.004, "tensile": 0.003, "internal_friction": 0.5}
 YIELDING = {"name": "von_mises", "yield_stress": 0.02, "hardening": 0.1}
 PRESSED = {"name": "drucker_prager", "yield_stress": 0.01, "friction": 0.3, "dilatancy": 0.1}
@@ -19,19 +19,19 @@ UNBREAKABLE = {"name": "mohr_coulomb", "cohesion": 1e6, "tensile": 1e6, "interna
 
 
 def sandwich(n: int = 1, *, plasticity: Any = None, step: float = 0.2, release: float = 2.0, **more: Any) -> Coupled:
-    """Return a layer of automata between two grids, the lower one fixed, the upper one moved along both axes."""
+    """Return a layer of automata between two grids; the lower grid is fixed, the upper grid moves along both axes."""
     micro = more.pop("micro_steps", 1)
     gap = {"name": "box", "x": [-1.0, 9.0], "y": [4.0, 8.0]}
     grid: dict[str, Any] = {"mesh": mesh(8, 12, holes=[gap]), "boundaries": {"top": {"name": "velocity"}, "bottom": "fixed"}}
     if plasticity is not None:
         grid["plasticity"] = plasticity
-    # Release takes the same time whatever the step.
+    # The release time does not depend on the step.
     automata = {"shape": rectangle(8.0, 4.0), "criterion": WEAK, "release_ticks": round(release * micro / step), **more}
     return coupled(grid, automata, n, origin=[0.0, 4.0], step_size=step, micro_steps=micro)
 
 
 def shear_off(medium: Coupled, until: float = 40.0) -> float:
-    """Shear and press the layer until it is in pieces that rub; return the residual of the energy in parts of the work."""
+    """Shear and compress the layer into sliding pieces; return the energy residual relative to the work."""
     ticks = round((until - medium.time) / medium.step_size)
     medium.step(ticks * medium.step_size, grid_top_velocity=ge.Profile.half_sine(1.0, 30.0) * [0.02, -0.01])
     energy = medium.balances()[0]
@@ -39,7 +39,7 @@ def shear_off(medium: Coupled, until: float = 40.0) -> float:
 
 
 def largest_residual(medium: Coupled) -> float:
-    """Return the largest residual of `shear_off` from three quarters of the run on."""
+    """Return the largest residual of `shear_off` in the last quarter of the run."""
     return max(shear_off(medium, until) for until in (30.0, 32.0, 34.0, 36.0, 38.0, 40.0))
 
 
@@ -52,10 +52,10 @@ def largest_residual(medium: Coupled) -> float:
     ids=["lockstep", "lockstep of halves", "micro-steps"],
 )
 def test_a_fracturing_rubbing_run_closes_to_a_percent_at_second_order(parameters: dict[str, Any]) -> None:
-    """A quarter of the work and more breaks links and rubs; a quarter of the step leaves about a sixteenth of the error.
+    """At least a quarter of the work goes into fracture and friction; a quarter of the step leaves about 1/16 of the error.
 
-    Over one halving alone the ratio depends on which links break in which step, and at one instant on which contacts press: the
-    error is the largest of six instants of the last quarter.
+    For a single halving the ratio depends on the step in which links break, and at a single time on the closed contacts.
+    Therefore the error is the largest at six times in the last quarter.
     """
     medium = sandwich(**parameters)
     residual = largest_residual(medium)
@@ -64,7 +64,7 @@ def test_a_fracturing_rubbing_run_closes_to_a_percent_at_second_order(parameters
     assert energy.lost["fracture_energy"] > 0.04 * work and energy.lost["friction_energy"] > 0.2 * work
     assert medium.get("automata_broken_links") >= 60 and medium.get("automata_touching") > 10
     assert residual <= 0.005
-    # In parts of what was lost: the rest of the work is still there.
+    # Relative to the dissipated energy; the rest of the work is still stored.
     assert residual * work <= 0.01 * sum(energy.lost.values())
     assert np.abs(medium.get("momentum_residual")).max() <= 1e-12 * np.abs(medium.get("boundary_impulse")).max()
     assert abs(medium.get("angular_momentum_residual")) <= 1e-12 * abs(medium.get("boundary_angular_impulse"))
@@ -100,13 +100,13 @@ def test_cells_may_yield_beside_automata_that_break(law: dict[str, Any], micro_s
     assert shear_off(medium, 24.0) <= 0.01
     work = medium.get("input_work")
     assert medium.get("plastic_work") > 0.1 * work and medium.get("fracture_energy") > 0.005 * work
-    # What the stresses of the cells have done is elastic or plastic.
+    # The stress work of the cells is elastic or plastic.
     whole = medium.get("grid_internal_energy").sum()
     assert whole == pytest.approx(medium.get("grid_elastic_energy") + medium.get("plastic_work"), rel=1e-12)
     assert medium.get("grid_plastic_strain").max() > 1e-3
 
 
-# -- what never breaks, and what breaks when --------------------------------------------------------------------------------
+# -- unbroken links and the time of fracture --------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("micro_steps", [1, 2])
@@ -122,7 +122,7 @@ def test_what_never_breaks_moves_as_what_cannot(micro_steps: int) -> None:
 
 
 def test_a_link_breaks_at_the_strain_that_theory_says() -> None:
-    """Uniaxial strain of both layers: a link along the load has the strain of the whole."""
+    """In uniaxial strain of both layers, a link along the load has the strain of the body."""
     medium = coupled(
         {"mesh": mesh(4, 2), "boundaries": dict.fromkeys(("left", "right", "bottom"), "symmetry")},
         {
@@ -139,7 +139,7 @@ def test_a_link_breaks_at_the_strain_that_theory_says() -> None:
 
 
 def pressed_core(n: int) -> Coupled:
-    """Return a block of cells with a core of automata, both mirrored in x = 0, that is pressed from above."""
+    """Return a block of cells with a core of automata, symmetric about x = 0 and compressed from above."""
     hole = {"name": "box", "x": [-2.0, 2.0], "y": [2.0, 6.0]}
     grid = {
         "mesh": mesh(8, 8, holes=[hole], centre=[0.0, 4.0]),
@@ -150,14 +150,14 @@ def pressed_core(n: int) -> Coupled:
 
 
 def mirror_of(points: Any) -> Any:
-    """Return for each point the number of its mirror image."""
+    """Return the index of each point's mirror image."""
     places = {(round(4 * x), round(4 * y)): number for number, (x, y) in enumerate(points.tolist())}
     return np.array([places[-round(4 * x), round(4 * y)] for x, y in points.tolist()])
 
 
 @pytest.mark.parametrize("n", [1, 2])
 def test_a_mirrored_body_cracks_as_its_image(n: int) -> None:
-    """Bit for bit while nothing touches, where automata are as large as cells; otherwise to rounding, which collisions grow."""
+    """Bitwise without contacts and with automata of the cell size; otherwise to rounding, which collisions amplify."""
     medium = pressed_core(n)
     parts = [("grid_velocity", mirror_of(medium.grid.mesh.nodes)), ("automata_velocity", mirror_of(medium.reference))]
     push = ge.Profile.half_sine(-0.03, 10.0) * [0.0, 1.0]

@@ -21,8 +21,8 @@ STEP = 0.25
 def misfits(length: int, shift: int) -> tuple[list[float], list[float]]:
     """Return the relative L2 misfits of the displacement near the surface, and inside, on both sides of the load.
 
-    The left of the half-space is a grid, the right one automata of the same size; `length` of them are L = c_s T. The load
-    stands on the surface, `shift` L to the left of the interface at x = 0. Nothing comes back from the walls before the end.
+    The left of the half-space is a grid, the right consists of automata of the same size; L = c_s T is `length` of them.
+    The load is on the surface, `shift` L to the left of the interface at x = 0. Reflections from the walls arrive later.
     """
     source, depth = -shift * length, round(4.4 * length)
     left, right = round(4.6 * length) - source, round(4.6 * length) + source
@@ -31,7 +31,7 @@ def misfits(length: int, shift: int) -> tuple[list[float], list[float]]:
     medium = coupled(grid, automata, origin=[0.0, -float(depth)], step_size=STEP)
     places = [(sign * x, z) for sign in (-1.0, 1.0) for x, z in RAYLEIGH + BODY]
     points = np.array([(source + x * length, -z * length) for x, z in places])
-    # Automata and nodes stand on whole coordinates.
+    # Automata and nodes have integer coordinates.
     assert np.array_equal(points, np.rint(points))
     tables = ("grid_displacement", medium.grid.mesh.nodes), ("automata_displacement", medium.reference)
     seen_in = []
@@ -60,7 +60,7 @@ def misfits(length: int, shift: int) -> tuple[list[float], list[float]]:
 
 
 def orders(length: int, shift: int) -> tuple[list[float], list[float]]:
-    """Return with what power of the size of cells the misfits fall from `length` to twice as many: near the surface, inside."""
+    """Return the orders of convergence in cell size from `length` to 2 `length` cells: near the surface, and inside."""
     both = zip(misfits(length, shift), misfits(2 * length, shift), strict=True)
     near, inside = ([math.log2(one / other) for one, other in zip(*places, strict=True)] for places in both)
     return near, inside
@@ -71,7 +71,7 @@ placed = pytest.mark.parametrize("shift", [0, 1], ids=["on the interface", "besi
 
 @placed
 def test_waves_of_a_line_load_at_20_cells(shift: int) -> None:
-    """At most twice what is asked of 40 cells near the surface, and not much more than that inside."""
+    """At most twice the bound for 40 cells near the surface, and slightly more inside."""
     near, inside = misfits(20, shift)
     assert max(near) <= 2 * 0.03
     assert max(inside) <= 1.25 * 0.02
@@ -80,7 +80,7 @@ def test_waves_of_a_line_load_at_20_cells(shift: int) -> None:
 @pytest.mark.slow
 @placed
 def test_waves_of_a_line_load_at_40_cells(shift: int) -> None:
-    """The order grows to 2; near the surface of the automata it is 1.2, 1.7 and 1.9 from 10 to 20, 40 and 80."""
+    """The order approaches 2; near the surface of the automata it is 1.2, 1.7 and 1.9 from 10 to 20, 40 and 80 cells."""
     fine = misfits(40, shift)
     assert max(fine[0]) <= 0.03
     assert max(fine[1]) <= 0.02
@@ -93,6 +93,6 @@ def test_waves_of_a_line_load_at_40_cells(shift: int) -> None:
 @pytest.mark.slow
 @placed
 def test_waves_of_a_line_load_at_80_cells(shift: int) -> None:
-    """From 40 cells on the order is nearly 2 near the surface of the automata too."""
+    """From 40 cells on, the order is nearly 2 near the surface of the automata as well."""
     near, inside = orders(40, shift)
     assert min(near) >= 1.7 and min(inside) >= 1.95

@@ -1,4 +1,4 @@
-"""Automata that reach into cells of the grid are refused; parts that meet are not."""
+"""Automata that overlap cells of the grid are refused; touching parts are accepted."""
 
 from __future__ import annotations
 

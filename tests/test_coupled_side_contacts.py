@@ -1,4 +1,4 @@
-"""Automata that come loose and meet the free sides of the grid: forces, conserved quantities, bits, refusals."""
+"""Loose automata in contact with free sides of the grid: forces, conserved quantities, bits, refusals."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ STRONG = {"name": "strain", "tensile": 0.1, "shear": 0.1}
 
 
 def body(n: int = 1, *, side_contacts: bool = True, grid: dict[str, Any] | None = None, **more: Any) -> Coupled:
-    """Return four by four cells, automata to the right of them, and a piece of automata 2 m above the cells."""
+    """Return four by four cells with automata to the right, and a piece of automata 2 m above the cells."""
     corners = [[4, 0], [8, 0], [8, 8], [0, 8], [0, 6], [4, 6]]
     gap = {"name": "box", "x": [2.4, 4.6], "y": [5.4, 8.6]}
     automata = {"shape": {"name": "polygon", "corners": corners, "holes": [gap]}, "criterion": STRONG}
@@ -34,7 +34,7 @@ def throw(medium: Coupled, velocity: tuple[float, float]) -> float:
 
 
 def place(medium: Coupled, way: tuple[float, float]) -> None:
-    """Start the piece elsewhere, at rest."""
+    """Start the piece at another position, at rest."""
     displacements = np.zeros((medium.automata.count, 2))
     displacements[piece_of(medium)] = way
     medium.reset(automata_displacement=displacements)
@@ -42,7 +42,7 @@ def place(medium: Coupled, way: tuple[float, float]) -> None:
 
 @pytest.mark.parametrize("n", [1, 2])
 def test_a_side_pushes_what_lies_on_it_and_its_nodes_get_that_by_the_lever(n: int) -> None:
-    """The lowest row of the piece lies 0.4 radii deep, 0.3 of a diameter to the right of the nodes."""
+    """The lowest row of the piece has an overlap of 0.4 radii, 0.3 diameters to the right of the nodes."""
     medium = body(n, step_size=0.2 / n)
     radius = 0.5 / n
     place(medium, (0.3 / n, -2.0 + 0.6 * radius))
@@ -75,7 +75,7 @@ def test_a_piece_that_is_thrown_at_the_grid_bounces_and_nothing_is_lost(paramete
         pressed = max(pressed, medium.balances()[0].stored["contact_energy"])
         assert (medium.reference + medium.get("automata_displacement"))[piece, 1].min() > 4.0
     assert pressed > 0.01 * energy
-    # It pushes the grid down, and goes up again.
+    # The piece pushes the grid down and rebounds.
     assert medium.get("automata_velocity")[piece, 1].mean() > 0.002
     assert abs(medium.get("energy_residual")) <= 0.01 * energy
     size = medium.get("mass") * 0.05
@@ -86,7 +86,7 @@ def test_a_piece_that_is_thrown_at_the_grid_bounces_and_nothing_is_lost(paramete
 
 
 def test_the_energy_of_a_bounce_closes_at_second_order() -> None:
-    """A quarter of the step leaves about a sixteenth of the error."""
+    """A quarter of the step leaves about 1/16 of the error."""
     residuals = []
     for step in (0.2, 0.05):
         medium = body(step_size=step)

@@ -1,6 +1,6 @@
-"""Waves that meet the interface of a grid and automata: what it sends back, and what comes through it.
+"""Reflection and transmission of waves at the interface of a grid and automata.
 
-Bounds are those of a prototype of the method; cells and automata have the size 1, and so have density and shear modulus.
+The bounds come from a prototype of the method. The size of cells and automata, density and shear modulus are 1.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from granular_env.components.support.float_arrays import FloatArray
 
 
 def burst(wavelength: float) -> Callable[[FloatArray], FloatArray]:
-    """Return four waves under a bell, from 1.5 to 5.5 wavelengths."""
+    """Return four waves with a bell-shaped envelope, from 1.5 to 5.5 wavelengths."""
 
     def shape(x: FloatArray) -> FloatArray:
         since = (x - 1.5 * wavelength) / wavelength
@@ -29,7 +29,7 @@ def burst(wavelength: float) -> Callable[[FloatArray], FloatArray]:
 
 
 def reflection(packing: str, wavelength: int, shear: bool, n: int = 1) -> float:
-    """Return the largest velocity that comes back, in parts of that of the wave: the difference to the grid alone."""
+    """Return the largest reflected velocity (difference from the grid alone), relative to the velocity of the wave."""
     medium, axis = strip(packing, 6 * wavelength, 6 * wavelength, 0.2 / n, n)
     edges = dict.fromkeys(("bottom", "top") if axis == 0 else ("left", "right"), "periodic")
     shape = mesh(12 * wavelength, 2) if axis == 0 else mesh(4, 12 * wavelength)
@@ -46,7 +46,7 @@ def reflection(packing: str, wavelength: int, shear: bool, n: int = 1) -> float:
 
 
 def table(nodes: FloatArray, values: FloatArray) -> dict[tuple[int, int], float]:
-    """Return values by the place of their nodes."""
+    """Return values by the position of their nodes."""
     places = np.rint(nodes).astype(int).tolist()
     return {(x, y): value for (x, y), value in zip(places, values.tolist(), strict=True)}
 
@@ -55,18 +55,18 @@ def table(nodes: FloatArray, values: FloatArray) -> dict[tuple[int, int], float]
     ("square", False, 5e-3), ("square", True, 5e-3), ("hexagonal", False, 4e-3), ("hexagonal", True, 4e-3),
 ])  # fmt: skip
 def test_the_interface_sends_little_back(packing: str, shear: bool, bound: float) -> None:
-    """At a wavelength of 20 cells; in proportion to the square of the size of cells."""
+    """Reflection at a wavelength of 20 cells; it is proportional to the square of the cell size."""
     long, short = reflection(packing, 20, shear), reflection(packing, 10, shear)
     assert 0.0 < long <= bound
     assert 3.0 <= short / long <= 6.0
 
 
 def go_there_and_back(packing: str, length: int, step: float = 0.2) -> dict[str, float]:
-    """Send a pulse of so many cells through the interface, to the rigid end, and back: some 5 lengths far.
+    """Send a pulse of `length` cells through the interface to the rigid end and back, about 5 lengths.
 
     Returns:
-        What is left of its height; the L2 misfit to the exact pulse where that is moved to fit best, and where it is not; by
-        what part of its way it is late; the residual of the energy in parts of the energy.
+        The remaining height; the L2 misfit to the exact pulse, with and without alignment; the delay relative to the path;
+        and the relative energy residual.
     """
     medium, axis = strip(packing, 5 * length // 2, 5 * length // 4, step)
     start_wave(medium, axis, lambda x: pulse(x - 0.75 * length, float(length)), 1.75 * length, False)
@@ -91,11 +91,11 @@ def go_there_and_back(packing: str, length: int, step: float = 0.2) -> dict[str,
 
 @pytest.mark.parametrize("packing", ["square", "hexagonal"])
 def test_a_pulse_comes_back_from_the_rigid_end_as_it_went(packing: str) -> None:
-    """80 cells long, through the interface twice and 400 cells far."""
+    """A pulse of 80 cells crosses the interface twice and travels 400 cells."""
     found = go_there_and_back(packing, 80)
     assert 0.9987 <= found["height"] <= 1.0007
     assert found["aligned"] <= 0.014
-    # Where it stands, late by a quarter of a cell; of that most comes.
+    # Without alignment; most of the misfit is the delay of a quarter of a cell.
     assert found["unaligned"] <= 0.017
     assert found["delay"] <= 6e-4
     assert found["residual"] <= 1e-12
@@ -103,11 +103,11 @@ def test_a_pulse_comes_back_from_the_rigid_end_as_it_went(packing: str) -> None:
 
 
 def secondary_waves(length: int, shift: int, hourglass: float = 1.0) -> tuple[float, float, float]:
-    """Return what the interface adds in the grid to the waves of a load on the surface: below that, everywhere, and in L2.
+    """Return the interface's effect on a surface load's waves in the grid: maximum below the surface, maximum, and L2 norm.
 
-    The first two in parts of the largest velocity, the last one of the whole field, with what runs along the surface. The load
-    lies `shift` cells to the left of the interface; it rises and falls smoothly while S waves run `length` cells, and is looked
-    at after as long again.
+    The first two are relative to the largest velocity, the last is relative to the whole field including surface waves. The
+    load is `shift` cells to the left of the interface. It rises and falls smoothly while S waves run `length` cells, and the
+    result is taken after the same time again.
     """
     step = 0.2
     duration = round(length / S_SPEED / step) * step
@@ -125,7 +125,7 @@ def secondary_waves(length: int, shift: int, hourglass: float = 1.0) -> tuple[fl
     beside = medium.get("grid_velocity").reshape(depth + 1, half + 1, 2)
     difference = (beside - alone[:, : half + 1])[:, : half - 5]
     added = np.abs(difference).max(axis=2) / np.abs(alone).max()
-    assert np.abs(alone[:, :5]).max() < 1e-3 * np.abs(alone).max()  # nothing has come to the sides
+    assert np.abs(alone[:, :5]).max() < 1e-3 * np.abs(alone).max()  # no wave has reached the sides
     return added[: depth - length // 2].max(), added.max(), float(np.sqrt((difference**2).sum() / (alone**2).sum()))
 
 
@@ -133,7 +133,7 @@ def secondary_waves(length: int, shift: int, hourglass: float = 1.0) -> tuple[fl
 def test_the_interface_makes_few_secondary_waves(placed: str) -> None:
     inside, along, mean = secondary_waves(20, 0 if placed == "on the interface" else 20)
     assert 0.0 < inside <= 0.008 and mean <= 0.008
-    # Along the surface, where the Rayleigh wave of automata is ahead of the exact one and that of the grid behind it.
+    # Along the surface the Rayleigh wave of automata is faster than the exact wave, and that of the grid slower.
     assert along <= 0.012
 
 

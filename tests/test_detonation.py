@@ -1,4 +1,4 @@
-"""The gas in the tube: flow without reaction against exact solutions, ends, moving walls, what it refuses."""
+"""The gas in the tube: flow without reaction against exact solutions, ends, moving walls, refusals."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SOUND = AIR.gamma**0.5
 
 
 def order(errors: list[float]) -> float:
-    """Return the order of convergence over meshes that double."""
+    """Return the orders of convergence over successively doubled meshes."""
     return float(np.log2(errors[0] / errors[-1]) / (len(errors) - 1))
 
 
@@ -40,14 +40,14 @@ def sod_error(cells: int) -> float:
 
 
 def test_sods_problem() -> None:
-    """Shock and contact are of first order, and limit the whole."""
+    """Shock and contact are first-order and limit the overall order."""
     errors = [sod_error(cells) for cells in (100, 200, 400)]
     assert errors[-1] < 2e-3
     assert order(errors) > 0.75
 
 
-# E. F. Toro (2009), tests 1 to 5 of section 6.4: sonic rarefaction, near vacuum, left half of a blast, colliding blasts, a
-# contact that stands still; left state, right state, place of the jump, time.
+# E. F. Toro (2009), tests 1 to 5 of section 6.4: sonic rarefaction, near vacuum, left half of a blast, colliding blasts,
+# stationary contact. Each: left state, right state, position of the jump, time.
 TORO = [
     (Flow(1.0, 0.75, 1.0), Flow(0.125, 0.0, 0.1), 0.3, 0.2),
     (Flow(1.0, -2.0, 0.4), Flow(1.0, 2.0, 0.4), 0.5, 0.15),
@@ -59,7 +59,7 @@ TORO = [
 
 @pytest.mark.parametrize(("left", "right", "place", "time"), TORO)
 def test_the_riemann_problems_of_the_textbook(left: Flow, right: Flow, place: float, time: float) -> None:
-    """At 100 cells, as there: within 2.5 % of the largest density, velocity and pressure, in the mean."""
+    """At 100 cells, as in the book, mean errors are within 2.5 % of the largest density, velocity and pressure."""
     solution = riemann_problem(left, right, AIR.gamma)
     thinnest = min(left.density, right.density)
     fastest = abs(solution.velocity) + np.sqrt(AIR.gamma * max(left.pressure, right.pressure, solution.pressure) / thinnest)
@@ -74,9 +74,9 @@ def test_the_riemann_problems_of_the_textbook(left: Flow, right: Flow, place: fl
 
 
 def simple_wave_error(cells: int, limiter: str) -> float:
-    """Return the mean error of the density of a wave that steepens, before it breaks.
+    """Return the mean error of the density of a steepening wave, before a shock forms.
 
-    Of a wave to the right u - 2 c / (gamma - 1) is the same everywhere, and u keeps its value along x = x0 + (u + c) t.
+    In a wave to the right, u - 2 c / (gamma - 1) is uniform, and u is constant along x = x0 + (u + c) t.
     """
     samples, gamma = 32, AIR.gamma
     tube = air_tube(cells, left="absorbing", right="absorbing", limiter=limiter, step_size=0.15 / cells)
@@ -102,12 +102,12 @@ def simple_wave_error(cells: int, limiter: str) -> float:
     ("limiter", "least", "most"), [("first_order", 0.7, 1.0), ("minmod", 1.6, 2.0), ("monotonized_central", 1.8, 2.1)]
 )
 def test_a_smooth_wave_converges_in_the_order_of_its_limiter(limiter: str, least: float, most: float) -> None:
-    """Limiters cut extremes, which are of first order; the more so, the coarser the mesh."""
+    """Limiters clip extrema, which are first-order; the effect is larger on coarser meshes."""
     assert least <= order([simple_wave_error(cells, limiter) for cells in (100, 200)]) <= most
 
 
 def nozzle_error(cells: int) -> float:
-    """Return the mean error of the pressure of steady supersonic flow in a widening tube, with A(M) / A* of isentropic flow."""
+    """Return the mean pressure error of steady supersonic flow in a widening tube, against A(M) / A* of isentropic flow."""
     gamma = AIR.gamma
 
     def wide(mach: np.ndarray | float) -> Any:
@@ -150,7 +150,7 @@ def test_the_mirror_image_of_a_flow_is_the_flow_of_the_mirror_image() -> None:
     )
     run_for(straight, 0.5, right_pressure=0.3)
     run_for(turned, 0.5, left_pressure=0.3)
-    # Sums are taken in the other order.
+    # Sums are computed in the opposite order.
     for name, sign in (("density", 1.0), ("velocity", -1.0), ("pressure", 1.0)):
         np.testing.assert_allclose(turned.get(name)[::-1], sign * straight.get(name), rtol=1e-11, atol=1e-12)
     assert turned.get("left_mass") == pytest.approx(straight.get("right_mass"), rel=1e-12)
@@ -163,7 +163,7 @@ def test_the_mirror_image_of_a_flow_is_the_flow_of_the_mirror_image() -> None:
     ("end", "expected", "tolerance"), [("closed", 1.0, 0.01), ("open", -1.0, 0.01), ("absorbing", 0.0, 1e-4)]
 )
 def test_what_an_end_sends_back_of_a_sound_wave(end: str, expected: float, tolerance: float) -> None:
-    """A rigid wall sends it back as it came, an opening with the other sign; the peak loses what 80 cells a pulse clip."""
+    """A rigid wall reflects the wave unchanged, an opening with opposite sign; with 80 cells per pulse the peak is clipped."""
     tube, height = air_tube(200, left="absorbing", right=end), 1e-4
     pulse = height * np.where(np.abs(tube.centres - 0.6) < 0.2, np.cos(np.pi * (tube.centres - 0.6) / 0.4) ** 2, 0.0)
     tube.reset(density=1.0 + pulse / AIR.gamma, velocity=pulse / SOUND, pressure=1.0 + pulse)
@@ -179,12 +179,12 @@ def test_a_wall_stops_gas_with_the_pressure_of_the_shock() -> None:
     tube.reset(velocity=1.5)
     run_for(tube, 0.4)
     expected = reflected_pressure(Flow(1.0, 1.5, 1.0), AIR.gamma)
-    # The first cells at the wall are too hot, their pressure is not; behind the shock it rings a little.
+    # The first cells at the wall are too hot, but their pressure is correct; it oscillates slightly behind the shock.
     np.testing.assert_allclose(tube.get("pressure")[-12:], expected, rtol=2e-3)
 
 
 def test_gas_leaves_into_a_vacuum_at_the_speed_of_sound() -> None:
-    """At the opening rho c is that of the sonic point of the fan: (2 / (gamma + 1))^((gamma + 1) / (gamma - 1))."""
+    """At the opening, rho c is that of the fan's sonic point, (2 / (gamma + 1))^((gamma + 1) / (gamma - 1))."""
     tube = air_tube(200, right="open")
     run_for(tube, 0.3, right_pressure=0.0)
     choked = (2.0 / (AIR.gamma + 1.0)) ** ((AIR.gamma + 1.0) / (AIR.gamma - 1.0)) * SOUND
@@ -192,17 +192,17 @@ def test_gas_leaves_into_a_vacuum_at_the_speed_of_sound() -> None:
 
 
 ENTHALPY = AIR.gamma / (AIR.gamma - 1.0)
-# Mass flow of air from a room of pressure and temperature 1 at the speed of sound.
+# Mass flow of air at the speed of sound from a room of pressure and temperature 1.
 CHOKED_INFLOW = SOUND * (2.0 / (AIR.gamma + 1.0)) ** (0.5 * (AIR.gamma + 1.0) / (AIR.gamma - 1.0))
 
 
 def speed_from_rest(room: float, pressure: float) -> float:
-    """Return how fast gas of a room of temperature 1 becomes while it expands to a pressure without a change of entropy."""
+    """Return the speed of gas from a room of temperature 1 after isentropic expansion to a pressure."""
     return float(np.sqrt(2.0 * ENTHALPY * (1.0 - (pressure / room) ** (1.0 / ENTHALPY))))
 
 
 def inflow_into_gas_at_rest(room: float) -> tuple[float, float]:
-    """Return pressure and speed at an opening, where gas of the room has the state behind the shock that it drives."""
+    """Return pressure and speed at an opening, at which gas from the room matches the state behind the shock."""
     low, high = 1.0, room
     for _ in range(100):
         middle = 0.5 * (low + high)
@@ -212,11 +212,11 @@ def inflow_into_gas_at_rest(room: float) -> tuple[float, float]:
 
 
 def test_a_room_of_higher_pressure_drives_a_shock_into_the_tube() -> None:
-    """What comes in has entropy and total enthalpy of the room, and pressure and speed of the gas behind the shock."""
+    """Inflow has the entropy and total enthalpy of the room, and the pressure and speed of the gas behind the shock."""
     tube, room = air_tube(100, left="closed", right="open"), 3.0
     run_for(tube, 0.35, right_pressure=room)
     pressure, speed = inflow_into_gas_at_rest(room)
-    # At a shock that starts at the first face the density is less exact than pressure and speed.
+    # For a shock that starts at the first face, the density is less accurate than pressure and speed.
     np.testing.assert_allclose(tube.get("pressure")[-30:], pressure, rtol=3e-3)
     np.testing.assert_allclose(tube.get("velocity")[-30:], -speed, rtol=5e-3)
     density = room * (pressure / room) ** (1.0 / AIR.gamma)
@@ -225,7 +225,7 @@ def test_a_room_of_higher_pressure_drives_a_shock_into_the_tube() -> None:
 
 
 def test_gas_between_two_rooms_flows_as_fast_as_bernoulli_says() -> None:
-    """A loss at neither end: it leaves as fast as it becomes from rest while its pressure falls to that of the other room."""
+    """Without losses at the ends, the outflow speed is that of an expansion from rest to the pressure of the other room."""
     tube = air_tube(50, left="open", right="open")
     run_for(tube, 80.0, left_pressure=1.02, right_pressure=1.0)
     np.testing.assert_allclose(tube.get("velocity"), speed_from_rest(1.02, 1.0), rtol=1e-4)
@@ -242,9 +242,9 @@ def test_no_more_than_sonic_flow_comes_in(initial: float) -> None:
 
 
 def test_an_empty_vessel_that_fills_becomes_hotter_than_the_room_by_gamma() -> None:
-    """The work of the room on what comes in stays in it: m e = m h0, so T = gamma T0, less what was there before.
+    """The room's work on the inflow stays in the gas: m e = m h0, so T = gamma T0, less the effect of the initial gas.
 
-    The neck is so narrow that the gas does not swing, and cells of first order damp what waves there are.
+    The neck is so narrow that the gas does not oscillate, and first-order cells damp remaining waves.
     """
     initial, x = 1e-3, (np.arange(20) + 0.5) / 20
     area = np.clip(1.0 - 1.94 * (x - 0.5), 0.03, 1.0)
@@ -261,7 +261,7 @@ def test_an_empty_vessel_that_fills_becomes_hotter_than_the_room_by_gamma() -> N
 
 
 def opening(out: float, room: float, density: float = 1.0) -> np.ndarray:
-    """Return the flux through a right end, of gas of pressure 1 that runs out, into a room of temperature 1."""
+    """Return the flux through a right end for gas of pressure 1 and outward velocity, and a room of temperature 1."""
     medium = kernel_arrays.Medium(AIR.gamma, 1.0, 0.0, 1.0, 1.0, 2.0, 1.0)
     return np.array(fluxes.opening_flux(medium, (density, out, 1.0, 1.0), 1.0, room))
 
@@ -269,13 +269,13 @@ def opening(out: float, room: float, density: float = 1.0) -> np.ndarray:
 @pytest.mark.parametrize("density", [0.05, 1.0, 20.0])
 @pytest.mark.parametrize("mach", [-0.9, -0.3, 0.0, 0.3, 0.9])
 def test_flow_through_an_opening_turns_without_a_jump(mach: float, density: float) -> None:
-    """On both sides of the room that stops the gas there is its pressure, and less flow the nearer it is."""
+    """Near the room pressure that stops the gas, from both sides, the flux is this pressure and the mass flow tends to 0."""
     out = mach * np.sqrt(AIR.gamma / density)
     still = (1.0 + 0.5 * (AIR.gamma - 1.0) * mach) ** (2.0 * AIR.gamma / (AIR.gamma - 1.0))
     for distance in (1e-3, 1e-6, 1e-9):
         leaving, entering = (opening(out, still * (1.0 + sign * distance), density) for sign in (-1.0, 1.0))
         assert leaving[0] > 0.0 > entering[0] and entering[3] == 0.0
-        # Sound: the change of velocity is that of pressure over density and speed of sound.
+        # Acoustic limit: the change of velocity is the change of pressure over density times speed of sound.
         for flux in (leaving, entering):
             assert abs(flux[0]) < 2.0 * still * distance * max(1.0, 1.0 / density, density)
             assert flux[1] == pytest.approx(still, rel=2.0 * distance)
@@ -290,7 +290,7 @@ def test_a_diaphragm_holds_until_it_bursts() -> None:
         tube.step()
     (event,) = tube.events()
     assert (event.kind, event.index, event.limit) == ("diaphragm_opened", 1, 2.0) and event.value >= 2.0
-    # A shock of Riemann's problem has come there.
+    # The shock of the Riemann problem has arrived at the diaphragm.
     star = riemann_problem(Flow(3.0, 0.0, 3.0), Flow(1.0, 0.0, 1.0), AIR.gamma)
     front = np.sqrt(AIR.gamma * ((AIR.gamma + 1.0) * star.pressure + AIR.gamma - 1.0) / (2.0 * AIR.gamma))
     assert tube.time == pytest.approx(0.7 / front, rel=0.03)
@@ -300,11 +300,11 @@ def test_a_diaphragm_holds_until_it_bursts() -> None:
     assert tube.event_count == 1 and closed.event_count == 0
 
 
-# -- walls that move, heat -----------------------------------------------------------------------------------------------
+# -- moving walls, heat --------------------------------------------------------------------------------------------------
 
 
 def test_walls_that_close_compress_the_gas_without_a_change_of_entropy() -> None:
-    """Mean pressures over a step: of second order in its change of area, here a thousandth."""
+    """Mean pressures over a step are second-order in the change of area, here a thousandth."""
     tube = air_tube(5)
     duration = 1000 * tube.step_size
     profile = ge.Profile.table([0.0, 2.0 * duration], [1.0, 0.0])
@@ -360,7 +360,7 @@ def test_kernels_give_the_same_bits_without_the_jit() -> None:
 
 
 def test_a_parent_makes_the_ticks_of_a_step_itself() -> None:
-    """Walls follow the pressure, tick by tick: with the kernel, and by steps."""
+    """Walls follow the pressure at every tick, with the kernel and with single steps."""
     parameters: dict[str, Any] = {"right": "open", "regions": [{"x": [0.0, 0.2], "pressure": 4.0}]}
     alone, part = air_tube(30, **parameters), air_tube(30, **parameters)
     tables = part.tables()

@@ -17,14 +17,14 @@ def test_the_shock_tube_is_that_of_sod() -> None:
     gas, left = tube.gas, Flow(tube.ahead.density, 0.0, 1e6)
     right = Flow(left.density / 8.0, 0.0, 1e5)
     exact = riemann_problem(left, right, gas.gamma).at((tube.centres - 0.5) / tube.time)
-    # In the units of the textbook, density and pressure 1 on the left.
+    # In the textbook's units, with density and pressure 1 on the left.
     assert np.abs(tube.get("density") - exact[0]).mean() / left.density < 2e-3
     assert np.abs(tube.get("pressure") - exact[2]).mean() / left.pressure < 2e-3
     assert tube.get("gauge_pressure")[0] == pytest.approx(exact[2][280], rel=2e-3)
 
 
 def test_the_detonation_tube_loads_the_specimen_as_the_paper_says(tmp_path: Path) -> None:
-    """On cells twice as long. The peak in the middle of the specimen, then the wave behind, then rest, then the opening."""
+    """With cells twice as long: peak in the middle of the specimen, wave behind it, gas at rest, then the opening."""
     duration = 1.0e-3
     path = tmp_path / "tube.mcap"
     result = ge.run(
@@ -42,7 +42,7 @@ def test_the_detonation_tube_loads_the_specimen_as_the_paper_says(tmp_path: Path
     wave = TaylorWave(tube.front, tube.ahead, tube.gas.gamma)
     history = pressure[:, 1]
     assert 0.9 < history.max() / tube.front.burnt.pressure < 1.2
-    # The spark is as if the front had started a little earlier; 30 us after it has passed.
+    # The spark acts like a slightly earlier start of the front; evaluate 30 us after the front has passed.
     later = time > passed[1] + 3e-5
     exact = wave.at(np.full(int(later.sum()), 1.825), time[later])[2]
     outgoing = time[later] < 1e-3

@@ -1,4 +1,4 @@
-"""Gas that does not detonate says so, with the pressure or the heat that is missing."""
+"""Gas that does not detonate is reported, with the required pressure or heat."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ BRIEF, LONG = 1e-5, 2e-4
 
 
 def heated(energy: float, time: float, cells: int = 200, duration: float = 3e-4, **parameters: Any) -> DetonationTube:
-    """Return a tube after heat [J] that came evenly in a time [s]."""
+    """Return a tube after a given heat [J] was added uniformly over a time [s]."""
     tube = DetonationTube(**{"length": 0.4, "cells": cells, "initial_pressure": 1e5, "step_size": 2e-7, **parameters})
     tube.step(time, ignition_power=energy / time)
     tube.step(duration, ignition_power=0.0)
@@ -21,7 +21,7 @@ def heated(energy: float, time: float, cells: int = 200, duration: float = 3e-4,
 
 
 def needs(tube: DetonationTube) -> tuple[float, float]:
-    """Return heat [J] and power [W] that ignite the gas, of a zone at a closed end."""
+    """Return the heat [J] and power [W] that ignite the gas in a zone at a closed end."""
     pressure, area = tube.parameters.chosen_reaction.ignition_pressure(tube.front, (tube.ahead.pressure, 0.0)), tube.areas[0]
     return (
         ignition.heat_at_once(tube.gas, tube.ahead, pressure, area * 0.02),
@@ -33,7 +33,7 @@ HEAT, POWER = needs(DetonationTube(initial_pressure=1e5))
 
 
 def is_dud(tube: DetonationTube) -> bool:
-    """Return whether the tube says that it has not ignited, in its conclusions and in its cautions alike."""
+    """Return whether conclusions and cautions of the tube both report that it has not ignited."""
     said = ["not ignited" in tube.conclusions()[0], any("not ignited" in text for text in tube.cautions())]
     assert said[0] == said[1] == (not tube.events("ignited"))
     return said[0]
@@ -41,7 +41,7 @@ def is_dud(tube: DetonationTube) -> bool:
 
 @pytest.mark.parametrize("trigger", [0.1, 0.2, 0.4])
 def test_brief_heat_ignites_from_its_closed_form_on(trigger: float) -> None:
-    """At constant volume, within 2 %: sound leaves a corner of the zone in the 10 us."""
+    """The heat at constant volume is exact within 2 %: within 10 us, sound escapes from an edge of the zone."""
     law = {"name": "pressure_burn", "trigger": trigger, "width": 4.0}
     heat = needs(DetonationTube(initial_pressure=1e5, reaction=law))[0]
     assert is_dud(heated(0.98 * heat, BRIEF, reaction=law))
@@ -49,7 +49,7 @@ def test_brief_heat_ignites_from_its_closed_form_on(trigger: float) -> None:
 
 
 def test_slow_heat_needs_about_the_power_of_the_closed_form() -> None:
-    """Measured: 0.7 to 0.8 of it ignite at triggers of 0.1 to 0.4; the formula is that of steady flow."""
+    """In runs, 0.7 to 0.8 of the closed form ignites at triggers of 0.1 to 0.4; the formula assumes steady flow."""
     slow = heated(0.6 * POWER * LONG, LONG)
     assert 0.6 * POWER * LONG > 4.0 * HEAT and is_dud(slow)
     assert "which is enough but came too slowly; it needs" in slow.cautions()[0]
@@ -62,7 +62,7 @@ def test_gas_without_a_spark_has_not_ignited(reaction: str) -> None:
 
 
 def test_a_detonation_is_concluded_and_not_warned_of_at_any_tick() -> None:
-    """The trigger is reached at 2/3 of the heat, and half burns while the front crosses a cell: 7.5 us, in ticks 7.6 us."""
+    """The trigger is reached at 2/3 of the heat, and half burns while the front crosses a cell: 7.5 us (7.6 us in ticks)."""
     tube = heated(1.5 * HEAT, BRIEF, duration=2e-7)
     while tube.time < 3e-4:
         tube.step(2e-7)

@@ -1,4 +1,4 @@
-"""The gas between pistons: shock, rarefaction, slow compression, and a tube that moves as a whole, against theory."""
+"""The gas between pistons against theory: shock, rarefaction, slow compression, and rigid motion of the tube."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ REST = Flow(1.0, 0.0, 1.0)
 
 
 def gas_beside(speed: float) -> tuple[float, float]:
-    """Return pressure and density beside a piston at the left end: between a state and its image the contact is that wall."""
+    """Return pressure and density at a piston at the left end, where the contact between a state and its image is the wall."""
     solution = riemann_problem(REST._replace(velocity=2.0 * speed), REST, GAMMA)
     assert solution.velocity == pytest.approx(speed)
     return solution.pressure, float(solution.at(np.array([speed * (1.0 + 1e-9)]))[0, 0])
 
 
 def driven(speed: float, cells: int = 400, **parameters: object) -> DetonationTube:
-    """Return air into which a piston has run from the left, or that it has left, until the wave is near the far end."""
+    """Return air after a left piston has moved in or out until the wave is close to the far end."""
     tube = air_tube(cells, left="piston", step_size=0.1 / cells, **parameters)
     run_for(tube, 0.3, left_velocity=speed)
     return tube
 
 
 def close_to_rounding(tube: DetonationTube) -> None:
-    """Assert that mass, momentum and energy are accounted for."""
+    """Assert that mass, momentum and energy are balanced."""
     for balance in tube.balances():
         scale = max(abs(float(amount)) for amount in [*balance.stored.values(), *balance.supplied.values(), balance.initial])
         assert abs(float(balance.residual)) <= 1e-12 * scale, balance.quantity
@@ -41,7 +41,7 @@ def test_a_piston_drives_the_shock_of_theory(speed: float) -> None:
     pressure, density = gas_beside(speed)
     assert tube.get("left_position") == pytest.approx(speed * tube.time)
     assert tube.get("left_piston_pressure") == pytest.approx(pressure, rel=1e-3)
-    # Mass: the shock runs where the gas that it has passed was at rest.
+    # Mass balance: the shock's position follows from the compressed gas, which was initially at rest.
     shock = density * speed / (density - 1.0)
     middle = 0.5 * (1.0 + pressure)
     places, pressures = tube.get("cell_position"), tube.get("pressure")
@@ -68,7 +68,7 @@ def test_a_piston_that_is_withdrawn_leaves_the_rarefaction_of_theory(speed: floa
 
 
 def test_a_piston_that_outruns_the_gas_ends_with_the_cell_that_it_empties() -> None:
-    """Beyond the speed at which gas expands into a vacuum."""
+    """The piston exceeds the speed of expansion into a vacuum."""
     tube = air_tube(100, left="piston", step_size=2e-4)
     with pytest.raises(ge.StepError, match="(pressure|density): fell to .* in cell 0"):
         run_for(tube, 0.1, left_velocity=-1.2 * 2.0 * SOUND / (GAMMA - 1.0))
@@ -88,7 +88,7 @@ def test_slow_pistons_compress_without_a_change_of_entropy() -> None:
 
 
 def test_gas_that_moves_with_its_tube_does_not_see_it() -> None:
-    """Galileo: to rounding, whatever its density."""
+    """Galilean invariance to rounding, for any density."""
     density = 1.0 + 0.3 * np.sin(np.arange(40.0))
     tube = air_tube(40, left="piston", right="piston", step_size=1e-3)
     tube.reset(velocity=0.7, density=density)
@@ -99,12 +99,12 @@ def test_gas_that_moves_with_its_tube_does_not_see_it() -> None:
 
 
 def smooth_error(cells: int) -> float:
-    """Return the mean error of a simple wave that a piston makes, which gathers speed from rest."""
+    """Return the mean error of the simple wave of a piston that accelerates from rest."""
     tube = air_tube(cells, left="piston", step_size=0.2 / cells)
     duration, gain = 0.4, -1.0
     ramp = np.linspace(0.0, duration, 2)
     tube.step(duration, left_velocity=ge.Profile.table(ramp, gain * ramp))
-    # Each state u left the piston when that had it, at u / a, and runs at c0 + (gamma + 1) / 2 u: with a the gain.
+    # Each state u left the piston at the time u / a (acceleration a), and runs at c0 + (gamma + 1) / 2 u.
     at = tube.get("cell_position")
     low = np.full_like(at, gain * duration)
     high = np.zeros_like(at)
@@ -121,7 +121,7 @@ def test_a_wave_of_a_piston_that_gathers_speed_is_of_second_order() -> None:
 
 
 def test_a_piston_behind_a_detonation_and_its_front() -> None:
-    """Cells that move keep the speed of Chapman and Jouguet, measured where they were as the front passed."""
+    """Moving cells preserve the Chapman-Jouguet speed, measured at their positions as the front passes."""
     hot = {"x": [0.0, 0.01], "pressure": 1.2e6, "temperature": 3540.0}
     tube = DetonationTube(length=0.5, cells=250, regions=[hot], right="piston")
     tube.step(1.5e-4, right_velocity=100.0)
@@ -130,4 +130,4 @@ def test_a_piston_behind_a_detonation_and_its_front() -> None:
     close_to_rounding(tube)
 
 
-# Velocities of the left and the right piston, and whether waves become too fast for the cells within 300 ticks of 0.012.
+# Velocities of the left and right pistons, and whether waves become too fast for the cells within 300 ticks of 0.012.

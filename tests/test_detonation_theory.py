@@ -1,4 +1,4 @@
-"""The exact solutions for the gas, against published numbers and against the equations that they solve."""
+"""Exact solutions for the gas against published numbers and against their equations."""
 
 from __future__ import annotations
 
@@ -79,11 +79,11 @@ def test_without_heat_the_detonation_is_a_sound_wave() -> None:
 def test_between_pressures_the_mixture_is_interpolated() -> None:
     low, middle, high = (gas_at("ethylene_oxygen", pressure, TEMPERATURE) for pressure in (100e3, 110e3, 120e3))
     assert middle.gamma == pytest.approx(0.5 * (low.gamma + high.gamma), rel=1e-14)
-    # Equilibrium at 110 kPa: the speed is nearly linear in the logarithm of the pressure.
+    # Equilibrium at 110 kPa by interpolation: the speed is nearly linear in the logarithm of the pressure.
     assert mixture(110e3)[2].speed == pytest.approx(2373.94 + 8.78 * math.log(1.1) / math.log(1.2), abs=0.2)
 
 
-# E. F. Toro (2009), table 4.3: tests 1 to 5, the pressure and velocity between the waves.
+# E. F. Toro (2009), table 4.3: pressure and velocity between the waves, tests 1 to 5.
 @pytest.mark.parametrize(
     ("left", "right", "pressure", "velocity"),
     [
@@ -101,10 +101,10 @@ def test_riemann_problems_of_the_textbook(left: Flow, right: Flow, pressure: flo
 
 
 def test_a_riemann_solution_conserves() -> None:
-    """The gas between x = -1 and 1 changes by what flows in at both ends."""
+    """The content of the gas between x = -1 and 1 changes by the fluxes at both ends."""
     left, right, gas = Flow(1.0, 0.0, 1.0), Flow(0.125, 0.0, 0.1), Gas()
     solution = riemann_problem(left, right, gas.gamma)
-    # Midpoints of fine cells: of first order at the two jumps.
+    # Midpoint rule on fine cells, first-order at the two jumps.
     x = np.linspace(-1.0, 1.0, 400_001)[:-1] + 2.5e-6
     density, velocity, pressure = solution.at(x / 0.3)
     stored = [density.mean() * 2.0, (density * velocity).mean() * 2.0]
@@ -115,7 +115,7 @@ def test_a_riemann_solution_conserves() -> None:
 
 
 def test_a_wall_stops_gas_as_a_shock_does() -> None:
-    """The reflected pressure is that behind the shock which brings the coming gas to rest; of a detonation about 2.5 P_CJ."""
+    """The reflected pressure is that behind the shock that stops the incoming gas; for a detonation about 2.5 P_CJ."""
     gas, _, front = mixture(100e3)
     coming = front.burnt
     wall = riemann_problem(coming, coming._replace(velocity=-coming.velocity), gas.gamma)
@@ -124,7 +124,7 @@ def test_a_wall_stops_gas_as_a_shock_does() -> None:
 
 
 def test_the_wall_pressure_of_a_strong_detonation_depends_on_gamma_alone() -> None:
-    """(5 g + 1 + sqrt(17 g^2 + 2 g + 1)) / (4 g) of the Chapman-Jouguet pressure."""
+    """The ratio to the Chapman-Jouguet pressure is (5 g + 1 + sqrt(17 g^2 + 2 g + 1)) / (4 g)."""
     g = 1.3
     coming = chapman_jouguet(Gas(gamma=g, heat_release=1e14), 1e5, 1.2).burnt
     strong = (5 * g + 1 + math.sqrt(17 * g * g + 2 * g + 1)) / (4 * g)
@@ -132,7 +132,7 @@ def test_the_wall_pressure_of_a_strong_detonation_depends_on_gamma_alone() -> No
 
 
 def test_the_taylor_wave_solves_the_equations_of_motion() -> None:
-    """Of the differences along x and t nothing is left, but what is of second order in their width."""
+    """Central differences along x and t satisfy the equations up to second order in their width."""
     gas, ahead, front = mixture(100e3)
     wave = TaylorWave(front, ahead, gas.gamma)
     x, t = np.linspace(0.55, 0.95, 9) * front.speed * 1e-4, 1e-4
@@ -158,7 +158,7 @@ def test_the_taylor_wave_begins_at_the_front_and_ends_at_rest() -> None:
 
 
 def test_the_pressure_decays_in_a_third_of_the_time_since_ignition() -> None:
-    """A rule of thumb: T = x / 3 D, within 5 %, at every place."""
+    """Rule of thumb: T = x / 3 D within 5 % at every position."""
     gas, ahead, front = mixture(100e3)
     wave = TaylorWave(front, ahead, gas.gamma)
     for x in (0.5, 1.5):
@@ -186,7 +186,7 @@ def test_the_length_of_the_reaction_zone_solves_its_equation() -> None:
     density, velocity, pressure = zone.state(progress).mean(axis=1)
     rate = zone.rate * (1.0 - progress.mean()) * math.exp(-energy * density / pressure)
     assert np.diff(lengths)[0] / np.diff(progress)[0] == pytest.approx((front.speed - velocity) / rate, rel=1e-5)
-    # Lengths go with 1 / k.
+    # Lengths scale as 1 / k.
     assert ReactionZone(gas, ahead, 4e5, energy).half_reaction_length == pytest.approx(
         0.5 * zone.half_reaction_length, rel=1e-13
     )

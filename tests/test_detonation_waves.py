@@ -1,4 +1,4 @@
-"""Detonations in the tube against theory: speed, Taylor wave, reaction zone, reflection, events; and a recipe that fails."""
+"""Detonations in the tube against theory: speed, Taylor wave, reaction zone, reflection, events, and a failing recipe."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ BURNING = [80e3, 180e3]
 
 @pytest.fixture(scope="module", params=BURNING, ids=lambda pressure: f"{pressure / 1e3:g} kPa")
 def burning(request: pytest.FixtureRequest) -> DetonationTube:
-    """A tube in which the front has come almost to the end."""
+    """Return a tube whose front has almost reached the end."""
     tube = detonating_tube(CELLS, LENGTH, initial_pressure=request.param, gauges=[GAUGE])
     run_for(tube, 0.92 * LENGTH / tube.front.speed)
     return tube
@@ -30,7 +30,7 @@ def test_the_front_runs_at_the_speed_of_chapman_and_jouguet(burning: DetonationT
 
 
 def test_the_gas_behind_is_that_of_the_taylor_wave(burning: DetonationTube) -> None:
-    """From the plateau to ten cells behind the front."""
+    """The Taylor wave from the plateau to ten cells behind the front."""
     wave, front = taylor_wave(burning), burning.get("right_front")
     inner = (burning.centres > 0.1 * front) & (burning.centres < front - 10.5 * burning.cell_size)
     exact = wave.at(burning.centres[inner], front / burning.front.speed)
@@ -50,7 +50,7 @@ def test_a_detonation_closes_all_balances(burning: DetonationTube) -> None:
     for balance in burning.balances():
         scale = max(abs(float(amount)) for amount in [*balance.stored.values(), *balance.supplied.values()])
         assert abs(float(balance.residual)) <= 1e-13 * scale, balance.quantity
-    # What is left of the fuel lies before the front.
+    # The remaining fuel is ahead of the front.
     left = burning.get("area")[0] * (LENGTH - burning.get("right_front")) * burning.ahead.density
     assert burning.get("chemical_energy") == pytest.approx(left * burning.gas.heat_release, rel=0.02)
 
@@ -70,7 +70,7 @@ def test_the_pressure_at_a_place_decays_in_a_third_of_the_time_since_ignition() 
 
 
 def test_the_closed_end_feels_the_reflected_detonation() -> None:
-    """2.5 times the Chapman-Jouguet pressure, once the few cells of the front itself are reflected, whose spike comes first."""
+    """2.5 times the Chapman-Jouguet pressure, after the earlier spike from the few cells of the front."""
     tube = detonating_tube(1200, 0.6)
     expected = reflected_pressure(tube.front.burnt, tube.gas.gamma)
     run_for(tube, 0.97 * 0.6 / tube.front.speed)
@@ -83,7 +83,7 @@ def test_the_closed_end_feels_the_reflected_detonation() -> None:
     assert tube.get("right_front") == 0.6
     peak = int(np.argmax(pressures))
     assert expected < pressures[peak] < 1.2 * expected
-    # In two microseconds the wave behind takes 1 % of it.
+    # The following wave reduces the pressure by 1 % within two microseconds.
     assert np.interp(times[peak] + 2e-6, times, pressures) == pytest.approx(expected, rel=0.02)
 
 
@@ -97,12 +97,12 @@ def test_the_speed_depends_on_neither_trigger_nor_width(trigger: float, width: f
     assert front_ratio(tube, 0.15, 0.42) == pytest.approx(1.0, abs=7e-3)
 
 
-# The step over the cell length [s/m], and how many cells the front advances in a step: a simple number.
+# Step over cell length [s/m], and number of cells that the front advances per step, a simple fraction.
 @pytest.mark.parametrize(("step_ratio", "advance"), [(5e-5, 1 / 6), (1e-4, 2 / 7), (1.25e-4, 1 / 3), (1.5e-4, 1 / 2)])
 def test_the_recipe_of_constant_volume_gives_a_speed_that_depends_on_the_step(step_ratio: float, advance: float) -> None:
-    """A negative result: the same wrong speed on twice as many cells, another at another step, and energy from nowhere.
+    """A negative result: the wrong speed does not change with the number of cells but with the step, and energy is created.
 
-    The tolerance is a tenth of a step, to which arrivals are interpolated, in the shortest of the measured times, 100 steps.
+    The tolerance is a tenth of a step, the accuracy of interpolated arrivals, in the shortest measured time of 100 steps.
     """
     for cells in (150, 300):
         step = step_ratio * 0.3 / cells
@@ -122,7 +122,7 @@ HOT_PRODUCTS = {"x": [0.0, 0.004], "pressure": 3.4e6, "temperature": 3000.0, "pr
 
 
 def steady_wave(cells_in_half: int) -> tuple[DetonationTube, float]:
-    """Return a tube that starts with the steady wave of theory in it, and the place of its shock [m]."""
+    """Return a tube that starts with the theoretical steady wave, and the position of its shock [m]."""
     half, start = 5e-3, 0.08
     size = half / cells_in_half
     cells = round(0.3 / size)
@@ -144,9 +144,9 @@ def steady_wave(cells_in_half: int) -> tuple[DetonationTube, float]:
 
 @pytest.mark.parametrize(("cells", "of_speed", "of_peak"), [(5, 7e-3, 0.05), (10, 2e-3, 0.03), (20, 1e-3, 0.02)])
 def test_the_steady_wave_of_theory_stays_as_it_is(cells: int, of_speed: float, of_peak: float) -> None:
-    """By the cells in the half-reaction length: the speed, and the von Neumann peak, which the mesh clips.
+    """Speed and von Neumann peak (clipped by the mesh) as functions of the cells per half-reaction length.
 
-    The documentation names these numbers, and there is a caution below 10 cells.
+    The documentation states these numbers; a caution is issued below 10 cells.
     """
     tube, start = steady_wave(cells)
     assert len(tube.cautions()) == (cells < 10)
@@ -161,7 +161,7 @@ def test_the_steady_wave_of_theory_stays_as_it_is(cells: int, of_speed: float, o
 
 @pytest.mark.slow
 def test_an_arrhenius_tube_comes_to_the_speed_of_chapman_and_jouguet() -> None:
-    """Ignited by a driver; its zone lengthens the way on which it becomes steady."""
+    """A driver ignites the gas; its zone lengthens the distance until the wave is steady."""
     driver = {"x": [0.0, 0.03], "pressure": 6e6, "temperature": 3500.0, "progress": 1.0}
     tube = DetonationTube(
         length=3.0, cells=3000, regions=[driver], reaction={"name": "arrhenius", "half_reaction_length": 4e-3}
@@ -181,7 +181,7 @@ def test_the_speed_converges_with_the_mesh() -> None:
 
 
 def test_the_input_ignites_the_tube() -> None:
-    """So much heat that the zone passes the trigger, within ten microseconds."""
+    """The heat raises the zone above the trigger within ten microseconds."""
     tube = detonating_tube(200, 0.4, regions=[], ignition_zone=[0.0, 0.01])
     volume = 0.01 * tube.get("area")[0]
     trigger = 0.2 * tube.front.burnt.pressure

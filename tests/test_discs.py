@@ -1,4 +1,4 @@
-"""The toy component in the plane: its physics, its breaking links, and every generic room that shows or drives it."""
+"""The toy component in the plane: physics, breaking links, and the generic packages that show or drive it."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ THROWN = {"rows": 3, "columns": 4, "clearance": 0.03}
 
 
 def thrown(step_size: float = 1e-5) -> Discs:
-    """A block on its way into the upper right corner of its box."""
+    """Return a block moving towards the upper right corner of its box."""
     discs = Discs(**THROWN, step_size=step_size)
     discs.reset(velocity=(6.0, 4.0))
     return discs
@@ -41,16 +41,16 @@ def thrown(step_size: float = 1e-5) -> Discs:
 def test_a_block_at_rest_stays_at_rest() -> None:
     discs = Discs(rows=3, columns=3)
     discs.step(0.01)
-    # Rounding of the places, 1e-17 m, times omega = 2000 / s, over some periods.
+    # Rounding of the positions, 1e-17 m, times omega = 2000 / s, over several periods.
     assert np.abs(discs.get("velocity")).max() < 1e-12 and discs.events() == []
 
 
 def test_two_linked_discs_swing_at_their_own_frequency() -> None:
     discs = Discs(rows=1, columns=2, mass=0.01, stiffness=1e4, step_size=1e-6)
     discs.reset(velocity={0: (-0.01, 0.0), 1: (0.01, 0.0)})
-    quarter = 0.5 * math.pi / math.sqrt(2.0 * 1e4 / 0.01)  # the reduced mass is half a disc's
+    quarter = 0.5 * math.pi / math.sqrt(2.0 * 1e4 / 0.01)  # the reduced mass is half a disc's mass
     discs.step(round(quarter / 1e-6) * 1e-6)
-    # The amplitude is v / omega; at the turning point a deviation of one step in time changes it by (omega h)^2 / 2 = 1e-6.
+    # The amplitude is v / omega; an error of one step at the turning point changes it by (omega h)^2 / 2 = 1e-6.
     assert discs.get("displacement")[1, 0] == pytest.approx(0.01 / math.sqrt(2.0 * 1e4 / 0.01), rel=1e-5)
 
 
@@ -58,7 +58,7 @@ def test_a_disc_bounces_off_the_wall() -> None:
     disc = Discs(rows=1, columns=1, clearance=0.001)
     disc.reset(velocity=(1.0, 0.5))
     disc.step(0.0055)  # 1 and 2 ms to the walls, and half a period of 6.28 ms in each
-    # Only the walls at the right and above turn it round; leapfrog costs up to (omega h)^2 / 4 = 2.5e-5 of the speed.
+    # Only the right and upper walls reflect the disc; the error of leapfrog is up to (omega h)^2 / 4 = 2.5e-5 of the speed.
     np.testing.assert_allclose(disc.get("velocity"), [[-1.0, -0.5]], rtol=2e-4)
     np.testing.assert_allclose(disc.get("wall_impulse"), [-0.02, -0.01], rtol=2e-4)
 
@@ -72,7 +72,7 @@ def test_the_energy_residual_falls_with_the_step() -> None:
             worst = max(worst, abs(discs.get("energy_residual")))
         residuals.append(worst / 3.12)
         assert discs.get("broken_links") > 0
-    # 12 discs of 0.01 kg at sqrt(52) m/s have 3.12 J. Within the steps where contacts begin or end the order is 2 as well.
+    # 12 discs of 0.01 kg at sqrt(52) m/s have 3.12 J. The order is 2 also in steps in which contacts open or close.
     assert residuals[0] < 5e-3 and residuals[1] < residuals[0] / 4 and residuals[2] < residuals[1] / 4
 
 
@@ -94,13 +94,13 @@ def test_a_link_breaks_at_its_limit() -> None:
         discs.step(None, force=force)
     (event,) = discs.events()
     assert (event.kind, event.index, event.limit, event.tick) == ("link_broken", 0, 0.01, discs.tick)
-    # It lengthens by at most 1 m/s, which is 5e-5 of its length in a step.
+    # The link lengthens at up to 1 m/s, i.e. by 5e-5 of its length per step.
     assert 0.01 < event.value < 0.01 + 5e-5
     assert discs.get("fracture_energy") == pytest.approx(0.5 * 1e4 * (event.value * 0.02) ** 2, rel=1e-12)
     assert discs.get("linked").tolist() == [0.0] and discs.get("broken_links") == 1.0
     velocity = discs.get("velocity")
     discs.step(1e-4, force=0.0)
-    assert discs.get("velocity").tolist() == velocity.tolist()  # nothing holds them any more
+    assert discs.get("velocity").tolist() == velocity.tolist()  # no link holds the discs
 
 
 def test_snapshots_grow_with_what_breaks_and_go_on_bit_for_bit() -> None:
@@ -129,7 +129,7 @@ def test_faults_name_what_is_wrong() -> None:
         Discs(rows=100_000, columns=100_000)
 
 
-# -- through the generic rooms --------------------------------------------------------------------------------------------
+# -- the generic packages -------------------------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
@@ -142,7 +142,7 @@ def test_the_shipped_row_breaks_in_the_middle(log) -> None:
     (event,) = log.events("link_broken")
     assert event.index == 4 and event.value > event.limit == 0.01
     assert verify(log).identical
-    # The pulses meet in the middle at 4.5 links over 20 m/s = 4.5 ms, and add up until their crests, 2 ms later.
+    # The pulses meet in the middle after 4.5 links at 20 m/s = 4.5 ms, and their sum peaks 2 ms later.
     assert 4.5e-3 < event.tick * 1e-5 < 6.6e-3
 
 
@@ -200,7 +200,7 @@ def test_pulses_that_meet_split_the_row_at_any_link(target: int) -> None:
     policies = env.unwrapped.task.baselines()
     value, info = played(env, policies["theory"])
     assert info["linked"][target] == 0.0 and info["wrong_links"] == 0.0 and info["closeness"] == 1.0
-    # A link that breaks at 2 N and 0.2 mm holds 0.2 mJ.
+    # A link that breaks at 2 N and 0.2 mm stores 0.2 mJ.
     assert value == pytest.approx(1.0 - 0.1 * info["work"] / 2e-4, rel=1e-9) and value > 0.586
     value, info = played(env, policies["nothing"])
     assert abs(value) < 1e-9 and info["linked"].all()
@@ -208,7 +208,7 @@ def test_pulses_that_meet_split_the_row_at_any_link(target: int) -> None:
 
 def test_a_wrong_link_costs_a_whole_return() -> None:
     env = gymnasium.make("granular_env/Splitting-v1", target=2, force_scale=4.0, work_price=0.0)
-    value, info = played(env, OpenLoop(np.tile([0.0, 1.0], (60, 1))))  # the right end alone, harder than a link bears
+    value, info = played(env, OpenLoop(np.tile([0.0, 1.0], (60, 1))))  # only the right end, above the strength of a link
     assert info["wrong_links"] >= 1.0 and value == pytest.approx(info["closeness"] - info["wrong_links"], rel=1e-9)
 
 

@@ -1,8 +1,8 @@
-"""Every snippet of the README and the docs runs, page by page, and prints what the page says it prints.
+"""Every snippet of the README and the docs runs, page by page, and prints the output stated on the page.
 
-A ```python block is executed, in one process and one empty folder a page, in the page's order. A line
-``print(...)  # text`` has to print just that text. ```bash after ``<!-- run -->`` is executed too, and ```toml or any other
-block after ``<!-- file: NAME -->`` is written to that file.
+```python blocks are executed in the page's order, in one process and one empty folder per page. A line
+``print(...)  # text`` must print exactly this text. ```bash after ``<!-- run -->`` is also executed, and ```toml or any other
+block after ``<!-- file: NAME -->`` is written to this file.
 """
 
 import re
@@ -21,12 +21,12 @@ LINK = re.compile(r"\]\((?!https?:|#|mailto:)([^)#\s]+)")
 
 
 def name_of(page: Path) -> str:
-    """As the menu calls it: its path in docs/."""
+    """Return the page's path in docs/, as in the menu."""
     return page.relative_to(ROOT / "docs").as_posix() if page.is_relative_to(ROOT / "docs") else page.name
 
 
 def runnable(page: Path) -> list[tuple[str, str, str, list[str]]]:
-    """What to do for a page: (python, bash or a file's name; where it stands; content; what it has to print)."""
+    """Return the snippets of a page: (python, bash or a file name; location; content; expected output)."""
     text = page.read_text()
     found = []
     for match in BLOCK.finditer(text):

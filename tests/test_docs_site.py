@@ -1,4 +1,4 @@
-"""The documentation as a site: it builds without a warning, typesets its formulas, finds names, and lists every public one."""
+"""The documentation site: a build without warnings, typeset formulas, resolved names, and all public names."""
 
 import importlib
 import importlib.util
@@ -30,7 +30,7 @@ def reference_entries() -> set[str]:
 
 
 def parameter_classes(model: type[BaseModel]) -> set[type[BaseModel]]:
-    """A model of parameters, and whatever its fields may hold: parts, and the tables that a name chooses."""
+    """Yield a parameter model and the models that its fields may hold: parts, and tables chosen by a name."""
     found = {model}
     for field in model.model_fields.values():
         kinds = {one for one in (field.annotation, *get_args(field.annotation)) if isinstance(one, type)}
@@ -40,7 +40,7 @@ def parameter_classes(model: type[BaseModel]) -> set[type[BaseModel]]:
 
 
 def public_objects() -> set[str]:
-    """Where everything is defined that a user names: public names, components, and what their parameters may be."""
+    """Return the definitions of all user-visible names: public names, components, and parameter types."""
     components = [catalogue.component_class(name) for name in catalogue.own_names()]
     things = {Observer, *components}.union(*(parameter_classes(one.Parameters) for one in components))
     things |= {getattr(package, name) for package in PUBLIC_PACKAGES for name in package.__all__}
@@ -54,7 +54,7 @@ def where_defined(thing: Any) -> str:
 def test_every_public_name_is_in_the_reference():
     entries, found = reference_entries(), public_objects()
     assert len(found) > 150 and {"granular_env.components.chain.laws.hertz.Hertz", "granular_env.envs.task.Task"} <= found
-    # An entry may be a module, or a package that shows what it exports.
+    # An entry is a module, or a package with its exports.
     packages = [package for package in PUBLIC_PACKAGES if package.__name__ in entries]
     shown = {where_defined(getattr(package, name)) for package in packages for name in package.__all__}
     assert {name for name in found - shown if not {name, name.rpartition(".")[0]} & entries} == set()

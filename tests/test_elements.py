@@ -1,4 +1,4 @@
-"""One element of an array has the same name in stop rules, measures, overrides, start values and tasks."""
+"""An array element has the same name in stop rules, measures, overrides, start values and tasks."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def test_overrides_set_one_element() -> None:
 
 
 class Tear(Task):
-    """The ends are pulled along x; one link and one velocity are seen."""
+    """Pull the ends along x; observe one link and one velocity."""
 
     name = "tear"
     actions = {"force[0,0]": 1.0, "force[-1,0]": 2.0}

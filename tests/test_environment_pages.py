@@ -1,4 +1,4 @@
-"""The pages of the environments are what their docstrings and spaces say; their pictures are there and small."""
+"""The environments' pages match their docstrings and spaces; their pictures exist and are small."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The environments as Gymnasium sees them: its own checks, registration, stepping, episodes, and tasks of one's own."""
+"""The environments in Gymnasium: its checks, registration, stepping, episodes, and custom tasks."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def make(request: pytest.FixtureRequest) -> Callable[..., ComponentEnv]:
 def test_check_env_has_nothing_to_say(make: Callable[..., ComponentEnv]) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        # Without a registered name Gymnasium cannot make further ones with other render modes, and says so.
+        # Without a registered name, Gymnasium cannot make environments with other render modes, and warns.
         check_env(make(render_mode="rgb_array"), skip_render_check=True)
 
 
@@ -54,7 +54,7 @@ def test_stable_baselines_has_nothing_to_say_either(name: str) -> None:
 
 
 def run(script: str) -> str:
-    """Return what a script prints in a fresh process."""
+    """Run a script in a new process; return its output."""
     done = subprocess.run([sys.executable, "-W", "error", "-c", script], capture_output=True, text=True, cwd=ROOT, check=False)
     assert done.returncode == 0, done.stderr
     return done.stdout.strip()
@@ -105,7 +105,7 @@ def test_observations_are_scaled_and_clipped(make: Callable[..., ComponentEnv]) 
         observation, *_, info = env.step(action)
         parts = [np.ravel(info[name]) / scale for name, scale in env.task.observations.items()]
         expected = np.clip(np.concatenate(parts), -env.task.observation_limit, env.task.observation_limit)
-        # One rounding to float32, whose smallest full-precision number is 1.2e-38, and that of 1 / scale.
+        # Rounding to float32, whose smallest normal number is 1.2e-38, and rounding of 1 / scale.
         np.testing.assert_allclose(observation, expected, rtol=2e-7, atol=2e-38)
     wild, _ = MAKERS["swing"]().reset(options={"position": 100.0, "velocity": -100.0})
     assert wild.tolist() == [3.0, -3.0]
@@ -222,7 +222,7 @@ def test_a_refused_step_ends_the_episode_with_the_last_good_state() -> None:
     env.step([0.0])
 
 
-# -- tasks of one's own -----------------------------------------------------------------------------------------------
+# -- custom tasks -----------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -241,7 +241,7 @@ def test_a_task_that_does_not_fit_is_refused(attribute: str, value: dict, words:
 
 
 class Steady(Task):
-    """A toy for one slip at a time."""
+    """A toy task for testing one error at a time."""
 
     name = "steady"
     actions, observations = {"force": 1.0}, {"position": 1.0}  # noqa: RUF012

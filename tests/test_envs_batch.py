@@ -1,4 +1,4 @@
-"""The native batch against Gymnasium's SyncVectorEnv of the single environment: equal in every bit."""
+"""The native batch is bitwise identical to Gymnasium's SyncVectorEnv of the single environment."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ COUNT, EPISODES = 4, 25
 MODES = list(AutoresetMode)
 PUSHED: dict[str, Any] = {"deadline": 8, "internal_steps": 40, "impulse": 1e-3, "clock": 0}
 
-# What is tried: the environment and its arguments.
+# Case name -> environment factory and arguments.
 CASES: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "clock": (make_protection, {"grains": 6, **PUSHED, "clock": 3}),
     "held": (make_piston, {"grains": 5, "deadline": 20, "internal_steps": 13, "hold": 3, "control_delay": 2, "noise": 0.1}),
@@ -82,7 +82,7 @@ def pair(case: str, mode: AutoresetMode, info: str) -> tuple[Any, SyncVectorEnv]
 
 
 def same(found: Any, expected: Any, where: str = "") -> None:
-    """Equal in value, type, shape and bits."""
+    """Assert equality in value, type, shape and bits."""
     if isinstance(expected, dict):
         assert found.keys() == expected.keys(), where
         for name, value in expected.items():
@@ -103,7 +103,7 @@ def same(found: Any, expected: Any, where: str = "") -> None:
 
 
 def play(native: Any, sync: SyncVectorEnv, episodes: int, seed: int) -> dict[str, int]:
-    """Play random actions in both until so many episodes are over; return how they ended."""
+    """Play random actions in both until `episodes` episodes are over; return their endings."""
     shape, ends = (native.num_envs, 1), {"terminated": 0, "truncated": 0}
     generator, disabled = np.random.default_rng(seed), native.autoreset_mode == AutoresetMode.DISABLED
     same(native.reset(seed=seed), sync.reset(seed=seed))

@@ -1,4 +1,4 @@
-"""The options of environments: sensors, noise, actuators, clocks, holds, and components that are drawn."""
+"""The options of environments: sensors, noise, actuators, clocks, holds, and sampled components."""
 
 from __future__ import annotations
 
@@ -45,13 +45,13 @@ def test_sensors_read_what_the_component_says() -> None:
     expected = [
         *velocity[[0, 5, 2]], chain.get("displacement")[4] / 1e-3, *force[[6, 1, 2]], chain.get("right_wall_force") / 500.0,
     ]  # fmt: skip
-    # A factor 1 / scale and a rounding to float32.
+    # Rounding of the factor 1 / scale, and rounding to float32.
     np.testing.assert_allclose(observation, expected, rtol=2e-7)
     assert env.observation_space.shape == (len(expected),) and np.count_nonzero(observation) > 5
 
 
 def test_any_component_has_the_same_options() -> None:
-    """The toy's position alone, noisy and clocked; its force delayed and limited; its mass drawn."""
+    """Return a toy that observes only its position, with noise and clock; force delayed and limited; mass sampled."""
     options: dict[str, Any] = {
         "observe": {"position": "all"}, "noise": 0.1, "clock": 2, "control_delay": 1, "action_rate": 0.25,
         "randomise": {"mass": (1.0, 2.0), "velocity": (3.0, 4.0)}, "info": "full",
@@ -102,19 +102,19 @@ def test_noise_has_the_moments_of_a_normal_distribution() -> None:
     drawn = np.concatenate(seen).astype(float) / 0.5
     count = len(drawn)
     assert count == 25600
-    # Four standard errors of mean, variance, third and fourth moment; twelve uniform numbers have the fourth moment 2.9.
+    # Four standard errors of mean, variance, third and fourth moment; the sum of twelve uniform numbers has fourth moment 2.9.
     assert abs(drawn.mean()) < 4.0 / math.sqrt(count)
     assert abs(drawn.var() - 1.0) < 4.0 * math.sqrt(2.0 / count)
     assert abs((drawn**3).mean()) < 4.0 * math.sqrt(15.0 / count)
     assert abs((drawn**4).mean() - 2.9) < 4.0 * math.sqrt(96.0 / count)
     assert abs(drawn).max() <= 6.0
-    # Neighbours in place and in time know nothing of each other.
+    # Neighbours in place and in time are uncorrelated.
     for one, other in ((np.array(seen)[:, 1:], np.array(seen)[:, :-1]), (np.array(seen)[1:], np.array(seen)[:-1])):
         assert abs(np.corrcoef(one.ravel(), other.ravel())[0, 1]) < 4.0 / math.sqrt(count)
 
 
 def test_the_noise_is_what_whole_numbers_say() -> None:
-    """The same sums in Python's own integers: nothing is rounded, so every machine has these bits."""
+    """The same sums in Python integers, without rounding, so that the bits are the same on every machine."""
     golden, modulus = 0x9E3779B97F4A7C15, 2**64
 
     def mixed(word: int) -> int:
@@ -229,7 +229,7 @@ def test_rates_and_delays_count_control_steps_while_an_action_is_held() -> None:
         assert told[4]["left_velocity"] == expected[4]["left_velocity"]
 
 
-# Where the reward speaks of a time, the agent is shown it.
+# If the reward depends on the time, the agent observes it.
 TIMED = {"PulseForming", "Protection", "EnergyDelivery", "SolitonTrain"}
 
 
@@ -281,7 +281,7 @@ def test_a_clock_needs_a_deadline() -> None:
     assert make_protection(grains=4, deadline=None).clock == 0
 
 
-# -- draws --------------------------------------------------------------------------------------------------------------
+# -- sampling -----------------------------------------------------------------------------------------------------------
 
 
 def test_the_seed_of_the_reset_decides_the_chain_and_each_episode_has_its_own() -> None:
@@ -334,7 +334,7 @@ def test_every_vectoriser_draws_the_same_chains(vectoriser: str) -> None:
         made = {"grains": 6, "deadline": 24, **DRAWN}
         env = gymnasium.make_vec("granular_env/Protection-v1", 4, vectorization_mode=mode, **made)
         found = [env.reset(seed=0)[1]["drawn_radius"].tolist()]
-        for _ in range(26):  # the next episode begins on the way
+        for _ in range(26):  # the next episode begins within these steps
             infos = env.step(np.zeros((4, 1), np.float32))[4]
         env.close()
         return [*found, infos["drawn_radius"].tolist()]
@@ -406,7 +406,7 @@ ARRANGED = {
 @pytest.mark.filterwarnings("ignore::granular_env.components.errors.GranularWarning")
 def test_every_task_takes_arranged_grains_and_may_draw_what_they_leave_open(name: str, arrangement: str) -> None:
     chain = {"arrangement": ARRANGED[arrangement]}
-    # Precompression changes the waves that SolitonTrain asks for, which has none.
+    # SolitonTrain allows no precompression, which would change its waves.
     drawn = {"velocity": (0.0, 0.5)} if "Soliton" in name else {"precompression": (5.0, 10.0)}
     env = gymnasium.make(name, grains=65, chain=chain, randomise=drawn, deadline=260)
     expected = Chain(**chain, grains=65).geometry.radius

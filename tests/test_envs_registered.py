@@ -1,4 +1,4 @@
-"""Every registered environment, of whichever domain: the promises that a new one is held to by existing."""
+"""Requirements on every registered environment of all domains; new environments are tested automatically."""
 
 import copy
 import pickle
@@ -18,7 +18,7 @@ STEPS = 3
 
 
 def made(name: str) -> ComponentEnv:
-    """Return the bare environment; what it cautions of is tested beside its domain."""
+    """Return the unwrapped environment; the tests of its domain cover its cautions."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", GranularWarning)
         env = gymnasium.make(name).unwrapped
@@ -27,13 +27,13 @@ def made(name: str) -> ComponentEnv:
 
 
 def actions(env: ComponentEnv) -> list[np.ndarray]:
-    """Return a few actions of moderate size, the same for equal spaces."""
+    """Return a few actions of moderate size, equal for equal spaces."""
     random = np.random.default_rng(3)
     return [0.3 * random.uniform(-1.0, 1.0, env.action_space.shape).astype(np.float32) for _ in range(STEPS)]
 
 
 def rewards_and_state(env: ComponentEnv, moves: list[np.ndarray]) -> tuple[list[float], bytes]:
-    """Return what an episode that goes on with these actions pays, and the state that it ends in."""
+    """Continue an episode with these actions; return its rewards and final state."""
     return [float(env.step(move)[1]) for move in moves], bits(env.save())
 
 

@@ -1,4 +1,4 @@
-"""Environments in mid-episode: as bytes, in a batch, copied, recorded, and at an instant of a log."""
+"""States of environments within an episode: as bytes, in a batch, copied, recorded, and at a time of a log."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def test_states_move_between_batches_and_single_environments() -> None:
         env.step(some[0])
     states = batch.save()
     first = [batch.step(some) for some in chosen[10:]]
-    # One goes back, one becomes the single environment, one goes on as it is.
+    # One environment goes back, one takes the state of the single environment, one continues.
     now = batch.save()
     batch.restore([states[1], env.save()], environments=[1, 2])
     assert bits(batch.save([0])[0]) == bits(now[0])
@@ -110,7 +110,7 @@ def test_states_that_do_not_fit_a_batch_are_refused() -> None:
 
 
 def same_from_here(one: Any, other: Any) -> None:
-    """Both get the same, also in the next episode, and neither moves the other."""
+    """Original and copy give equal results, also in the next episode, and do not affect each other."""
     before = bits(other.save())
     expected = transcript(one, actions(20, seed=1))
     assert bits(other.save()) == before, "the copy has not moved with the original"
@@ -146,7 +146,7 @@ def test_a_batch_is_copied_lane_by_lane(way: str) -> None:
 
 @pytest.mark.filterwarnings("ignore::granular_env.components.errors.GranularWarning")
 def test_used_fresh_copied_and_batched_environments_refuse_the_same_steps() -> None:
-    """Pushed beyond what the chain allows: what an environment did before changes no reward, time or message."""
+    """With pushes beyond the chain's limits, an environment's history changes no reward, time or message."""
     arguments: dict[str, Any] = {"grains": 12, "action_scale": 1e5}
     used, batch = make_protection(**arguments), make_batch(make_protection, 1, **arguments)
     refused = 0
@@ -166,7 +166,7 @@ def test_used_fresh_copied_and_batched_environments_refuse_the_same_steps() -> N
 
 
 def episode(env: Any, pushes: np.ndarray) -> list[tuple[float, bool, float, str]]:
-    """Return reward, end, time and the message of a refusal, for each step until the episode is over."""
+    """Return reward, termination, time and refusal message of each step until the episode is over."""
     steps = []
     for push in pushes:
         _, reward, over, late, info = env.step(push)
@@ -180,7 +180,7 @@ def episode(env: Any, pushes: np.ndarray) -> list[tuple[float, bool, float, str]
 
 
 def play(env: gymnasium.Env, episodes: int, seed: int = 0) -> list[float]:
-    """Random episodes to their end; all rewards."""
+    """Play random episodes to their end; return all rewards."""
     generator, rewards = np.random.default_rng(seed), []
     for episode in range(episodes):
         env.reset(seed=episode)
@@ -225,7 +225,7 @@ def test_a_restored_state_begins_a_segment(tmp_path: Path) -> None:
         assert [(segment.start, segment.end) for segment in log.segments] == [(0, 30), (15, 24)]
 
 
-# -- at an instant of a log -----------------------------------------------------------------------------------------------
+# -- at a time of a log ---------------------------------------------------------------------------------------------------
 
 
 def snapshot_at(path: Path, at: float) -> Snapshot:
@@ -236,7 +236,7 @@ def snapshot_at(path: Path, at: float) -> Snapshot:
 @pytest.mark.parametrize("instant", [0, 7, 23, 39])
 @pytest.mark.parametrize("maker", [make_piston, make_protection])
 def test_a_log_goes_on_as_an_environment(maker: type[ComponentEnv], instant: int, tmp_path: Path) -> None:
-    """The same inputs give the bits of the log's own continuation."""
+    """With the same inputs, the result is bitwise identical to the log's continuation."""
     chosen, path = actions(40), tmp_path / "episode.mcap"
     env = maker(**SMALL)
     passed = [b""]
@@ -266,7 +266,7 @@ def test_an_episode_from_a_log_is_one_of_its_own(tmp_path: Path) -> None:
     assert env.component.identity == chain.identity
     env.reset(options={"snapshot": snapshot_at(path, 3e-5)})
     rewards = [env.step([0.0])[1] for _ in range(20)]
-    # The work that the profile did is nobody's here; but the wave is there.
+    # The episode is not charged for the profile's work, but the wave is present.
     assert rewards[0] == pytest.approx(0.0, abs=1e-3)
     assert np.abs(env.component.get("velocity")).max() > 0.1
     _, _, _, truncated, _ = env.step([0.0])

@@ -1,4 +1,4 @@
-"""Every example runs and ends in the numbers that it is about."""
+"""Every example runs and gives its expected numbers."""
 
 import runpy
 from pathlib import Path
@@ -22,7 +22,7 @@ def test_every_example_is_tested():
 
 def test_piston(run):
     numbers = run("piston")
-    # Reference integration: 2.876160. The default integrator at this step is good to a few 1e-5.
+    # Reference integration: 2.876160. The default integrator at this step is accurate to a few 1e-5.
     assert numbers["last grain / piston velocity"] == pytest.approx(2.876160, abs=2e-4)
     assert abs(numbers["energy left over / work of the piston"]) < 1e-5
     assert abs(numbers["momentum left over / impulse"]) < 1e-13
@@ -38,7 +38,7 @@ def test_record_and_branch(run):
 def test_own_component(run):
     numbers = run("own_component")
     assert numbers["identical"]
-    # The first bounce, at 0.45 s, takes 1 - 0.5^2 of the energy; the second comes at 0.90 s and takes as much of the rest.
+    # The first bounce, at 0.45 s, dissipates 1 - 0.5^2 of the energy; the second, at 0.90 s, the same fraction of the rest.
     assert numbers["energy lost / energy at the start"] == pytest.approx(1.0 - 0.5**4, abs=2e-2)
     assert abs(numbers["energy residual"]) < 1e-12
 
@@ -53,7 +53,7 @@ def test_gym_loop(run):
 def test_absorbing_end(run):
     numbers = run("absorbing_end")
     assert numbers["wall"] == pytest.approx(1.0, abs=0.01)
-    # Nothing may come back from an endless chain; the error is that of inputs held for 2 us.
+    # An endless chain reflects nothing; the error is due to inputs held for 2 us.
     assert 0.0 < numbers["matched piston"] < 5e-4 and abs(numbers["matched force"]) < 2e-4
     assert numbers["matched piston"] < 0.2 * numbers["best linear dashpot"] < numbers["free end, last grain caught"]
 
@@ -73,7 +73,7 @@ def test_pulse_shaping(run):
 def test_lamb_problem(run):
     numbers = run("lamb_problem")
     assert numbers["Rayleigh speed / S speed"] == pytest.approx(0.9194, abs=1e-4)
-    # 18 cells to the load's length, second order: 3.2 % and 1.5 % at 20; the sides send a little back.
+    # 18 cells per load length, second-order: 3.2 % and 1.5 % at 20; the sides reflect slightly.
     assert numbers["misfit at x = 0.2 m, depth 0.01 m"] < 0.05
     assert numbers["misfit at x = 0.12 m, depth 0.12 m"] < 0.025
     assert 0.3 < numbers["peak behind a hole / without it"] < 0.9

@@ -1,4 +1,4 @@
-"""Measured histories in CSV files: units are declared, and every fault is named by its line."""
+"""Measured histories in CSV files: declared units, and error messages with line numbers."""
 
 import os
 import warnings
@@ -24,7 +24,7 @@ def read(tmp_path, text, time_unit=None, value_unit=None, columns=("time", "forc
 
 def test_units_come_from_the_header(tmp_path):
     times, values = read(tmp_path, GOOD)
-    # To the bit: 10 us is 1e-5 s and not 10 * 1e-6.
+    # Bitwise: 10 us is 1e-5 s, not 10 * 1e-6.
     assert times.tolist() == [0.0, 1e-5]
     assert values.tolist() == [0.0, 1500.0]
 
@@ -66,7 +66,7 @@ def test_a_unit_over_a_unit_is_not_a_name_over_a_unit(tmp_path):
     assert read(tmp_path, text, columns=("time", "speed m/s"), value_unit="m/s", unit="m/s")[1].tolist() == [0.0, 2.0]
 
 
-# Each: the text, further arguments, and what the message contains besides the file's name.
+# Each: text, further arguments, and expected content of the message in addition to the file name.
 FAULTS = [
     (GOOD.replace("10,301,1.5", "10,301,"), {}, ["line 4", "the value is ''"]),
     (GOOD.replace("1.5", "nan"), {}, ["line 4", "'nan'"]),
@@ -186,7 +186,7 @@ def test_a_file_is_called_in_messages_as_it_is_in_the_document(tmp_path):
     with pytest.raises(ParameterError, match=r"^far/hammer.csv: line 4: "):
         table.build(tmp_path, "N")
     path.unlink()
-    # Where it was looked for is told where it is not found.
+    # The message contains the path that was searched.
     with pytest.raises(ParameterError, match=str(path)):
         table.build(tmp_path, "N")
 

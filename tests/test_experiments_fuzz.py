@@ -1,4 +1,4 @@
-"""Mutated files of experiments, plans and studies: whatever stands in them, only errors of our family come out, none hangs."""
+"""Mutated files of experiments, plans and studies: any content raises only GranularError, and none hangs."""
 
 import random
 import warnings
@@ -46,9 +46,9 @@ FOLDER = find("measured/hammer", "experiment", "experiments").parent
 
 @pytest.fixture(scope="module", autouse=True)
 def one_of_each() -> Iterator[None]:
-    """A component is kept for the next file with its parameters, which most mutations leave as they are.
+    """Cache components by their parameters, which most mutations do not change.
 
-    As many are kept as there are shipped experiments, and some more.
+    The cache is somewhat larger than the number of shipped experiments.
     """
     build, built = catalogue.make, dict[tuple[str, str], Component]()
 
@@ -92,7 +92,7 @@ def mutated(text: str, random: random.Random) -> str:
 
 
 def is_small(experiment) -> bool:
-    """Whether building it is a matter of milliseconds: a mutation may ask for millions of grains, which is no fault."""
+    """Return whether the experiment builds within milliseconds; a mutation may validly request millions of grains."""
     given = experiment.component.parameters
     shell = given.get("shell")
     body = shell.get("body") if isinstance(shell, dict) else given.get("body")
@@ -110,7 +110,7 @@ def try_experiment(path: Path) -> None:
         prepare(experiment)
 
 
-# Kind of document -> where shipped ones lie, and what reads a file of it.
+# Kind of document -> kind of shipped items, and the function that reads a file.
 KINDS = {
     "experiment": ("experiments", try_experiment),
     "plan": ("plans of sweeps", load_plan),
@@ -119,9 +119,9 @@ KINDS = {
 
 
 def try_mutations(path: Path, seed: int, count: int, kind: str = "experiment", only: str = "") -> int:
-    """Read `count` mutations of shipped files, and prepare experiments; the number that were refused.
+    """Read `count` mutations of shipped files, and prepare experiments; return the number of refusals.
 
-    `only` keeps those whose text holds it.
+    `only` selects files that contain this text.
     """
     shelf, read = KINDS[kind]
     texts = [text for file in shipped_files(shelf).values() if only in (text := file.read_text())]
@@ -145,7 +145,7 @@ def try_mutations(path: Path, seed: int, count: int, kind: str = "experiment", o
 def test_mutated_files_give_errors_of_the_family_only(tmp_path):
     (tmp_path / "hammer.csv").write_bytes((FOLDER / "hammer.csv").read_bytes())
     refused = try_mutations(tmp_path / "x.toml", seed=1, count=300)
-    assert 120 < refused < 300  # Most mutations break a file, and some leave it whole.
+    assert 120 < refused < 300  # most mutations break a file, some do not
 
 
 @pytest.mark.parametrize("kind", ["plan", "study"])
@@ -153,7 +153,7 @@ def test_mutated_plans_and_studies_give_errors_of_the_family_only(tmp_path, kind
     assert 100 < try_mutations(tmp_path / "x.toml", seed=3, count=500, kind=kind) < 500
 
 
-# In the plane: array inputs, rows of start values, indices of several axes.
+# Documents in the plane: array inputs, rows of start values, indices of several axes.
 ARRAYS = {"experiment": "pattern = [[", "plan": "discs/broken-row", "study": "splitting"}
 
 

@@ -1,4 +1,4 @@
-"""The shipped experiments with contact laws show what they say they show."""
+"""The shipped experiments with contact laws show the stated results."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ pytestmark = pytest.mark.filterwarnings("ignore::granular_env.components.errors.
 
 
 def watched(name: str, every: float, overrides: Mapping[str, Any] | None = None):
-    """An experiment's chain after the run, and its history."""
+    """Run an experiment; return its chain and history."""
     watch = measurement.Watch(every)
     result = ge.run(name, observers=[watch], overrides=overrides or {})
     return result.component, watch.history
 
 
 def test_a_weakly_dissipative_piston_front_runs_at_d1():
-    """Conservation alone demands D1; the front has 50 grains to become steady, and loses 10 % of the energy."""
+    """Conservation determines D1; the front becomes steady within 50 grains, and loses 10 % of the energy."""
     d1 = theory.shock_speed(constant=5.6e12, diameter=6e-3, piston=SPEED)
     chain, history = watched("laws/dissipative-piston", 1e-6)
     speeds = [measurement.front_speed(history, 0.5 * SPEED, first, first + 50) for first in (50, 100)]
@@ -32,7 +32,7 @@ def test_a_weakly_dissipative_piston_front_runs_at_d1():
     assert abs(speeds[1] - d1) < abs(speeds[0] - d1)
     balances = chain.balance_values()
     assert balances["dissipated_energy"] / balances["input_work"] == pytest.approx(0.0977, abs=1e-3)
-    # Second order in the step, 1.1e-4 at 0.5 us.
+    # Second-order in the step, 1.1e-4 at 0.5 us.
     assert abs(balances["energy_residual"]) < 2e-4 * balances["input_work"]
     _, lossless = watched("laws/dissipative-piston", 1e-6, {"component.law": "hertz"})
     assert measurement.front_speed(lossless, 0.5 * SPEED, 50, 100) / d1 == pytest.approx(1.04, abs=0.005)

@@ -1,4 +1,4 @@
-"""Experiment files: what is wrong is said by file, table and key, with the nearest right name."""
+"""Experiment files: errors name file, table and key, and suggest the closest valid name."""
 
 import json
 
@@ -55,7 +55,7 @@ def test_to_dict_gives_the_same_experiment_and_is_json(good):
     np.testing.assert_array_equal(prepare(first).inputs["force"].coefficients, prepare(second).inputs["force"].coefficients)
 
 
-# Each: what to replace in the good file, by what, and what the message has to say.
+# Each: text to replace in the valid file, its replacement, and expected text of the message.
 FAULTS = [
     ("duration = 1.0", "duratoin = 1.0", ["duratoin: unknown; did you mean 'duration'?", "duration: missing"]),
     ("duration = 1.0", 'duration = "1.0"', ["duration: got '1.0'"]),
@@ -182,7 +182,7 @@ def test_overrides_reach_every_table(good):
 
 
 def test_an_override_reaches_into_what_is_only_named():
-    """`law = "viscous"` is the table {name = "viscous"}, and `law.dissipation` a key of it."""
+    """`law = "viscous"` is the table {name = "viscous"}; `law.dissipation` is a key of this table."""
     viscous = load_experiment("nesterenko-1983/3.4-piston", {"component.law": "viscous", "component.law.dissipation": 0.5})
     assert viscous.component.parameters["law"] == {"name": "viscous", "dissipation": 0.5}
     rod = load_experiment("gato-shie-2010/taylor-rod", {"component.material.poisson": 0.3})

@@ -1,4 +1,4 @@
-"""Parameters at and beyond their limits: a component is built and steps, or is refused by an error that names a parameter."""
+"""Parameters at and beyond their limits: a component is built and steps, or an error names the refused parameter."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ from granular_env.components.errors import GranularWarning, ParameterError, Step
 from granular_env.components.support import memory_limits
 
 Path = tuple[str | int, ...]
-# A component, its parameters, and what is changed in them.
+# A component, its parameters, and the changes to them.
 Case = tuple[str, dict[str, Any], dict[Path, Any]]
 
-# Smaller and larger than anything physical, denormal, not finite, and of another kind.
+# Smaller and larger than any physical value, denormal, not finite, and of another type.
 NUMBERS = [
     0.0, -0.0, -1.0, 5e-324, 1e-300, 1e-100, 1e-41, 1e-39, 1e-18, 1e-9, 1.0, 1e9, 1e18, 1e39, 1e41, 1e100, 1e300, 1.7e308,
     math.nan, math.inf, -math.inf, -1e300, 10**400,
 ]  # fmt: skip
 COUNTS = [-1, 0, 1, 2, 3, 4, 5, 9, 10, 2**31, 2**63, 10**18, 10**400, 2.5]
 OTHERS = [None, True, "abc", "", [], {}, [1.0], [1.0, 2.0, 3.0], {"name": "abc"}, {"name": None}, [math.nan, 0.0]]
-# What makes a set of parameters inconsistent: nearly the value that fits.
+# Factors that make a set of parameters inconsistent: values close to the valid one.
 FACTORS = [0.5, 0.999, 1.001, 2.0, 1e-3, 1e3, -1.0]
 LARGEST_STATE, LONGEST = 50_000_000, 10.0
 
@@ -40,7 +40,7 @@ PLATE = {"name": "plate", "length": 0.006, "width": 0.006, "along": 13, "across"
 BRITTLE = {"name": "principal_stress", "stress": 2.2e7, "scatter": 0.1, "grip_length": 1e-3}
 TUBE_NOTCH = {**NOTCH, "around": 0.5 * math.pi}
 NOTCHED_TUBE = {**tube_tools.BODY, "along": 13, "around": 13, "notch": TUBE_NOTCH}
-# A table of parameters of each kind that the components know.
+# Parameter tables that cover every kind of sub-table.
 BASES: dict[str, list[dict[str, Any]]] = {
     "detonation": [
         {"length": 0.03, "cells": 60, "regions": [tube_tools.HOT], "gauges": [0.01, 0.02],
@@ -71,14 +71,14 @@ BASES: dict[str, list[dict[str, Any]]] = {
 
 
 def full_tables() -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield component and parameters, every one of which is given."""
+    """Yield component and parameters, with all parameters given."""
     for name, bases in BASES.items():
         for base in bases:
             yield name, component_class(name).Parameters(**base).model_dump()
 
 
 def leaves(given: Any, path: Path = ()) -> Iterator[Path]:
-    """Yield the places of all values of a table, of tables inside too."""
+    """Yield the paths of all values of a table, including nested tables."""
     if path:
         yield path
     parts = given.items() if isinstance(given, dict) else enumerate(given[:2]) if isinstance(given, list) else ()
@@ -93,7 +93,7 @@ def value_at(given: Any, path: Path) -> Any:
 
 
 def extremes(value: Any) -> list[Any]:
-    """Return what to put in the place of a value."""
+    """Return extreme replacements for a value."""
     if isinstance(value, bool | str) or value is None:
         return [*OTHERS, *NUMBERS]
     if isinstance(value, int):
@@ -105,7 +105,7 @@ def extremes(value: Any) -> list[Any]:
 
 @contextmanager
 def limits(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Make what warns, lasts long or asks for much memory fail."""
+    """Let warnings, long runs and large memory requests fail."""
 
     def end(*_: object) -> None:
         raise AssertionError(f"not done after {LONGEST:g} s")
@@ -123,7 +123,7 @@ def limits(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 def names_a_parameter(error: ParameterError, name: str) -> bool:
-    """Return whether each fault is at a parameter of the component, or tells of memory."""
+    """Return whether each fault names a parameter of the component or a lack of memory."""
     known = component_class(name).Parameters.model_fields
     return all(
         (fault.location and str(fault.location[0]) in known)
@@ -134,7 +134,7 @@ def names_a_parameter(error: ParameterError, name: str) -> bool:
 
 
 def attempt(name: str, given: dict[str, Any]) -> bool:
-    """Build a component and use it; return whether it could be built."""
+    """Build and use a component; return whether it could be built."""
     signal.setitimer(signal.ITIMER_REAL, LONGEST)
     try:
         component = ge.make(name, **given)
@@ -155,11 +155,11 @@ def attempt(name: str, given: dict[str, Any]) -> bool:
 
 
 def random_changes(seed: int, count: int) -> Iterator[Case]:
-    """Yield tables of which one to three values are changed: sets that contradict each other among them."""
+    """Yield tables with one to three changed values, which may contradict each other."""
     source, tables = random.Random(seed), list(full_tables())
     for _ in range(count):
         name, given = source.choice(tables)
-        # A table is not changed beside a value in it.
+        # Change only leaves, never a table together with a value in it.
         paths = [path for path in leaves(given) if not isinstance(value_at(given, path), dict | list)]
         chosen = source.sample(paths, source.randint(1, 3))
         changes = {path: source.choice(extremes(value_at(given, path))) for path in chosen}
@@ -174,7 +174,7 @@ def changed(given: dict[str, Any], changes: dict[Path, Any]) -> dict[str, Any]:
 
 
 def try_all(cases: Iterator[Case]) -> tuple[int, int]:
-    """Return how many cases were built, and how many refused."""
+    """Return the number of built cases and the number of refused cases."""
     built = refused = 0
     for name, given, changes in cases:
         try:

@@ -1,4 +1,4 @@
-"""Errors carry their faults as data, with one notation of a location; one rule for numbers wherever they are given."""
+"""Errors contain their faults as data, with one notation for locations; one rule applies to all numbers."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def faults(action: Callable[[], Any]) -> tuple[Fault, ...]:
 
 
 def fault(action: Callable[[], Any]) -> Fault:
-    """Return the one fault."""
+    """Return the only fault."""
     (one,) = faults(action)
     return one
 
@@ -62,13 +62,13 @@ def test_a_location_is_written_in_one_way(text: str, location: tuple[str | int, 
 def test_an_error_keeps_its_faults_between_processes() -> None:
     error = ParameterError("got 1", expected="2", hint="give 2", at="a[3]", source="b")
     assert pickle.loads(pickle.dumps(error)).faults == error.faults == (Fault(("a", 3), "got 1", "2", "give 2", "b"),)
-    for again in (type(error)(error), pickle.loads(pickle.dumps(type(error)(error)))):  # as gymnasium.AsyncVectorEnv raises it
+    for again in (type(error)(error), pickle.loads(pickle.dumps(type(error)(error)))):  # as raised by gymnasium.AsyncVectorEnv
         assert again.faults == error.faults and str(again) == str(error)
     step = ge.StepError("too fast", time=1.0, variable="velocity", index=3, value=2.0, limit=1.0)
     assert vars(pickle.loads(pickle.dumps(step))) == vars(step)
 
 
-# -- what a front end wants to know -----------------------------------------------------------------------------------
+# -- data for front ends ----------------------------------------------------------------------------------------------
 
 ONE_NAN = np.where(np.arange(16).reshape(8, 2) == 15, NAN, 0.0)
 CALLS: dict[str, tuple[Callable[[ge.Component], Any], tuple[str | int, ...], str, str, str]] = {
@@ -202,7 +202,7 @@ def test_an_element_of_a_profile_is_set_in_its_pattern() -> None:
     assert pattern[0, 1] == 2.0
 
 
-# -- who is to blame --------------------------------------------------------------------------------------------------
+# -- origin of errors -------------------------------------------------------------------------------------------------
 
 
 def test_what_the_content_of_a_log_gives_keeps_its_data() -> None:

@@ -1,4 +1,4 @@
-"""Snapshots of strangers: whatever their numbers are, they are refused, or stepped and read within the family of errors."""
+"""Untrusted snapshots: with any numbers they are refused, or step and are read with no error but GranularError."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ every_example = pytest.mark.parametrize("example", EXAMPLES, ids=lambda example:
 
 
 def try_forgeries(example: Example, cases: int, seed: int) -> Counter[str]:
-    """Forge so many states of an example, at its start and as far as it is driven; return how they ended."""
+    """Forge states of an example at its start and after its drive; return their outcomes."""
     component = example.started()
     states = [component.save()]
     drive(component, example, example.ticks)
@@ -43,7 +43,7 @@ def try_forgeries(example: Example, cases: int, seed: int) -> Counter[str]:
 
 
 def recorded(example: Example, path: Path) -> ge.Component:
-    """Record an example, with snapshots on the way; return it."""
+    """Record an example with intermediate snapshots; return it."""
     component = example.started()
     ticks = component.step_size * (example.ticks // 3)
     with ge.record(component, path, every=ticks, snapshot_every=ticks):
@@ -52,7 +52,7 @@ def recorded(example: Example, path: Path) -> ge.Component:
 
 
 def try_forged_logs(example: Example, folder: Path, cases: int, seed: int) -> Counter[str]:
-    """Forge snapshots in so many copies of a log of an example; verify, recover and branch these."""
+    """Forge snapshots in copies of a log of an example; verify, recover and branch the copies."""
     path, out = folder / "a.mcap", folder / "b.mcap"
     forged = recorded(example, path)
     actions = [ACTIONS[name] for name in ("verify", "recover", "branch", "events", "series")]
@@ -104,7 +104,7 @@ def test_many_logs_with_forged_states(example: Example, tmp_path: Path) -> None:
     try_forged_logs(example, tmp_path, 20, seed=2)
 
 
-# -- what is refused ------------------------------------------------------------------------------------------------------
+# -- refusals -------------------------------------------------------------------------------------------------------------
 
 
 def torn_discs() -> ge.Component:

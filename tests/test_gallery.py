@@ -1,4 +1,4 @@
-"""The logs of the gallery replay bit for bit, and hold what its page says."""
+"""The logs of the gallery replay bit for bit, and match the descriptions on its page."""
 
 from pathlib import Path
 
@@ -25,7 +25,7 @@ def test_the_page_names_every_log() -> None:
 
 
 def outside(name: str, crest: int, half: int) -> float:
-    """Kinetic energy further than `half` grains from a crest, over that of all grains, in the last frame."""
+    """Return the fraction of kinetic energy farther than `half` grains from a crest in the last frame."""
     _, velocity = ge.open_log(ROOT / "logs" / "gallery" / f"{name}.mcap").series("velocity")
     squares = np.asarray(velocity[-1]) ** 2
     return 1.0 - squares[crest - half : crest + half + 1].sum() / squares.sum()

@@ -48,7 +48,7 @@ def test_every_log_is_pinned_and_small() -> None:
     assert set(FINAL) == set(CASES)
     logs = sorted(FOLDER.glob("*.mcap"))
     assert {path.stem for path in logs} == set(CASES)
-    # In the mean: each new component brings one or two. A log also holds every output that is one number.
+    # On average: each new component adds one or two logs. A log also contains all scalar outputs.
     assert sum(path.stat().st_size for path in logs) < 64_000 * len(logs)
 
 
@@ -65,7 +65,7 @@ def test_a_golden_log_replays_bit_for_bit(name: str) -> None:
     assert result.calls > 0 and result.hashes > 0
 
 
-# What OpenBLAS picks for Intel and AMD processors with AVX2, and with AVX-512, which it cannot run without.
+# OpenBLAS's choices for Intel and AMD processors with AVX2, and with AVX-512, which the processor must support.
 @pytest.mark.parametrize("kernels", ["Haswell", "Zen", "SkylakeX"])
 def test_golden_logs_are_verified_with_every_choice_of_linear_algebra(kernels: str) -> None:
     if not __cpu_features__["AVX512F" if kernels == "SkylakeX" else "AVX2"]:
@@ -77,7 +77,7 @@ def test_golden_logs_are_verified_with_every_choice_of_linear_algebra(kernels: s
 
 @pytest.mark.parametrize("name", CASES)
 def test_a_golden_log_holds_the_run(name: str) -> None:
-    """The last frame is the state that the run ends in."""
+    """The last frame is the final state of the run."""
     component, log = played(name), ge.open_log(log_path(name))
     assert log.complete
     names = [name for name, variable in component.variables.items() if variable.state]

@@ -1,4 +1,4 @@
-"""The grid against what is exact for it: patches, rigid motion, conserved quantities, symmetry, its step."""
+"""The grid against exact results: patch tests, rigid motion, conserved quantities, symmetry, step size."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ ROOT = Path(__file__).resolve().parent.parent
 
 
 def rotation(angle: float) -> np.ndarray:
-    """Return the matrix that turns a vector by an angle."""
+    """Return the rotation matrix of an angle."""
     return np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
 
 
-# Gradients of the displacement: stretch, shear, spin, and all at once.
+# Displacement gradients: stretch, shear, rotation, and all together.
 GRADIENTS = [[[1.0, 0.0], [0.0, 0.0]], [[0.0, 1.0], [1.0, 0.0]], [[0.0, -1.0], [1.0, 0.0]], [[0.7, -1.1], [0.4, 0.3]]]
 
 
@@ -57,14 +57,14 @@ def test_a_homogeneous_strain_leaves_inner_nodes_without_force(gradient: list[li
 def test_a_start_displacement_gives_the_stress_of_its_stretch_in_any_rotation(
     angle: float, stretch: tuple[float, float]
 ) -> None:
-    """C : ln U, turned with the body, and the energy of that stress."""
+    """Stress C : ln U, rotated with the body, and its energy."""
     stretches, turned = np.diag(stretch), rotation(angle)
     first, second = np.log(stretch)
     exact = np.diag([3.0 * first + second, first + 3.0 * second])
     along_z = first + second
     density = 0.5 * (exact[0, 0] * first + exact[1, 1] * second)
     for grid in patches():
-        # Along 20 degrees of the mesh, so that the stretch has a shear there.
+        # Stretch along 20 degrees to the mesh, which includes shear in mesh axes.
         axes = rotation(math.radians(20.0))
         gradient = turned @ axes @ stretches @ axes.T
         grid.reset(displacement=grid.mesh.nodes @ gradient.T - grid.mesh.nodes)
@@ -74,16 +74,16 @@ def test_a_start_displacement_gives_the_stress_of_its_stretch_in_any_rotation(
         np.testing.assert_allclose(zz, along_z, atol=1e-13)
         area = stretch[0] * stretch[1] * grid.mesh.areas.sum()
         assert grid.get("elastic_energy") == pytest.approx(area * density, rel=1e-11, abs=1e-20)
-        # A homogeneous strain bends no cell.
+        # A homogeneous strain has no hourglass mode.
         assert grid.get("hourglass_energy") <= 1e-24
 
 
 def test_stresses_turn_with_a_body_that_spins() -> None:
-    """A stretched square that spins by a quarter of a turn has its stresses along the other axis."""
+    """After a rotation by 90 degrees, the stresses of a stretched square are along the other axis."""
     grid = block(1, 1, step_size=1e-3)
     stress = np.array([[1.0, 0.0, 0.0, 0.0]])
     spin = 0.5 * math.pi
-    # Each node keeps its distance from the middle where it is held by hand.
+    # The test keeps the distance of each node from the centre.
     grid.reset(stress=stress)
     velocity = grid._state.velocity
     for tick in range(1000):
@@ -95,11 +95,11 @@ def test_stresses_turn_with_a_body_that_spins() -> None:
         velocity[:] = (there - here) / 1e-3
         grid._state.displacement[:] = there - grid.mesh.nodes
         grid._update_forces(1e-3)
-    # Each of a thousand steps rounds some times.
+    # Each of a thousand steps has several rounding errors.
     np.testing.assert_allclose(grid.get("stress"), [[0.0, 1.0, 0.0, 0.0]], atol=1e-12)
 
 
-# -- what is conserved ---------------------------------------------------------------------------------------------------
+# -- conservation --------------------------------------------------------------------------------------------------------
 
 
 def test_energy_and_momentum_of_a_plane_wave_are_conserved() -> None:
@@ -110,7 +110,7 @@ def test_energy_and_momentum_of_a_plane_wave_are_conserved() -> None:
     grid.step(200.0)
     assert abs(grid.get("energy_residual")) <= 1e-12 * energy
     assert abs(grid.get("momentum_residual")[0]) <= 1e-12 * momentum
-    # The wave has come back from the rigid end: twice its momentum has gone into that.
+    # The wave has reflected from the rigid end, which received twice its momentum.
     assert grid.get("boundary_impulse")[0] == pytest.approx(-2.0 * momentum, rel=1e-3)
 
 
@@ -122,13 +122,13 @@ def test_noise_on_a_distorted_mesh_keeps_energy_and_momenta(seed: int) -> None:
     grid.step(400 * grid.step_size)
     assert grid.get("hourglass_energy") > 0.01 * energy and grid.get("elastic_energy") > 0.1 * energy
     assert abs(grid.get("energy_residual")) <= 1e-12 * energy
-    # Momentum and its moment are sums over 130 nodes of some SMALL, 10 from the middle.
+    # Linear and angular momentum are sums over 130 nodes of about SMALL, at distances up to 10.
     assert np.abs(grid.get("momentum_residual")).max() <= 1e-12 * 130 * SMALL
     assert abs(grid.get("angular_momentum_residual")) <= 1e-12 * max(turning, 130 * SMALL)
 
 
 def test_work_of_every_condition_is_accounted_for() -> None:
-    """In linear motion the energy closes to rounding: forces, tractions, driven, absorbing, fixed edges at once."""
+    """In linear motion with forces, tractions, driven, absorbing and fixed edges, the energy closes to rounding."""
     grid = block(
         8, 6, forced_nodes=[20], boundaries={
             "left": {"name": "velocity", "along": "nodes"}, "right": "traction",
@@ -154,12 +154,12 @@ def test_the_residual_of_finite_strains_falls_with_them() -> None:
         energy = grid.get("kinetic_energy")
         grid.step(100.0)
         residuals.append(abs(grid.get("energy_residual")) / energy)
-    # In proportion to the strain: tenfold, within a factor of 3.
+    # Proportional to the strain: a factor of 10 per step, within a factor of 3.
     assert residuals[0] < 1e-3 and residuals[1] < residuals[0] / 3 and residuals[2] < residuals[1] / 3
 
 
 def bend_and_turn(plasticity: object, angle: float, steps: int) -> np.ndarray:
-    """Stretch and bend a cell while it turns; return stress and hourglass force in its own axes."""
+    """Stretch and bend a cell while it rotates; return stress and hourglass force in rotating axes."""
     nodes = np.array([[0.0, 0.0], [1.1, -0.1], [1.3, 0.9], [-0.2, 1.0]])
     mesh = {"name": "quadrilaterals", "nodes": nodes, "cells": [[0, 1, 2, 3]]}
     grid = Grid(mesh=mesh, material=MEDIUM, plasticity=plasticity)
@@ -186,18 +186,18 @@ def bend_and_turn(plasticity: object, angle: float, steps: int) -> np.ndarray:
 )  # fmt: skip
 @pytest.mark.parametrize("degrees", [30.0, 60.0, 90.0])
 def test_rotation_adds_an_error_of_second_order_to_the_stress_update(plasticity: object, degrees: float) -> None:
-    """Against the same steps without the rotation, stress and hourglass force: a quarter of the error for half of the step."""
+    """Stress and hourglass force relative to the same steps without rotation: half the step leaves a quarter of the error."""
     errors = np.array([
         np.abs(bend_and_turn(plasticity, math.radians(degrees), steps) - bend_and_turn(plasticity, 0.0, steps))
         for steps in (10, 20, 40, 80)
     ])  # fmt: skip
     for part in (errors[:, :5].max(axis=1), errors[:, 5:].max(axis=1)):
-        # Terms of the next order are a tenth at 10 steps.
+        # Terms of the next order contribute a tenth at 10 steps.
         np.testing.assert_allclose(part[:-1] / part[1:], 4.0, rtol=0.1)
 
 
 def test_the_residual_of_finite_strains_is_of_second_order_in_the_step() -> None:
-    """A bar that is sheared turns under stress: the work of a stress that has turned already would be of first order."""
+    """A sheared bar rotates under stress; using the already rotated stress would make the work first-order."""
     residuals = []
     for step in (0.2, 0.05):
         bar = block(8, 6, boundaries={"left": "fixed", "right": "velocity"}, step_size=step)
@@ -209,7 +209,7 @@ def test_the_residual_of_finite_strains_is_of_second_order_in_the_step() -> None
 def test_a_traction_gives_its_impulse() -> None:
     grid = block(6, 4, boundaries={"right": "traction"})
     grid.step(3.0, right_traction=SMALL * np.array([2.0, -1.0]))
-    # Four metres of edge, 3 s.
+    # Traction on 4 m of edge for 3 s.
     np.testing.assert_allclose(grid.get("momentum"), 12.0 * SMALL * np.array([2.0, -1.0]), rtol=1e-12)
     np.testing.assert_allclose(grid.get("impulse"), 12.0 * SMALL * np.array([2.0, -1.0]), rtol=1e-12)
 
@@ -219,17 +219,17 @@ def test_linear_tractions_have_their_force_and_their_moment() -> None:
     y = np.arange(-2.0, 3.0)
     traction = np.stack([SMALL * (3.0 + y), np.zeros(5)], axis=1)
     grid.step(grid.step_size, right_traction=traction)
-    # The integrals of 3 + y and of -y (3 + y) from -2 to 2.
+    # Integrals of 3 + y and of -y (3 + y) from -2 to 2.
     assert grid.get("impulse")[0] == pytest.approx(12.0 * SMALL * grid.step_size, rel=1e-12)
     assert grid.get("angular_impulse") == pytest.approx(-16.0 / 3.0 * SMALL * grid.step_size, rel=1e-9)
 
 
-# -- symmetry, order of the work ------------------------------------------------------------------------------------------
+# -- symmetry, order of operations----------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("axis", [0, 1])
 def test_mirror_images_have_mirrored_bits(axis: int) -> None:
-    """Finite motion with plasticity on a mesh with a notch and a hole, against its mirror image."""
+    """Finite plastic motion on a mesh with a notch and a hole, compared with its mirror image."""
     slot, middle = ([-0.4, 0.4], [-1.85, -0.7]), [0.0, 0.37]
     x, y = slot if axis == 0 else slot[::-1]
     holes = [
@@ -249,7 +249,7 @@ def test_mirror_images_have_mirrored_bits(axis: int) -> None:
     grid.reset(velocity=velocity[partner] * flip)
     grid.step(60 * grid.step_size)
     assert events == grid.event_count > 10
-    # Of -0.0 and 0.0 either may stand for nothing.
+    # Zeros may have either sign.
     np.testing.assert_array_equal(grid.get("velocity"), one[partner] * flip)
 
 
@@ -303,7 +303,7 @@ def test_kernels_give_the_same_bits_without_the_jit() -> None:
 
 
 def test_the_highest_frequency_is_that_of_the_mesh() -> None:
-    # Of P waves along an axis at the edge of the zone: 2 c_p / h; power iteration comes from below.
+    # Frequency of P waves along an axis at the zone boundary, 2 c_p / h; power iteration converges from below.
     frequency = block(40, 40).highest_frequency
     assert 0.985 * 2.0 * P_SPEED <= frequency <= 2.0 * P_SPEED * (1.0 + 1e-9)
 
@@ -320,7 +320,7 @@ def test_a_step_is_stable_up_to_what_is_allowed_and_refused_beyond(make) -> None
         make(0.901 * largest)
 
 
-# -- bad input -----------------------------------------------------------------------------------------------------------
+# -- invalid input -------------------------------------------------------------------------------------------------------
 
 SQUARE = {"name": "rectangle", "columns": 4, "rows": 4, "cell_size": 1.0}
 NODES = [[0, 0], [1, 0], [1, 1], [0, 1], [2, 0], [2, 1]]
@@ -389,7 +389,7 @@ def test_an_inverting_cell_is_named_and_the_last_state_kept() -> None:
 
 
 def test_held_edges_tell_what_they_hold() -> None:
-    """Pressed slowly in uniaxial strain: every side holds its part of the stress lambda e, (lambda + 2 mu) e."""
+    """Slow uniaxial compression: each side carries its stress, lambda e or (lambda + 2 mu) e."""
     edges = {"left": "fixed", "right": {"name": "velocity", "components": "x"}, "bottom": "symmetry", "top": "symmetry"}
     grid = block(6, 3, boundaries=edges)
     strain, duration = 1e-8, 600.0
@@ -398,7 +398,7 @@ def test_held_edges_tell_what_they_hold() -> None:
     pressed = 3.0 * strain * 3.0
     np.testing.assert_allclose(grid.get("left_reaction"), [pressed, 0.0], rtol=1e-3, atol=1e-3 * pressed)
     np.testing.assert_allclose(grid.get("right_reaction"), [-pressed, 0.0], rtol=1e-3, atol=1e-3 * pressed)
-    # Of six metres; the node at the left end belongs to the fixed edge.
+    # Six metres of edge, of which the node at the left end belongs to the fixed edge.
     held = 6.0 * strain * 5.5 / 6.0
     np.testing.assert_allclose(grid.get("bottom_reaction"), [0.0, held], rtol=1e-3, atol=1e-12)
     np.testing.assert_array_equal(grid.get("top_reaction"), -grid.get("bottom_reaction"))
@@ -419,7 +419,7 @@ def test_outputs_agree_with_each_other() -> None:
 
 
 def test_nothing_moves_far_ahead_of_a_wave_whose_step_is_tiny() -> None:
-    """No number ahead of a front is so small that processors are slow with it, and any partition gives the same bits."""
+    """Values ahead of a front are not denormal, which would slow processors down, and any partition gives equal bits."""
     once, often = (block(40, 12, forced_nodes=[[-20.0, 0.0]], step_size=1e-3) for _ in range(2))
     once.step(0.3, force=[[1e-3, 0.0]])
     for _ in range(60):

@@ -1,4 +1,4 @@
-"""BuriedTarget-v1: what theory calls the best drive is the best, and the environment is one like any other."""
+"""BuriedTarget-v1: the theoretical drive is optimal, and the environment conforms to the common interface."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ NAME = "granular_env/BuriedTarget-v1"
 def test_theory_returns_one_and_nothing_returns_nothing(hold: int) -> None:
     env = make_buried_target(hold=hold)
     returns = {name: play(env, policy)[0] for name, policy in env.task.baselines().items()}
-    # The medium is linear but for strains of 1e-4.
+    # The medium is linear up to strains of 1e-4.
     assert returns["theory"] == pytest.approx(1.0, abs=2e-3)
     assert returns["nothing"] == 0.0
     assert 0.01 < returns["one_push"] < 0.5
@@ -25,7 +25,7 @@ def test_theory_returns_one_and_nothing_returns_nothing(hold: int) -> None:
 
 
 def test_no_other_drive_is_better() -> None:
-    """Random ones by far, and the best with one entry turned round by what that entry gives."""
+    """Random drives are far worse, and reversing one entry of the best drive costs the gain of this entry."""
     env = make_buried_target(deadline=12, loads=4)
     task, random = env.task, np.random.default_rng(1)
     assert all(play(env, OpenLoop(random.choice([-1.0, 1.0], task.drive.shape)))[0] < 0.5 for _ in range(5))
@@ -33,7 +33,7 @@ def test_no_other_drive_is_better() -> None:
         other = task.drive.copy()
         other[row, entry] *= -1.0
         left = 1.0 - 2.0 * abs(task.drive_gains[row, entry]) / task.best_speed
-        # The part of the velocity across the best direction is of second order.
+        # The velocity component across the best direction has a second-order effect.
         assert left * left - 2e-3 <= play(env, OpenLoop(other))[0] <= 1.0 + 2e-3
 
 
@@ -51,7 +51,7 @@ def test_the_response_is_that_of_any_drive() -> None:
 def test_what_acts_too_late_has_no_effect() -> None:
     env = make_buried_target()
     response = target_response(env.component, 4, 24)
-    # P needs 19 us over 0.1 m, nine control steps; the mesh lets a little through before.
+    # P waves need 19 us for 0.1 m, nine control steps; the mesh transmits a little before.
     assert np.abs(response[-6:]).max() < 1e-3 * np.abs(response).max()
     drive, gains = fastest_drive(response)
     assert set(np.unique(drive)) <= {-1.0, 0.0, 1.0} and (drive * gains >= 0.0).all()

@@ -13,10 +13,10 @@ from granular_env.components.grid.theory import LineLoad, rayleigh_speed
 from granular_env.components.profiles import Profile
 from granular_env.components.support.float_arrays import FloatArray
 
-# Places, in units of L = c_s T, T the duration of the load: near the surface, where the Rayleigh wave passes, and inside.
+# Positions in units of L = c_s T, T being the duration of the load: near the surface (Rayleigh wave), and inside.
 RAYLEIGH = [(2.5, 0.1), (1.8, 0.5)]
 BODY = [(1.5, 1.5), (0.5, 2.0)]
-# So long after the Rayleigh wave has passed the first place; no wave comes back from the bottom or the side so soon.
+# Final time, after the Rayleigh wave has passed the first position and before reflections from the bottom or the side.
 TIMES = 3.75
 
 
@@ -27,8 +27,8 @@ def load(time: FloatArray, duration: float) -> FloatArray:
 
 
 def misfits(length: int, places: list[tuple[float, float]], hourglass: float = 1.0) -> list[float]:
-    """Return the relative L2 misfit of the displacement at places, where `length` cells are L."""
-    # Rays from the source to a wall and back to the last place take longer than the run.
+    """Return the relative L2 misfit of the displacement at given positions, with `length` cells per L."""
+    # Rays from the source via a wall to the last position take longer than the run.
     width, depth = round(4.6 * length), round(4.4 * length)
     grid = Grid(
         mesh={"name": "rectangle", "columns": width, "rows": depth, "cell_size": 1.0, "centre": [0.5 * width, -0.5 * depth]},
@@ -38,7 +38,7 @@ def misfits(length: int, places: list[tuple[float, float]], hourglass: float = 1
     duration = length / S_SPEED
     powers = 64.0 * np.array([0, 0, 0, 1, -3, 3, -1]) / duration ** np.arange(7)
     signal = Profile.piecewise([0.0, duration], [powers, [0.0]])
-    # Half of the load: the other half acts on the mirror image.
+    # Half of the load; the other half acts on the mirror image.
     grid.step(0.5, force=signal * np.array([[0.0, -0.5 * SMALL]]))
     every = max(1, length // 20)
     times, seen = [], []
@@ -56,7 +56,7 @@ def misfits(length: int, places: list[tuple[float, float]], hourglass: float = 1
 
 
 def test_waves_of_a_line_load_at_20_cells() -> None:
-    # Second order: four times what is asked of 40 cells.
+    # Second-order: four times the bound for 40 cells.
     assert max(misfits(20, RAYLEIGH)) <= 4 * 0.03
     assert max(misfits(20, BODY)) <= 4 * 0.02
 
@@ -67,7 +67,7 @@ def test_the_order_from_10_to_20_cells() -> None:
 
 
 def test_weak_hourglass_forces_spoil_rayleigh_waves() -> None:
-    """Why the default is the stiffness of full integration."""
+    """The reason for the default, the stiffness of full integration."""
     weak, full = (misfits(20, RAYLEIGH[:1], hourglass=one)[0] for one in (0.05, 1.0))
     assert weak > 2.0 * full
 
@@ -80,7 +80,7 @@ def test_waves_of_a_line_load_at_40_cells() -> None:
     assert all(math.log2(one / other) >= 1.7 for one, other in zip(coarse, fine, strict=True))
 
 
-# -- the exact solution itself ----------------------------------------------------------------------------------------------
+# -- the exact solution -----------------------------------------------------------------------------------------------------
 
 
 def line_load(duration: float = 1.0) -> LineLoad:
@@ -88,7 +88,7 @@ def line_load(duration: float = 1.0) -> LineLoad:
 
 
 def test_the_speed_of_rayleigh_waves() -> None:
-    # Tabulated for nu = 1/4: sqrt(2 - 2 / sqrt 3) of the shear speed.
+    # Tabulated for nu = 1/4: sqrt(2 - 2 / sqrt 3) times the shear speed.
     assert rayleigh_speed(MEDIUM) / S_SPEED == pytest.approx(math.sqrt(2.0 - 2.0 / math.sqrt(3.0)), rel=1e-12)
 
 
@@ -104,7 +104,7 @@ def test_nothing_moves_before_the_first_wave(x: float, z: float) -> None:
 
 
 def test_the_load_gives_its_impulse_to_the_half_space() -> None:
-    """Density times the integral of the displacement, over all that a wave has reached, is the load integrated twice."""
+    """Density times the integral of the displacement over the region behind the wave is the twice-integrated load."""
     exact, reach, step = line_load(0.5), 4.0, 0.1
     time = 2.0
     x, z = np.meshgrid(np.arange(0.5 * step, reach, step), np.arange(0.5 * step, reach, step))
@@ -116,7 +116,7 @@ def test_the_load_gives_its_impulse_to_the_half_space() -> None:
     fine = np.linspace(0.0, time, 4001)
     impulse = np.cumsum(load(fine, 0.5)) * fine[1]
     wanted = float(impulse.sum() * fine[1])
-    # Both sides of x = 0; the midpoint rule costs some per cent near the load, where the displacement is logarithmic.
+    # Both sides of x = 0. The midpoint rule errs by about a percent near the load, where the displacement is logarithmic.
     assert 2.0 * MEDIUM.density * step * step * sum(down) == pytest.approx(wanted, rel=0.01)
 
 

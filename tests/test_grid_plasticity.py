@@ -25,7 +25,7 @@ CONE = {"name": "drucker_prager", "yield_stress": YIELD, "friction": 0.6, "dilat
 
 
 def strained(plasticity: dict, gradient: list[list[float]], ticks: int = 400, material: Material = MEDIUM) -> Grid:
-    """Return one cell whose four nodes are driven to a homogeneous strain, so slowly that inertia plays no part."""
+    """Return one cell whose four nodes are driven quasi-statically to a homogeneous strain."""
     edges = dict.fromkeys(("left", "right"), {"name": "velocity", "along": "nodes"})
     grid = block(1, 1, plasticity=plasticity, boundaries=edges, material=material, step_size=0.01)
     motion = grid.mesh.nodes @ np.array(gradient).T / (ticks * 0.01)
@@ -39,11 +39,11 @@ def invariants(grid: Grid) -> tuple[float, float]:
 
 
 def test_uniaxial_strain_yields_at_the_hugoniot_limit() -> None:
-    """Past sigma = Y (lambda + 2 mu) / 2 mu the deviator stays at 2/3 Y, and only the pressure grows."""
+    """Beyond sigma = Y (lambda + 2 mu) / 2 mu the deviator stays at 2/3 Y, and only the pressure grows."""
     strain = 3.0 * YIELD
     grid = strained(VON_MISES, [[-strain, 0.0], [0.0, 0.0]])
     xx, yy, zz, xy = grid.get("stress")[0]
-    # Of first order in strains of 3e-4.
+    # First-order in strains of 3e-4.
     assert xx == pytest.approx(-(BULK * strain + 2.0 / 3.0 * YIELD), rel=1e-3)
     assert yy == pytest.approx(zz, rel=1e-9) and xy == 0.0
     assert invariants(grid) == (pytest.approx(YIELD, rel=1e-12), pytest.approx(BULK * strain, rel=1e-3))
@@ -57,7 +57,7 @@ def test_uniaxial_strain_yields_at_the_hugoniot_limit() -> None:
 
 @pytest.mark.parametrize("hardening", [0.0, 0.5])
 def test_work_in_simple_shear(hardening: float) -> None:
-    """Elastic until gamma_0 = Y / (sqrt 3 mu); then tau rises with mu H / (3 mu + H), and plastic work is tau gamma_p."""
+    """Elastic up to gamma_0 = Y / (sqrt 3 mu); then tau rises at mu H / (3 mu + H), and plastic work is tau gamma_p."""
     gamma = 5.0 * YIELD
     grid = strained({**VON_MISES, "hardening": hardening}, [[0.0, gamma], [0.0, 0.0]])
     first = YIELD / math.sqrt(3.0) / SHEAR
@@ -89,7 +89,7 @@ def test_stresses_lie_on_the_cone(gradient: list[list[float]]) -> None:
     assert grid.get("plastic_strain")[0] > 0.0
     assert q == pytest.approx(YIELD + 0.6 * p, rel=1e-12)
     assert grid.get("yield_ratio")[0] == pytest.approx(1.0, rel=1e-12)
-    # What is plastic of the volume strain is the dilatancy's part of the plastic strain.
+    # The plastic volume strain is the dilatancy times the plastic strain.
     volume = gradient[0][0] + gradient[1][1]
     assert volume + p / BULK == pytest.approx(0.3 * grid.get("plastic_strain")[0], rel=5e-3, abs=1e-6)
 
@@ -99,7 +99,7 @@ def test_pure_tension_ends_at_the_tip_of_the_cone() -> None:
     q, p = invariants(grid)
     assert q == 0.0 and p == pytest.approx(-YIELD / 0.6, rel=1e-12)
     assert grid.get("yield_ratio")[0] == 1.0
-    # Everything that the tip does not carry has opened: K times that strain times the tip's pressure is the plastic work.
+    # The volume strain that the tip does not carry is plastic; this strain times the tip's pressure is the plastic work.
     opened = 6e-4 + p / BULK
     assert grid.get("plastic_work") == pytest.approx(-p * opened, rel=0.05)
     assert grid.get("plastic_strain")[0] >= opened
@@ -109,7 +109,7 @@ def test_pure_tension_ends_at_the_tip_of_the_cone() -> None:
 @pytest.mark.parametrize("hardening", [0.0, 0.3, 3.0])
 @pytest.mark.parametrize(("q", "p"), [(0.0, -5.0), (0.4, -3.0), (1.5, -4.0)])
 def test_the_tip_moves_with_the_hardening_of_the_step(hardening: float, q: float, p: float) -> None:
-    """e = q / 3 mu + (p_new - p) / K and p_new = -(Y + H e) / a together, solved by bisection."""
+    """Solve e = q / 3 mu + (p_new - p) / K and p_new = -(Y + H e) / a by bisection."""
     bulk, shear, friction, dilatancy = 2.0, 1.0, 0.8, 0.4
     low, high = 0.0, 100.0
     for _ in range(200):
@@ -124,7 +124,7 @@ def test_the_tip_moves_with_the_hardening_of_the_step(hardening: float, q: float
 
 
 class Tresca(NamedTuple):
-    """A law of this test: it yields at a constant equivalent stress and returns to it."""
+    """A test law that yields at a constant equivalent stress and returns to it."""
 
     strength: float
 
@@ -146,7 +146,7 @@ def steps_of_materials(laws, step):
 
 
 def test_a_law_is_a_named_tuple_with_two_functions_and_materials_mix() -> None:
-    """Kernels take each material's own law, and elastic materials keep their trial stress."""
+    """Kernels apply each material's law, and elastic materials keep their trial stress."""
     trial = PlaneTensor(0.0, 0.0, 0.0, 2.0)
     step = CellStep(Moduli(1.0, 1.0), 0.0, 1.0, PlaneTensor(0.0, 0.0, 0.0, 0.0), trial)
     laws = Skipped(Yielding(Tresca(1.0), NoYield()))
@@ -163,10 +163,10 @@ def test_a_law_without_its_functions_is_refused_by_name() -> None:
 
 
 def punch_pressure(columns: int, *settlements: float) -> list[float]:
-    """Return the pressure of a smooth rigid punch over the shear strength, at settlements over its half width.
+    """Return the pressure under a smooth rigid punch, in shear strengths, at settlements in half widths.
 
-    Columns of cells under half of it, in a body of six by four half widths. A strip that moves ends between its last node and
-    the next: the force is divided by the half width and half a cell.
+    There are `columns` columns of cells under half of the punch, in a body of six by four half widths. The moving strip ends
+    between its last node and the next node, so the force is divided by the half width plus half a cell.
     """
     wide, high = 6 * columns, 4 * columns
     nodes = [(float(i), float(j)) for j in range(high + 1) for i in range(wide + 1)]
@@ -185,7 +185,7 @@ def punch_pressure(columns: int, *settlements: float) -> list[float]:
             "punch": {"name": "velocity", "components": "y"}, "left": "symmetry", "right": "symmetry", "bottom": "fixed"
         },
     )  # fmt: skip
-    # An impact of this speed makes a stress of a third of the shear strength.
+    # An impact at this speed causes a stress of a third of the shear strength.
     speed, found = 1e-5, []
     for settlement in settlements:
         ticks = round((settlement * columns / speed - grid.time) / grid.step_size)
@@ -197,26 +197,26 @@ def punch_pressure(columns: int, *settlements: float) -> list[float]:
 
 @pytest.mark.parametrize("columns", [4, pytest.param(12, marks=pytest.mark.slow)])
 def test_a_punch_has_the_limit_load_of_prandtl(columns: int) -> None:
-    """(2 + pi) k, plane strain; with hourglass forces that stay elastic it was 14 % more at first, and rose for ever."""
+    """(2 + pi) k in plane strain. Elastic hourglass forces would give 14 % more at first and grow without limit."""
     first, last = punch_pressure(columns, 1.2e-3, 2.4e-3)
     assert first == pytest.approx(2.0 + math.pi, rel=0.04) and last == pytest.approx(2.0 + math.pi, rel=0.04)
     assert last <= 1.01 * first
 
 
 def test_a_material_without_deviator_yields_too() -> None:
-    """From a hydrostatic start a trial stress past the tip has no deviator at all."""
+    """From a hydrostatic start, a trial stress beyond the tip has no deviator."""
     grid = block(1, 1, plasticity=CONE, step_size=0.01)
     grid.reset(stress=np.full((1, 4), 2.0 * YIELD / 0.6) * [1.0, 1.0, 1.0, 0.0])
     grid.step(grid.step_size)
     q, p = invariants(grid)
     assert q < 1e-3 * YIELD and p == pytest.approx(-YIELD / 0.6, rel=1e-3)
     assert grid.event_count == 1 and grid.get("plastic_work") > 0.0
-    # What is left is the energy of the pressure at the tip.
+    # The remaining energy is that of the pressure at the tip.
     assert grid.get("elastic_energy") == pytest.approx((YIELD / 0.6) ** 2 / (2.0 * BULK), rel=0.01)
 
 
 def test_an_elastic_precursor_runs_ahead_of_a_plastic_wave() -> None:
-    """Beyond yield the precursor stands at the Hugoniot limit and runs with c_p, the rest follows with sqrt(K / rho)."""
+    """The precursor is at the Hugoniot limit and runs at c_p; the plastic wave follows at sqrt(K / rho)."""
     limit = YIELD * (BULK + 4.0 / 3.0 * SHEAR) / (2.0 * SHEAR)
     drive = 4.0 * limit / math.sqrt(BULK + 4.0 / 3.0 * SHEAR)
     grid = bar(400, plasticity=VON_MISES, boundaries={"left": "velocity"}, step_size=0.25)
@@ -224,9 +224,9 @@ def test_an_elastic_precursor_runs_ahead_of_a_plastic_wave() -> None:
     x, stress = grid.mesh.centres[:400, 0], -grid.get("stress")[:400, 0]
     plastic, elastic = math.sqrt(BULK), math.sqrt(BULK + 4.0 / 3.0 * SHEAR)
     between = (x > 1.1 * plastic * 150.0) & (x < 0.93 * elastic * 150.0)
-    # The discontinuities ring in the mesh: means over a plateau.
+    # Discontinuities cause oscillations in the mesh, so compare means over a plateau.
     assert stress[between].mean() == pytest.approx(limit, rel=0.02)
-    # Behind the plastic front: the piston's speed is that of the precursor and of the plastic wave together.
+    # Behind the plastic front, the piston's speed is the sum of the particle velocities of precursor and plastic wave.
     behind = stress[x < 0.7 * plastic * 150.0].mean()
     assert behind == pytest.approx(limit + plastic * (drive - limit / elastic), rel=0.02)
     fronts = [x[stress > level].max() for level in (0.5 * limit, 0.5 * (limit + behind))]

@@ -1,4 +1,4 @@
-"""Measurements on made-up histories whose waves are known, and what each one refuses."""
+"""Measurements on synthetic histories with known waves, and their refusals."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def bell(x: np.ndarray) -> np.ndarray:
 def travelling(
     waves: list[tuple[float, float, float]], grains: int = 40, end: float = 60.0, every: float = 0.15, sense: float = 1.0
 ) -> History:
-    """Bells of (amplitude, speed, delay) that run through unit masses two apart; the contacts are never pressed."""
+    """Return a history of bell-shaped waves (amplitude, speed, delay) in unit masses 2 apart, without contact forces."""
     time = np.arange(0.0, end, every)
     position = SPACING * np.arange(grains)
     start = position if sense > 0.0 else position[::-1]
@@ -37,7 +37,7 @@ def travelling(
 
 
 def still(frames: int = 5, grains: int = 4, **changes: object) -> History:
-    """A history by hand: unit masses and contacts, walls at both ends."""
+    """Return a manual history: unit masses and contacts, walls at both ends."""
     parts: dict[str, object] = {
         "time": np.arange(float(frames)), "velocity": np.zeros((frames, grains)), "mass": np.ones(grains),
         "stiffness": np.ones(grains + 1), "rest_overlap": np.zeros(grains + 1), "position": np.arange(float(grains)),
@@ -51,7 +51,7 @@ def still(frames: int = 5, grains: int = 4, **changes: object) -> History:
 
 @given(height=st.floats(0.1, 10.0), place=st.floats(4.0, 6.0), every=st.floats(0.05, 0.3))
 def test_a_crest_between_the_samples(height: float, place: float, every: float) -> None:
-    """Of exp(-t^2), a pulse as long as a solitary wave is in tau: its error at 0.1 tau a sample stays below 1e-6."""
+    """The crest of exp(-t^2), about as long as a solitary wave in tau, is accurate to 1e-6 at 0.1 tau per sample."""
     time = np.arange(0.0, 10.0, every)
     (crest,) = measurement.crests(time, height * bell(time - place), 0.05)
     bound = 1e-6 * max(1.0, (every / 0.1) ** 7)
@@ -86,7 +86,7 @@ def test_separation_tells_waves_from_ripples() -> None:
         return [crest.end for crest in measurement.crests(time, values, 0.5, separation)]
 
     assert ends(1.0) == [2.0, 4.0, 6.0, 8.0]
-    # Between the first two it falls to 7.9 of 8, before the third to 4 of 6.
+    # The curve falls to 7.9 of 8 between the first two crests, and to 4 of 6 before the third.
     assert ends(0.9) == [4.0, 6.0, 8.0]
     assert ends(0.5) == [6.0, 8.0]
 
@@ -177,7 +177,7 @@ def test_a_front_that_never_comes() -> None:
 
 
 def test_forces_and_energies_of_an_overlap() -> None:
-    """k d^1.5 and 0.4 k d^2.5; grain 1 is moved by 0.09 towards grain 2, with a gap of 0.05 on its left."""
+    """Force k d^1.5 and energy 0.4 k d^2.5; grain 1 is shifted by 0.09 towards grain 2, with a gap of 0.05 on its left."""
     displacement = np.zeros((1, 3))
     displacement[0, 1] = 0.09
     history = still(

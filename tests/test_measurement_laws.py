@@ -1,4 +1,4 @@
-"""Histories of chains with other contact laws: forces and energies are the chain's own, or are refused."""
+"""Histories of chains with other contact laws: forces and energies equal the chain's values, or are refused."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ KEPT = ["velocity", "displacement", "contact_force", "potential_energy"]
 
 
 def recorded(path, name, variables=KEPT, **parameters):
-    """A short run of a pressed chain with walls that one of its grains strikes, as a log."""
+    """Return the log of a short run of a precompressed chain between walls in which one grain starts with a velocity."""
     chain = ge.make("chain", grains=8, precompression=20.0, left="plane", right="plane", **{**LAWS[name], **parameters})
     with ge.record(chain, path, every=1e-6, variables=variables):
         chain.reset(velocity={3: 1.0})
@@ -59,14 +59,14 @@ def test_a_contact_with_a_history_needs_its_recorded_force(tmp_path):
 
 @pytest.mark.parametrize("force", [0.0, 50.0])
 def test_the_rest_state_of_a_plastic_contact_is_its_first_loading(force):
-    """At 50 N these contacts have yielded: the tangent, not Hertz, tells the overlap."""
+    """At 50 N these contacts have yielded, so the overlap follows from the tangent, not from Hertz's law."""
     chain = ge.make("chain", grains=4, law={"name": "elastic_plastic", "yield_pressure": 2e9}, precompression=force)
     frames = measurement.observe(chain, 1e-6, 1e-6)
     assert frames.rest_force[1:-1] == pytest.approx(np.full(3, force), rel=1e-12)
 
 
 def test_energies_above_the_static_state_are_kept():
-    """A pressed chain of cones is struck inside: kinetic energy, and contacts' above the static one, stay what was put in."""
+    """An inner impact in a precompressed chain of cones: kinetic plus excess contact energy equal the initial energy."""
     chain = ge.make("chain", grains=30, precompression=50.0, **LAWS["power"])
     chain.reset(velocity={2: 0.5})
     frames = measurement.observe(chain, 6e-5, 1e-6)
@@ -81,7 +81,7 @@ def test_energies_above_the_static_state_are_kept():
 
 @pytest.mark.parametrize("exponent", [1.5, 2.0, 3.0])
 def test_the_virial_ratio_is_that_of_the_exponent(exponent):
-    """Between walls 2 <Ek> = <sum F d>, so <Ek>/<Ep> = (p + 1)/2; the rest falls with the length of the run."""
+    """Between walls 2 <Ek> = <sum F d>, so <Ek>/<Ep> = (p + 1)/2; the deviation decreases with the length of the run."""
     law = {"name": "power", "exponent": exponent}
     chain = ge.make("chain", grains=3, left="plane", right="plane", law=law, contact_stiffness=1.0, mass=1.0, radius=100.0,
                     velocity_scale=1.0, overlap_limit=10.0, step_size=0.02)  # fmt: skip

@@ -1,7 +1,7 @@
-"""Nesterenko (1983), sections 3.1 to 3.4, measured on the shipped experiments; recomputed figures, the paper's where it agrees.
+"""Nesterenko (1983), sections 3.1 to 3.4, measured on the shipped experiments, against recomputed values.
 
-The reference integrator runs the experiments as they are. Figures are those of the chain itself; where the paper prints others,
-tests/test_chain_paper.py has both.
+The reference integrator runs the experiments unchanged. The values are those of the chain; if the paper prints other values,
+tests/test_chain_paper.py states both.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ EVERY = 5e-7
 
 @cache
 def solitary() -> History:
-    """One grain strikes a chain with m = A = v0 = 1: a single solitary wave, sampled at 0.1 tau."""
+    """Return one grain striking a chain with m = A = v0 = 1: a single solitary wave, sampled at 0.1 tau."""
     chain = unit_chain(200, step_size=0.02)
     chain.reset(velocity={0: 1.0})
     return measurement.observe(chain, 280.0, 0.1)
@@ -71,7 +71,7 @@ def test_energy_in_a_wave_along_the_chain_is_that_which_passes_a_grain() -> None
     assert np.ptp(energy) < 1e-9 and energy[0] == pytest.approx(measurement.energy_of(history, wave), rel=1e-7)
     assert found[0][0].momentum == pytest.approx(measurement.momentum_of(history, wave), rel=1e-7)
     kinetic, potential = (np.array([getattr(w[0], f"{kind}_energy") for w in found]) for kind in ("kinetic", "potential"))
-    # Thirty grains on: the virial theorem's 5/4 for the means, a little more for the mean of the ratio.
+    # After thirty grains the ratio of the means is the virial theorem's 5/4, and the mean of the ratio slightly larger.
     assert kinetic.mean() / potential.mean() == pytest.approx(1.25, abs=1e-4)
     assert (kinetic / potential).mean() == pytest.approx(1.2508, abs=1e-4)
     lowest = min(waves[0].amplitude for waves in found) / wave.amplitude
@@ -79,14 +79,14 @@ def test_energy_in_a_wave_along_the_chain_is_that_which_passes_a_grain() -> None
 
 
 def test_a_wave_on_a_precompressed_chain_carries_its_energy_above_the_static_one() -> None:
-    """What passes grain 40 is what the chain holds between the minima; the waves still overlap there, hence the tolerances."""
+    """The energy that passes grain 40 is the chain's energy between the minima; the tolerances allow for overlapping waves."""
     chain = paper_chain(120, precompression=20.0, step_size=EVERY)
     history = measurement.observe(chain, 4e-4, EVERY, left_force=ge.Profile.half_sine(400.0, 4e-5))
     wave = measurement.waves_at(history, 40, 0.3)[0]
     along = max(measurement.waves_along(history, wave.time, 0.3), key=lambda found: found.amplitude)
     assert measurement.energy_of(history, wave) == pytest.approx(along.energy, rel=1e-3)
     assert measurement.momentum_of(history, wave) == pytest.approx(along.momentum, rel=5e-3)
-    # Less than the push has put in, and most of it.
+    # Most of the work of the force pulse.
     assert 0.7 * chain.get("input_work") < along.energy < chain.get("input_work")
 
 
@@ -123,7 +123,7 @@ def test_a_log_and_a_running_chain_give_the_same(tmp_path: Path, names: list[str
         assert np.array_equal(getattr(logged, name), getattr(live, name)), name
     assert measurement.waves_at(logged, 20, 0.1) == measurement.waves_at(live, 20, 0.1) != []
     assert measurement.energy_ratio(logged, 2e-5) == measurement.energy_ratio(live, 2e-5)
-    # The ledger of the chain says the same of its energies.
+    # The chain's energy balance agrees.
     assert measurement.kinetic_energy(logged) == pytest.approx(kinetic, rel=1e-13)
     assert measurement.potential_energy(logged) == pytest.approx(potential, rel=1e-12, abs=1e-20)
     forces = chain.get("contact_force")
@@ -192,11 +192,11 @@ def test_logs_that_cannot_be_measured(tmp_path: Path) -> None:
         measurement.history(log)
 
 
-# -- chains of unlike grains ---------------------------------------------------------------------------------------------
+# -- chains of unequal grains --------------------------------------------------------------------------------------------
 
 
 def struck_cells(*parts: float) -> measurement.History:
-    """Return the motion of a struck chain of equal cells, whose grains have these parts of a steel grain's mass."""
+    """Return the motion of a struck chain of equal cells; `parts` are the grains' masses in masses of a steel grain."""
     kinds = [ge.Material(density=7800.0 * part, young=2e11, poisson=0.29) for part in parts]
     count = 48
     chain = ge.make("chain", grains=count, radius=3e-3, material=(kinds * count)[:count], velocity_scale=0.2, step_size=1e-7)
@@ -208,7 +208,7 @@ def struck_cells(*parts: float) -> measurement.History:
     "parts", [(1.0, 0.59), (1.0, 0.3428), (1.0, 0.24), (1.0, 0.1548), (1.0, 0.1), (1.0, 1.0, 0.24), (1.0, 0.24, 0.24)]
 )
 def test_the_speed_in_a_chain_of_cells_is_that_of_the_wave_or_not_known(parts: tuple[float, ...]) -> None:
-    """Light grains have several crests in one pulse. Arrivals a cell apart give the speed, crests the same to 1 %."""
+    """Light grains have several crests in one pulse. Speeds from crests agree within 1 % with arrivals one cell apart."""
     history, cell = struck_cells(*parts), len(parts)
     arrivals = measurement.arrivals(history, above=0.01)
     for grain in range(24, 24 + cell):
@@ -221,12 +221,12 @@ def test_the_speed_in_a_chain_of_cells_is_that_of_the_wave_or_not_known(parts: t
             speeds = np.array([wave.speed for wave in waves])
             assert np.all(np.isnan(speeds) | (np.abs(speeds / speed - 1.0) < 0.01))
             assert np.isfinite(speeds).all() or parts[grain % cell] < 1.0 or separation == 1.0
-            # Crests that share a pulse share what it carries: counted for each of them it would be twice the whole.
+            # Crests in the same pulse share its energy and momentum; counting the pulse for each crest would double the sums.
             force, velocity = history.contact_force[:, grain], history.velocity[:, grain]
             work, impulse = (np.trapezoid(force * factor, history.time) for factor in (velocity, 1.0))
             assert sum(measurement.energy_of(history, wave) for wave in waves) < 1.02 * work
             assert sum(measurement.momentum_of(history, wave) for wave in waves) < 1.02 * impulse
             if cell == 2:
-                # Between unlike neighbours too, no wrong speed.
+                # Unequal neighbours must not give a wrong speed either.
                 nearest = np.array([wave.speed for wave in measurement.waves_at(history, grain, 0.03, separation)])
                 assert np.all(np.isnan(nearest) | (np.abs(nearest / speed - 1.0) < 0.02))

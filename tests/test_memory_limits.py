@@ -1,4 +1,4 @@
-"""What does not fit into memory is refused before it is tried, with both numbers; what runs out all the same is told."""
+"""Requests beyond the memory are refused in advance with both sizes; running out of memory later is reported."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def test_a_chain_takes_what_it_was_said_to_take(integrator):
 
 @pytest.mark.parametrize(("fracture", "around"), [("none", 60), ({"name": "principal_stress"}, 62)])
 def test_a_shell_takes_what_it_was_said_to_take(fracture, around):
-    """Each has a mesh of its own: bodies of one mesh share its tables."""
+    """Each body has a separate mesh, because bodies with the same mesh share its tables."""
     kind, given = catalogue.component_class("shell"), {"fracture": fracture, "material": "thermoviscoplastic"}
     kind(**given).step()  # compiled
     tracemalloc.start()
@@ -104,7 +104,7 @@ def test_what_the_system_says_is_understood(tmp_path, monkeypatch):
     (tmp_path / "meminfo").write_text("nothing of the kind\n")
     assert memory_limits.available() == memory_limits.whole_memory()
     monkeypatch.setattr(memory_limits, "whole_memory", lambda: None)
-    memory_limits.refuse_beyond(10**30, "anything")  # nothing is known, so nothing is refused
+    memory_limits.refuse_beyond(10**30, "anything")  # the memory is unknown, so nothing is refused
 
 
 def test_memory_that_runs_out_in_any_command_is_no_traceback(monkeypatch, capsys):

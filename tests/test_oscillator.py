@@ -13,7 +13,7 @@ from granular_env.components.profiles import Profile
 
 
 def error_at_one_period(step_size: float) -> float:
-    """Distance in phase space from cos(omega t), after one period."""
+    """Return the phase-space distance from cos(omega t) after one period."""
     oscillator = Oscillator(mass=1.0, stiffness=4.0 * math.pi**2, step_size=step_size)  # period 1 s
     oscillator.reset(position=1.0)
     oscillator.step(1.0)
@@ -22,7 +22,7 @@ def error_at_one_period(step_size: float) -> float:
 
 def test_it_is_of_second_order() -> None:
     errors = [error_at_one_period(h) for h in (0.01, 0.005, 0.0025)]
-    # Leapfrog's phase runs ahead by (omega h)^2 / 24: 2 pi (2 pi 0.01)^2 / 24 = 1.03e-3 after a period.
+    # Leapfrog's phase leads by a relative (omega h)^2 / 24, i.e. 2 pi (2 pi 0.01)^2 / 24 = 1.03e-3 after a period.
     assert errors[0] == pytest.approx(1.03e-3, rel=0.02)
     for coarse, fine in zip(errors, errors[1:], strict=False):
         assert math.log2(coarse / fine) == pytest.approx(2.0, abs=0.1)
@@ -35,7 +35,7 @@ def test_its_energy_stays_within_the_bound_of_the_integrator() -> None:
     for _ in range(1000):
         oscillator.step(0.1)
         energies.append(oscillator.get("kinetic_energy") + oscillator.get("potential_energy"))
-    # What leapfrog conserves is E - (omega h)^2 m v^2 / 8: E rises by at most (omega h)^2 / 4 of itself, and the rise is seen.
+    # Leapfrog conserves E - (omega h)^2 m v^2 / 8, so E rises by a relative (omega h)^2 / 4 at most; this rise is reached.
     assert max(energies) - 0.5 == pytest.approx(0.5 * 0.1**2 / 4, rel=0.01)
     assert min(energies) == pytest.approx(0.5, rel=1e-4)
 
@@ -62,7 +62,7 @@ def test_a_constant_force_displaces_the_middle_of_the_oscillation() -> None:
 def test_a_profile_ends_where_it_should() -> None:
     body = Oscillator(mass=1.0, stiffness=0.0, step_size=0.01)
     body.step(1.0, force=Profile.triangle(4.0, 0.5))
-    # The midpoint rule is exact for a straight line: half of 4 N x 0.5 s.
+    # The midpoint rule is exact for a linear profile: half of 4 N x 0.5 s.
     assert body.get("velocity") == pytest.approx(1.0, rel=1e-14)
     assert body.get("force") == 0.0
 

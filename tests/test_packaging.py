@@ -18,7 +18,7 @@ DATA = {".py", ".pyi", ".toml", ".csv", ".typed", ".json", ".html", ".css"}
 
 
 def build(kind: str, tree: Path, out: Path) -> Path:
-    """Build by the backend's own hook: no network, no isolated environment."""
+    """Build with the backend's hook, without network and isolated environment."""
     out.mkdir(exist_ok=True)
     hook = f"from setuptools import build_meta; print(build_meta.build_{kind}({str(out)!r}))"
     result = subprocess.run([sys.executable, "-c", hook], cwd=tree, capture_output=True, text=True)
@@ -27,7 +27,7 @@ def build(kind: str, tree: Path, out: Path) -> Path:
 
 
 def python(code: str, *places: Path, cwd: Path) -> str:
-    """Run code in a process that sees the libraries and `places`, and neither the repository nor PYTHONPATH."""
+    """Run code in a process with access to the libraries and `places`, but not to the repository or PYTHONPATH."""
     prelude = f"import sys, site; sys.path[:] = [p for p in sys.path if p != {str(ROOT)!r}]\n"
     prelude += "sys.meta_path[:] = [f for f in sys.meta_path if 'editable' not in getattr(f, '__name__', '').lower()]\n"
     prelude += "[sys.modules.pop(name) for name in list(sys.modules) if name.startswith('__editable__')]\n"
@@ -38,7 +38,7 @@ def python(code: str, *places: Path, cwd: Path) -> str:
 
 
 def expected_files() -> set[str]:
-    """Every module and data file of the package, components by their import path."""
+    """Return all modules and data files of the package, components by their import path."""
     own = {path for path in (ROOT / "granular_env").rglob("*") if "components" not in path.relative_to(ROOT).parts}
     names = {str(path.relative_to(ROOT)) for path in own if path.suffix in DATA}
     names |= {f"granular_env/{path.relative_to(ROOT)}" for path in (ROOT / "components").rglob("*") if path.suffix in DATA}
@@ -69,7 +69,7 @@ def test_the_wheel_holds_every_module_and_data_file(wheel):
 
 def test_the_source_distribution_builds_the_same_wheel(tree, wheel, tmp_path):
     with tarfile.open(build("sdist", tree, tmp_path / "sdist")) as archive:
-        # The filter came with Python 3.11.4; the archive is our own.
+        # The filter exists since Python 3.11.4; the archive is trusted.
         archive.extractall(tmp_path, **({"filter": "data"} if hasattr(tarfile, "data_filter") else {}))
     [source] = tmp_path.glob("granular_env-*")
     again = build("wheel", source, tmp_path / "again")
@@ -109,5 +109,5 @@ def test_every_direct_dependency_is_pinned_without_an_address():
     pins = [line for line in (ROOT / "constraints.txt").read_text().splitlines() if not line.startswith("#")]
     pinned = {line.partition("==")[0].lower().replace("_", "-") for line in pins}
     names = {line.split(">")[0].split("[")[0] for line in wanted} - {"granular-env"}
-    assert names - pinned == {"setuptools"}  # a build tool, whose newest version is right
+    assert names - pinned == {"setuptools"}  # a build tool that is not pinned
     assert not [line for line in pins if "/" in line or "@" in line or "==" not in line]

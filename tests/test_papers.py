@@ -1,4 +1,4 @@
-"""The scripts of the papers give the numbers that they are known to give; verdicts follow from the numbers."""
+"""The scripts of the papers give their known numbers, and the verdicts follow from the numbers."""
 
 import sys
 from pathlib import Path
@@ -11,7 +11,7 @@ sys.path.insert(0, str(PAPERS))
 import collect  # noqa: E402
 from pages import Page, Row, compute  # noqa: E402
 
-# Scripts that take more than some seconds: many draws, half-spaces, notched tubes.
+# Scripts that take more than a few seconds: many samples, half-spaces, notched tubes.
 SLOW = {
     "figure_7.py", "section_35_piston.py", "figure_8.py", "waves.py", "rayleigh.py", "exact_solution.py", "figure_2.py",
     "figures_4_and_5.py", "outcomes.py", "criterion.py", "coupling.py", "pressures.py", "gato_shie_2010/figure_3.py",

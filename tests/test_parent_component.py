@@ -1,4 +1,4 @@
-"""A component that owns the memory of another, whose state grows: one state, one snapshot, one undo."""
+"""A component that contains another with a growing state: one state, one snapshot, one undo."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from granular_env.components.variables import Variable
 
 @pytest.mark.parametrize("label", ["coupled", "tube"])
 def test_a_part_is_not_changed_beside_its_whole(label: str) -> None:
-    """A copy of the part can be; and the whole goes on as if nothing had been asked of it."""
+    """A copy of the part can be restored, and the refusal does not affect the parent."""
     whole: Any = of_component(label)[0].started()
     part: Component = whole.grid if label == "coupled" else whole.gas
     saved = part.save()
@@ -44,11 +44,11 @@ def test_a_part_is_not_changed_beside_its_whole(label: str) -> None:
     whole.reset()
 
 
-# -- a part of any component -----------------------------------------------------------------------------------------------
+# -- any component as a part -----------------------------------------------------------------------------------------------
 
 
 class Half(Component):
-    """A component whose only part makes two steps in one of its own."""
+    """A component with a single part that makes two steps per step."""
 
     name = "half"
     Parameters = Parameters

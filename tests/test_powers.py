@@ -1,4 +1,4 @@
-"""x^p and e^x without pow and exp: right to about an ulp, and the same bits compiled and not."""
+"""x^p and e^x without pow and exp: accurate to about an ulp, and bitwise equal with and without compilation."""
 
 from __future__ import annotations
 

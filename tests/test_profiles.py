@@ -1,4 +1,4 @@
-"""Input signals: what each shape is, how it is brought onto ticks, what is refused."""
+"""Input signals: shapes, conversion to ticks, refusals."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from granular_env.components.oscillator import Oscillator
 from granular_env.components.profiles import CompiledProfile, Profile
 
 H = 0.01
-# Each tick's value is reached in seconds and in ticks by the same polynomial: rounding of a few operations.
+# The same polynomial, in seconds and in ticks, gives each tick's value; the difference is the rounding of a few operations.
 ROUNDING = 1e-12
 
 
@@ -45,7 +45,7 @@ def test_half_sine_is_as_exact_as_it_says() -> None:
     profile = Profile.half_sine(3.0, 2.0, start=0.5)
     times = np.linspace(0.0, 2.0, 20001)[:-1]
     errors = [abs(profile(0.5 + t) - 3.0 * math.sin(math.pi * t / 2.0)) / 3.0 for t in times]
-    # The cut-off Taylor term pi^25 / 25! = 1.7e-13, and rounding; it is reached, so the stated figure is not idle.
+    # The first neglected Taylor term, pi^25 / 25! = 1.7e-13, plus rounding. The lower bound shows that it is reached.
     assert 1e-13 < max(errors) <= 1.8e-13  # the series is cut at pi^25 / 25!
     assert profile(0.4) == profile(2.5) == profile(9.0) == 0.0
 
@@ -84,16 +84,16 @@ shapes = st.one_of(
 @given(st.lists(shapes, min_size=1, max_size=4), st.floats(0.0, 20.0))
 def test_a_sum_is_the_sum(profiles: list[Profile], time: float) -> None:
     starts = np.concatenate([profile.starts for profile in profiles])
-    # Breakpoints that rounding alone tells apart are one.
+    # Breakpoints that differ only by rounding count as one.
     assume(not ((starts != time) & (np.abs(starts - time) <= 1e-13 * np.abs(starts).max())).any())
     expected = sum(profile(time) for profile in profiles)
-    # Re-centring a half-sine's 24 coefficients inside its span costs rounding of at most their largest term,
-    # pi^3 / 3! = 5.2 of the peak, 24 times 1.1e-16 each, on each side: 3e-14 of the sum of peaks (1e3 each).
+    # Re-centring a half-sine's 24 coefficients inside its span costs rounding of at most their largest term, pi^3 / 3! = 5.2
+    # peaks, times 24 times 1.1e-16 on each side: 3e-14 of the sum of peaks (1e3 each).
     assert Profile.total(profiles)(time) == pytest.approx(expected, abs=1e-10)
 
 
 def recentred(profile: Profile, time: float) -> list[float]:
-    """Coefficients about a time, by synthetic division of floats."""
+    """Return coefficients about a time, by synthetic division of floats."""
     piece = int(np.searchsorted(profile.starts, time, side="right")) - 1
     if piece < 0:
         return [0.0]
@@ -122,10 +122,10 @@ def test_a_sum_adds_recentred_polynomials_bit_for_bit() -> None:
 
 
 def test_a_sum_of_many_takes_work_in_proportion_and_has_no_slivers() -> None:
-    # k * 1e-5 + 1e-5 and (k + 1) * 1e-5 are the same instant, and differ in the last bit for some k.
+    # k * 1e-5 + 1e-5 and (k + 1) * 1e-5 are the same time but differ in the last bit for some k.
     parts = [Profile.half_sine(1.0, 1e-5, k * 1e-5) for k in range(3000)]
     total = Profile.total(parts)
-    # Adding them one by one takes a hundred times as much for ten times as many.
+    # Adding profiles one by one would take a hundred times the work for ten times the number.
     few, many = (count_calls(lambda count=count: Profile.total(parts[:count])) for count in (300, 3000))
     assert many < 15 * few
     assert len(total.starts) == 3001
@@ -161,7 +161,7 @@ def test_breakpoints_on_ticks_are_kept_without_a_warning(profile: Profile) -> No
     )
     for part in (0.0, 0.25, 0.5):
         expected = [profile((tick + part + 1e-13) * H) for tick in range(30)]
-        # 1e-13 of a tick puts times on the right side of a breakpoint; slopes are at most 3 per 5 ticks.
+        # A shift of 1e-13 ticks puts times on the right side of a breakpoint; slopes are at most 3 per 5 ticks.
         assert sampled(compiled, 30, part) == pytest.approx(expected, abs=ROUNDING)
 
 
@@ -200,13 +200,13 @@ def test_breakpoints_between_ticks_keep_the_impulse_of_every_tick_and_the_range(
         compiled = profile.compile(step_size)
     ticks = round(1.1e-4 / step_size)
     exact = [float(integral(profile, tick * step_size, (tick + 1) * step_size)) for tick in range(ticks)]
-    # Times divided by the step are rounded to 1e-16 of at most 150 ticks, at each of at most two jumps in a tick.
+    # Times in ticks are rounded to 1e-16 of at most 150 ticks, at each of at most two jumps per tick.
     scale = np.abs(exact).max()
     np.testing.assert_allclose(step_size * compiled.mean_factors(0, ticks), exact, rtol=0.0, atol=1e-13 * scale)
     edges = [float(value) for time in profile.starts for value in (profile(time), profile(math.nextafter(time, -1.0)))]
     low, high = min(0.0, *edges), max(0.0, *edges, 100.0 * ("half" in profile.description))
     values = [compiled.value(tick, part) for tick in range(ticks) for part in (0.0, 0.25, 0.5, 0.75, 1.0 - 1e-9)]
-    # A half sine is cut off at 1.8e-13 of its peak.
+    # The truncation error of a half sine is 1.8e-13 of its peak.
     assert low - 1e-12 * (high - low) <= min(values) and max(values) <= high + 1e-12 * (high - low)
 
 
@@ -254,7 +254,7 @@ def test_a_free_body_gains_the_impulse_of_its_half_sine(name: str, ticks: float)
         warnings.simplefilter("ignore", GranularWarning)
         body.step(24 * h, force=Profile.half_sine(1e-3, ticks * h, start=2 * h) * pattern)
     impulse = body.get("velocity") if name == "oscillator" else body.get("momentum")[:2]
-    # Some hundred additions, each rounded to 1e-16 of the largest momentum of a part.
+    # About a hundred additions, each rounded to 1e-16 of the largest momentum of a part.
     assert np.linalg.norm(impulse) == pytest.approx(2e-3 / math.pi * ticks * h, rel=1e-12)
 
 

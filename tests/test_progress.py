@@ -9,7 +9,7 @@ from support.terminal_tools import ROOT, run_in_terminal, seen_lines
 
 HOSTILE = "x[/b] [m/s] \x1b[2Jgone \x9b31m \u202e"
 
-# Half of the work is done at once, then the bar is watched for a moment.
+# Half of the work is done immediately, then the bar is observed for a moment.
 SCRIPT = """
 import sys, time
 from granular_env.progress import progress_bar

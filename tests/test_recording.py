@@ -1,4 +1,4 @@
-"""Logs: what goes in comes out, bit for bit; a log is a program that can be re-run and branched."""
+"""Logs: bitwise round trips, replay and branches."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def test_default_frames_thin_out_and_are_the_same_each_time(tmp_path: Path) -> N
         assert set(log.variables) >= {"position", "velocity", "kinetic_energy", "momentum_residual"}
     assert np.array_equal(*ticks)
     gaps = np.diff(ticks[0])
-    # Every tick up to 128, every second up to 256, every fourth up to the end at 260.
+    # Every tick up to 128, every second tick up to 256, every fourth tick up to the end at 260.
     assert [int((gaps == gap).sum()) for gap in (1, 2, 4)] == [128, 64, 1] and len(gaps) == 193 and (np.diff(gaps) >= 0).all()
 
 
@@ -112,14 +112,14 @@ def test_a_log_verifies(make_log, tmp_path: Path) -> None:  # noqa: ANN001
     seen = []
     result = verify(log, progress=seen.append)
     assert result.identical and result and result.calls == log.calls and result.ticks == log.end_tick
-    # An instant is one frame, however many variables are recorded.
+    # A time counts as one frame for any number of recorded variables.
     assert result.frames == len(np.unique(log.ticks(next(iter(log.variables)))))
     assert result.hashes >= 1 and result.snapshots >= 2
     assert "identical" in result.message and seen and 0.0 < max(seen) <= 1.0
 
 
 def record_a_failure(component: Component, path: Path, left_force: float | Profile) -> None:
-    """100 internal steps, a step that the force makes fail, and 50 more."""
+    """100 internal steps, a step that fails because of the force, and 50 more steps."""
     h = component.step_size
     with record(component, path, every=h):
         component.reset(velocity={0: 1.0})
@@ -153,13 +153,13 @@ def test_parts_of_a_long_step_that_were_written_are_a_segment_of_their_own_if_it
     first, second = log.segments
     assert first.start == 0 and first.end > 100 and (second.start, second.end) == (100, 150)
     (incident,) = log.incidents
-    # What had been written of the step, and then undone.
+    # The part of the step that was written and then undone.
     assert incident["incident"] == "failed" and incident["undone_ticks"] == first.end - 100
     assert verify(log).identical
 
 
 def test_a_long_step_is_written_while_it_lasts(tmp_path: Path, monkeypatch) -> None:  # noqa: ANN001
-    """The same bits as unrecorded, and every frame."""
+    """Bitwise identical to an unrecorded run, with all frames."""
     monkeypatch.setattr("granular_env.recording.recorder._WAKE_BYTES", 0)
     component = catalogue.make("chain", **CHAIN)
     h = component.step_size
@@ -194,7 +194,7 @@ def test_one_changed_input_bit_is_caught_at_its_step(tmp_path: Path) -> None:
     rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", _one_input_bit(7))
     result = verify(tmp_path / "b.mcap")
     assert not result.identical and result.variable == "left_force"
-    # Step 7 goes from tick 21 to 24; with a hash at every tick the first tick shows it.
+    # Step 7 runs from tick 21 to 24; with a hash at every tick, the first tick shows the change.
     assert result.interval == pytest.approx((21 * component.step_size, 22 * component.step_size))
     assert result.variable in result.message
 

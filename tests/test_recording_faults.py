@@ -1,4 +1,4 @@
-"""Kills, full disks, damaged and hostile files: an error that says so, or exactly the values that were written."""
+"""Kills, full disks, damaged and hostile files: an explicit error, or exactly the written values."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from granular_env.recording import open_log, record, recover, verify
 from granular_env.recording.index import FIRST, SEGMENT
 from granular_env.recording.records import SNAPSHOTS
 
-# What a killed process may lose [s]. Counted in the time that the process has been running, which is that of the clock on
-# the wall unless a busy machine makes it wait: then it neither steps nor writes.
+# Largest loss of a killed process [s], in running time of the process. Running time is wall time except while the process
+# waits on a busy machine, when it neither steps nor writes.
 _LOST_SECONDS = 0.1
 
 
 def _kill(path: Path, after: float, idle_at: int = -1) -> list[tuple[int, float]]:
-    """Record in a process, kill it -9 some time after it is ready; the ticks that it told, each with its age at the end [s]."""
+    """Record in a process and kill it with SIGKILL after a time; return the reported ticks with their ages at the end [s]."""
     told = path.with_suffix(".told")
     told.write_text("")
     process = forkserver.Process(target=record_for_ever, args=(path, told, idle_at))
@@ -40,7 +40,7 @@ def _kill(path: Path, after: float, idle_at: int = -1) -> list[tuple[int, float]
     time.sleep(after)
     process.kill()
     process.join()
-    # A last line that the kill cut off is left out.
+    # Omit a last line that the kill truncated.
     lines = [line.split() for line in told.read_text().splitlines(keepends=True)[1:] if line.endswith("\n")]
     return [(int(tick), float(lines[-1][1]) - float(ran)) for tick, ran in lines]
 
@@ -105,7 +105,7 @@ except ge.LogError:
 
 
 def test_a_full_disk_is_reported_and_the_state_kept(tmp_path: Path) -> None:
-    """A limit on the size of files is the disk."""
+    """A limit on the file size simulates a full disk."""
     path = tmp_path / "full.mcap"
     done = subprocess.run([sys.executable, "-c", _FULL_DISK, str(path)], capture_output=True, text=True, timeout=120)
     told, after, again = done.stdout.splitlines()
@@ -143,7 +143,7 @@ def test_a_disk_that_fails_at_the_end_of_a_log(tmp_path: Path, monkeypatch: pyte
     ],
 )
 def test_caps_go_with_the_memory(monkeypatch: pytest.MonkeyPatch, gigabytes: int, grains: float, fits: bool) -> None:
-    """A log that a machine could record is not refused by it for its size."""
+    """A machine does not refuse a log because of its size if it could have recorded the log."""
     from granular_env.components.chain.component import Chain
     from granular_env.recording import container, rerun
     from granular_env.recording.rerun import check_parameters
@@ -167,7 +167,7 @@ def test_caps_go_with_the_memory(monkeypatch: pytest.MonkeyPatch, gigabytes: int
 
 
 def _everything(path: Path) -> dict[str, Any]:
-    """All that a log gives, as bytes; frames by tick, so that the front of a log can be compared with the whole."""
+    """Return all contents of a log as bytes, with frames by tick, to compare the beginning of a log with the whole."""
     with open_log(path) as log:
         found: dict[str, Any] = {"header": (log.step_size, log.identity)}
         for name in log.variables:
@@ -187,7 +187,7 @@ def _everything(path: Path) -> dict[str, Any]:
 
 
 def _fuzz(folder: Path, count: int, seed: int) -> int:
-    """How many of the damaged logs were refused; the others must give the original values and nothing else."""
+    """Return the number of refused damaged logs; the others must give only original values."""
     oscillator_log(folder / "a.mcap", every=0.1)
     chain_log(folder / "b.mcap", every=6e-7)
     chance = random.Random(seed)
@@ -237,7 +237,7 @@ def test_files_that_are_no_logs(tmp_path: Path, content: bytes) -> None:
 
 
 def test_a_bomb_is_not_unfolded(tmp_path: Path) -> None:
-    """A chunk that says it is small and unfolds to 512 MB, and one that says it is huge."""
+    """A chunk declared as small that expands to 512 MB, and a chunk declared as huge."""
     import lz4.frame
 
     bomb = lz4.frame.compress(bytes(512 << 20))

@@ -1,4 +1,4 @@
-"""The file of a log: how large it becomes, who may write it, what it may replace, and when it is closed."""
+"""The file of a log: size, exclusive writing, replacement of files, and closing."""
 
 from __future__ import annotations
 
@@ -144,7 +144,7 @@ def test_an_older_log_stays_until_the_new_one_holds_a_step(tmp_path: Path) -> No
 
 
 def test_an_older_log_is_kept_where_the_new_one_cannot_be_written(tmp_path: Path) -> None:
-    """The disk is full before the first step: a limit on the size of files."""
+    """A limit on the file size simulates a disk that is full before the first step."""
     chain_log(tmp_path / "a.mcap")
     before = (tmp_path / "a.mcap").read_bytes()
     script = (
@@ -196,7 +196,7 @@ def test_nothing_recovered_is_told_by_the_exit_status(tmp_path: Path, capsys: py
     assert "nothing was recovered but the start" in capsys.readouterr().out
 
 
-# -- work without end --------------------------------------------------------------------------------------------------
+# -- limits on work ----------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("command", [["replay"], ["branch", "--at", "0", "--log", "out.mcap"]])

@@ -1,4 +1,4 @@
-"""Damaged and lying logs of a component in the plane: array inputs, events and a state that grows."""
+"""Damaged and inconsistent logs of a component in the plane: array inputs, events and a growing state."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ APART = np.array([[-1.0, 0.5], [0.0, 0.0], [0.0, 0.0], [1.0, -0.5]])
 
 
 def torn_log(path: Path) -> Path:
-    """Discs that are torn apart by an array profile and by arrays, with a reset, snapshots, and events in each part."""
+    """Record discs torn apart by an array profile and by arrays, with a reset, snapshots, and events in each part."""
     discs = ge.make("discs", rows=2, columns=2, clearance=0.01, breaking_strain=0.003, step_size=1e-4)
     with ge.record(discs, path, every=1e-3, hash_every=7, snapshot_every=2e-3):
         discs.step(3e-3, force=ge.Profile.half_sine(2.0, 3e-3) * APART)
@@ -42,7 +42,7 @@ def logs(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, bytes]:
 
 
 def write_lying(source: Path, out: Path, chance: random.Random) -> None:
-    """The log with one record that lies, every checksum, size and index made right again."""
+    """Write the log with one false record, and with valid checksums, sizes and index."""
     victim, number = chance.randrange(24), 0
 
     def change(record: Record) -> Record:
@@ -56,7 +56,7 @@ def write_lying(source: Path, out: Path, chance: random.Random) -> None:
 def try_lies(
     logs: tuple[Path, bytes], folder: Path, seed: int, cases: int, actions: dict[str, Any] = ACTIONS
 ) -> tuple[int, int]:
-    """How many of so many cases could be written, and how many were refused by one of two actions at least."""
+    """Return the number of cases that could be written, and the number refused by at least one of two actions."""
     source, other = logs
     chance, written, refused = random.Random(seed), 0, 0
     for case in range(cases):
@@ -66,7 +66,7 @@ def try_lies(
             try:
                 write_lying(source, folder / "b.mcap", chance)
             except (GranularError, KeyError, ValueError, TypeError, AttributeError, OverflowError):
-                continue  # the tests' own writer cannot write this lie
+                continue  # the tests' writer cannot write this change
         written += 1
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")

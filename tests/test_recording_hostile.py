@@ -1,4 +1,4 @@
-"""Logs made to fill the memory, to run without end, or to bring the reader out of its own errors: refused, and cheaply."""
+"""Logs designed to fill the memory, run endlessly, or cause errors other than GranularError are refused cheaply."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from granular_env.recording.records import FRAMES, HEADER, PROFILE, STEPS, Recor
 
 
 def _measured(act: Callable[[], object]) -> tuple[int, int]:
-    """Peak of the memory [bytes], and how many functions are called, until a refusal."""
+    """Return the peak memory [bytes] and the number of function calls until a refusal."""
 
     def refuse() -> None:
         with pytest.raises(LogError):
@@ -40,7 +40,7 @@ def _measured(act: Callable[[], object]) -> tuple[int, int]:
 
 
 def _bomb(path: Path, profile: str, content: bytes) -> int:
-    """A file of one chunk that unfolds to `content`; its size."""
+    """Write a file with one chunk that expands to `content`; return its size."""
     with path.open("wb") as file:
         Writer(file).start(profile, "")
         head = struct.pack("<QQQI", 0, 0, len(content), zlib.crc32(content)) + struct.pack("<I", 3) + b"lz4"
@@ -58,12 +58,12 @@ def _empty_messages(number: int) -> bytes:
 
 @pytest.mark.parametrize("act", [open_log, verify, lambda path: recover(path, path.with_suffix(".out"))])
 def test_a_chunk_full_of_empty_messages_is_refused_cheaply(tmp_path: Path, act: Callable[[Path], object]) -> None:
-    """It unfolds two hundredfold; each message would become an object, which takes ten times as much once more."""
+    """The chunk expands two hundredfold; objects for all messages would take another factor of ten."""
     content = _empty_messages(600_000)
     size = _bomb(tmp_path / "a.mcap", PROFILE, content)
     peak, calls = _measured(lambda: act(tmp_path / "a.mcap"))
     assert size < len(content) / 100
-    # Each message that is read takes three.
+    # Each message that is read takes three calls.
     assert peak < 2 * len(content) + (8 << 20) and calls < 600_000
 
 
@@ -75,7 +75,7 @@ def test_another_programs_file_is_refused_before_it_is_unpacked(tmp_path: Path) 
 
 
 def test_a_long_text_in_a_record_is_not_parsed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """JSON of 1.5 MB that a file of 20 kB unfolds to would take forty times as much once it is parsed."""
+    """A file of 20 kB expands to 1.5 MB of JSON, which would take forty times as much memory after parsing."""
     from granular_env.recording import container
 
     oscillator_log(tmp_path / "a.mcap")
@@ -91,7 +91,7 @@ def test_a_long_text_in_a_record_is_not_parsed(tmp_path: Path, monkeypatch: pyte
     assert len(open_log(tmp_path / "b.mcap", allow_large=True).metadata["experiment"]) == 500_000
 
 
-# -- an index that lies, and other contents with every checksum right --------------------------------------------------
+# -- a false index, and other false contents with valid checksums ------------------------------------------------------
 
 
 def _with_index(tmp_path: Path, change: Callable[[np.ndarray], np.ndarray]) -> Path:
@@ -110,7 +110,7 @@ def _set(column: int, row: int, value: int) -> Callable[[np.ndarray], np.ndarray
 
 
 def _all_counts(rows: np.ndarray) -> np.ndarray:
-    """Their sum wraps to a small number."""
+    """The sum of the sizes overflows to a small number."""
     frames = rows[:, KIND] == FRAMES
     rows[frames, COUNT] = 2**62
     return rows

@@ -1,4 +1,4 @@
-"""Logs of a component in a plane: array inputs, vectors in balances, events, links, a state that grows."""
+"""Logs of a component in a plane: array inputs, vectors in balances, events, links, a growing state."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from granular_env.recording.records import EVENTS, HEADER, STEPS, Record
 
 
 def torn_log(path: Path, ticks: int = 120, **options: object) -> Component:
-    """Numbers, arrays and profiles with patterns; the component as it is at the end."""
+    """Record a run with numbers, arrays and profiles with patterns as inputs; return the component."""
     component = DISCS.make()
     with record(component, path, **options):  # type: ignore[arg-type]
         component.reset(**DISCS.start)
@@ -113,11 +113,11 @@ def test_a_branch_with_unchanged_inputs_has_the_parents_bits(tmp_path: Path, at:
     assert verify(tmp_path / "b.mcap").identical
 
 
-# -- what is changed is named -------------------------------------------------------------------------------------------
+# -- changes are named --------------------------------------------------------------------------------------------------
 
 
 def flipped(array: np.ndarray, place: int) -> np.ndarray:
-    """The array with one bit changed."""
+    """Return the array with one bit changed."""
     other = array.copy()
     other.view(np.int64).reshape(-1)[place] ^= 1
     return other
@@ -144,7 +144,7 @@ def test_one_changed_bit_of_an_event_is_noticed(tmp_path: Path) -> None:
     assert result.variable == "events" and not result.identical
 
 
-# -- what people see ----------------------------------------------------------------------------------------------------
+# -- display ------------------------------------------------------------------------------------------------------------
 
 
 def test_links_are_logged_and_drawn(tmp_path: Path) -> None:
@@ -186,7 +186,7 @@ def test_arrays_of_another_form_are_refused(tmp_path: Path, kind: int, name: str
 
 
 def test_a_profile_times_an_array_and_a_number(tmp_path: Path) -> None:
-    """The same force as a pattern times a profile, and as an array at each step, differ by rounding only."""
+    """A force as a pattern times a profile, and as an array at each step, differ only by rounding."""
     shaped, stepped = DISCS.started(), DISCS.started()
     signal = Profile.table([0.0, 0.2, 1.0], [0.0, 1.0, 0.0])
     shaped.step(50 * shaped.step_size, force=TEAR * signal)

@@ -1,4 +1,4 @@
-"""What would be computed wrongly, or not as it was meant, is refused by name: where, what came, what was expected."""
+"""Input that would be computed wrongly or ambiguously is refused: the message states location, received and expected."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Constants, rewards, goals, gradients and drives do not depend on the instructions that libraries find."""
+"""Constants, rewards, goals, gradients and drives do not depend on the instruction sets used by libraries."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ print(found)
 @pytest.mark.slow  # it compiles an environment without them
 @pytest.mark.skipif(not FEATURES, reason="this CPU has nothing that numpy's baseline does not use")
 def test_without_the_newer_instructions_environments_are_the_same() -> None:
-    """numpy's vector paths, the C library's and those of BLAS as they are, and as on the oldest x86-64."""
+    """The vector paths of NumPy, the C library and BLAS: as available, and as on the oldest x86-64."""
     oldest = {
         "NPY_DISABLE_CPU_FEATURES": " ".join(FEATURES), "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4,-AVX512F",
         "OPENBLAS_CORETYPE": "Prescott",

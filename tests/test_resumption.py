@@ -1,4 +1,4 @@
-"""Runs that were killed or interrupted go on from their logs, bit for bit, to the same end as runs that were not."""
+"""Killed or interrupted runs resume from their logs and are bitwise identical to uninterrupted runs."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from granular_env.recording.records import SNAPSHOTS, Record
 from granular_env.recording.recovery import continuation_of
 from granular_env.run_loop import RunResult, run
 
-# Each breaks, flows or is driven by a profile; snapshots lie so close that several are passed.
+# Each run breaks, flows or is driven by a profile; snapshots are so close that a run passes several.
 RUNS: dict[str, tuple[str, dict[str, Any]]] = {
     "chain": (
         "nesterenko-1983/3.3-triangle-100us",
@@ -46,12 +46,12 @@ SWING = {
     "input": {"force": {"profile": "triangle", "peak": 1.0, "duration": 0.5}},
     "record": {"every": 0.1, "variables": ["position"], "snapshot_every": 1.0},
 }
-# So long does each step of a run last [s].
+# Duration of each step of a run [s].
 PAUSE = 4e-4
 
 
 class Slow:
-    """An observer that lets time pass, so that the log is written in many parts."""
+    """An observer that waits, so that the log is written in many parts."""
 
     next_tick = 2**62
 
@@ -76,7 +76,7 @@ class Slow:
 
 @pytest.fixture(autouse=True)
 def in_small_parts(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Steps are short, and what they did is written at once."""
+    """Make the steps short, and write their results immediately."""
     monkeypatch.setattr(run_loop, "_PIECE_SECONDS", 2e-4)
     monkeypatch.setattr(recorder, "_WRITE_SECONDS", 1e-3)
 
@@ -88,7 +88,7 @@ def run_slowly(name: str, log: Path, seconds: float = PAUSE) -> RunResult:
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """Logs of runs that nothing interrupted, made when they are asked for."""
+    """Return the logs of uninterrupted runs, created on demand."""
     folder = tmp_path_factory.mktemp("whole")
 
     class Logs(dict[str, Path]):
@@ -102,14 +102,14 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 
 
 def assert_same(path: Path, other: Path) -> None:
-    """A log that was gone on with holds the same history as another."""
+    """Assert that a resumed log has the same history as another log."""
     assert_same_history(path, other)
     with open_log(path) as log:
         assert log.incidents[-1]["incident"] == "resumed"
 
 
 def assert_same_history(path: Path, other: Path) -> None:
-    """Two logs hold the same frames, events, snapshots at the same ticks, the state at the end, the report."""
+    """Assert that two logs have equal frames, events, snapshot ticks, final states and reports."""
     with open_log(path) as mine, open_log(other) as theirs:
         assert mine.complete and mine.end_tick == theirs.end_tick
         for name in theirs.variables:
@@ -124,7 +124,7 @@ def assert_same_history(path: Path, other: Path) -> None:
 
 
 def assert_made_whole(path: Path, other: Path) -> None:
-    """A run that came to its end but for the index of its log: recovering it is enough."""
+    """Assert that recovery suffices for a run that lacks only the index of its log."""
     again = path.with_name("whole-again.mcap")
     recover(path, again, overwrite=True).close()
     with open_log(again) as mine, open_log(other) as theirs:
@@ -138,12 +138,12 @@ def _end_state(log: Log) -> bytes:
     return log.snapshot(segment, segment.end).to_bytes()
 
 
-# -- killed -----------------------------------------------------------------------------------------------------------------
+# -- kills ------------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", RUNS)
 def test_a_log_that_ends_anywhere(name: str, whole: dict[str, Path], tmp_path: Path) -> None:
-    """A kill leaves the first bytes of the file. In a log of its own, or in that very one."""
+    """A kill leaves the first bytes of the file; the run resumes in a separate log or in the same file."""
     data, chance, resumed = whole[name].read_bytes(), random.Random(name), 0
     with open_log(whole[name]) as log:
         assert log.calls > 10
@@ -164,9 +164,9 @@ def test_a_log_that_ends_anywhere(name: str, whole: dict[str, Path], tmp_path: P
 
 @pytest.mark.parametrize("name", RUNS)
 def test_killed_by_the_system(name: str, whole: dict[str, Path], tmp_path: Path) -> None:
-    """SIGKILL at a random moment, and once more while it is resumed."""
+    """SIGKILL at a random time, and again during the resumption."""
     path, chance = tmp_path / "killed.mcap", random.Random(name)
-    assert whole[name].exists()  # and all is compiled
+    assert whole[name].exists()  # compiles all kernels
     _kill(path, chance.uniform(0.05, 0.4), run_slowly, name, path, 2e-2)
     with open_log(path) as log:
         assert not log.complete and log.end_tick > 0
@@ -179,7 +179,7 @@ def test_killed_by_the_system(name: str, whole: dict[str, Path], tmp_path: Path)
 
 
 def _kill(path: Path, after: float, call: Any, *arguments: Any) -> None:
-    """Call a function in a process of its own, and kill that process some time after the log holds steps."""
+    """Call a function in a separate process, and kill this process some time after the log contains steps."""
     process = multiprocessing.get_context("fork").Process(target=call, args=arguments)
     process.start()
     deadline = time.monotonic() + 60.0
@@ -199,7 +199,7 @@ def _holds_steps(path: Path) -> bool:
 
 
 def test_of_a_run_that_came_to_its_end_only_the_file_is_mended(whole: dict[str, Path], tmp_path: Path) -> None:
-    """Killed while the index was written."""
+    """The run is killed while the index is written."""
     path = tmp_path / "killed.mcap"
     path.write_bytes(whole["discs"].read_bytes()[:-8])
     with pytest.raises(
@@ -210,7 +210,7 @@ def test_of_a_run_that_came_to_its_end_only_the_file_is_mended(whole: dict[str, 
 
 
 def test_a_run_of_costly_ticks_goes_on_from_nearby(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """As if a tick of this body were as much work as one of a large shell: snapshots are 20 ticks apart, then a sixteenth."""
+    """Simulate the cost per tick of a large shell: snapshots are 20 ticks apart, later a sixteenth of the run."""
     monkeypatch.setattr(schedule, "_SNAPSHOT_WORK", 120)
     monkeypatch.setattr(schedule, "_SNAPSHOT_STEPS", 20)
     experiment = {**SWING, "record": {"every": 0.1, "variables": ["position"]}}
@@ -225,7 +225,7 @@ def test_a_run_of_costly_ticks_goes_on_from_nearby(tmp_path: Path, monkeypatch: 
     assert_same(path, tmp_path / "whole.mcap")
 
 
-# -- interrupted, stopped ---------------------------------------------------------------------------------------------------
+# -- interruptions and stops ------------------------------------------------------------------------------------------------
 
 
 def test_ctrl_c_ends_a_run_that_goes_on_later(tmp_path: Path) -> None:
@@ -239,7 +239,7 @@ def test_ctrl_c_ends_a_run_that_goes_on_later(tmp_path: Path) -> None:
 
 
 def test_stop_rules_hold(tmp_path: Path) -> None:
-    """They are asked at their own instants, also at the one where the log ends."""
+    """Stop rules are evaluated at their scheduled times, including the end time of the log."""
     rule = {"variable": "position", "below": -0.5, "every": 0.07}
     stopped = run(SWING, overrides={"stop": [rule]}, log=tmp_path / "whole.mcap", observers=[Slow(PAUSE)])
     data = (tmp_path / "whole.mcap").read_bytes()
@@ -253,7 +253,7 @@ def test_stop_rules_hold(tmp_path: Path) -> None:
 
 
 def test_a_profile_from_a_csv_file_is_in_the_log(tmp_path: Path) -> None:
-    """The file itself may be gone."""
+    """The original file may have been deleted."""
     (tmp_path / "force.csv").write_text("time [s],force [N]\n0,0\n1,2\n3,-1\n5,0\n")
     table = {"profile": "csv", "path": "force.csv", "time_column": 0, "value_column": 1, "gaps": "bridge"}
     experiment = load_experiment({**SWING, "input": {"force": table}}, folder=tmp_path)
@@ -265,12 +265,12 @@ def test_a_profile_from_a_csv_file_is_in_the_log(tmp_path: Path) -> None:
     assert_same(tmp_path / "killed.mcap", tmp_path / "whole.mcap")
 
 
-# -- refused ----------------------------------------------------------------------------------------------------------------
+# -- refusals ---------------------------------------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
 def swing(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A killed run."""
+    """Return the log of a killed run."""
     folder = tmp_path_factory.mktemp("swing")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(run_loop, "_PIECE_SECONDS", 2e-4)
@@ -304,7 +304,7 @@ def test_a_run_that_failed_is_refused(tmp_path: Path) -> None:
 
 
 def test_other_bits_are_refused(swing: Path, tmp_path: Path) -> None:
-    """Of frames after the last snapshot: as if another version had computed them."""
+    """Frames after the last snapshot are changed, as if another version had computed them."""
 
     def change(record: Record) -> Record:
         if "values" in record.arrays and record.last > 350 and record.detail == 0:

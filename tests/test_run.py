@@ -1,4 +1,4 @@
-"""The loop that advances an experiment: same bits whatever looks on, complete logs however it ends."""
+"""The run loop: bits that do not depend on observers, and complete logs for every ending."""
 
 import signal
 import subprocess
@@ -33,7 +33,7 @@ def state(component) -> bytes:
     return component.save().to_bytes()
 
 
-# Of the paper's size: to build one takes half a minute.
+# Full-size bodies of the paper, which take half a minute to build.
 LARGE = ("gato-shie-2010/notch-1-inch-fine", "gato-shie-2010/notch-1-inch-finest")
 
 
@@ -44,7 +44,7 @@ def test_every_shipped_experiment_has_its_name_and_runs(name, tmp_path):
     experiment = load_experiment(name)
     assert experiment.name == name
     assert len(experiment.description) > 80
-    # A fiftieth of it, and at least one frame beyond the first.
+    # A fiftieth of the duration, with at least two frames.
     every = experiment.record.every
     assert every is not None
     duration = round(max(experiment.duration / 50, 2 * every) / every) * every
@@ -77,7 +77,7 @@ def test_a_stop_rule_ends_the_run_at_its_own_instants(tmp_path):
     assert not result.interrupted
     assert result.component.tick % 5 == 0
     assert result.component.get("position") < 0.0
-    # It was not met one look earlier.
+    # The stop rule was not met at the previous check.
     earlier = run({**OSCILLATOR, "duration": result.component.time - 0.05})
     assert earlier.component.get("position") >= 0.0
     with open_log(tmp_path / "stopped.mcap") as log:
@@ -173,7 +173,7 @@ def test_an_error_in_the_middle_tells_of_the_log_that_is_left(tmp_path, capsys):
     run(OSCILLATOR, log=tmp_path / "whole.mcap")
     assert main(["branch", str(tmp_path / "whole.mcap"), "--at", "0.5", "--set", fatal, "--log", str(child)]) == 2
     assert capsys.readouterr().err.splitlines()[-1].startswith(f"log: {str(child)!r} is complete until ")
-    # What stood there before is not taken for the run's own.
+    # An existing file is not mistaken for the run's log.
     assert main(["run", "oscillator/pushed", "--log", str(path)]) == 2
     assert "complete until" not in capsys.readouterr().err
 
@@ -196,7 +196,7 @@ def test_an_interrupt_inside_the_loop_gives_a_result(tmp_path):
         def on_failure(self, component, error): ...
 
     handler = signal.getsignal(signal.SIGINT)
-    # So long that the piece in which the interrupt falls is never the last, however fast the machine is.
+    # The duration is so large that the interrupted piece is never the last on any machine.
     result = run(OSCILLATOR, log=tmp_path / "x.mcap", overrides={"duration": 1e5}, observers=[Interrupter()])
     assert signal.getsignal(signal.SIGINT) is handler
     assert result.interrupted
@@ -217,7 +217,7 @@ def test_ctrl_c_on_the_command_line_leaves_a_complete_log(command, tmp_path):
     command = [sys.executable, "-m", "granular_env", command, *arguments, "--log", str(log)]
     process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
-        # The log has grown beyond its header: the loop is running.
+        # The loop is running once the log is longer than its header.
         for _ in range(3000):
             if process.poll() is not None or (log.exists() and log.stat().st_size > 20_000):
                 break

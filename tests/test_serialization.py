@@ -1,4 +1,4 @@
-"""Bytes to arrays and back; what is damaged or hostile gives LogError and nothing else."""
+"""Conversion between bytes and arrays; damaged or hostile data raise only LogError."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ arrays = st.dictionaries(
 
 
 def sealed(content: object, data: bytes = b"", version: int = VERSION) -> bytes:
-    """A block with a valid checksum and any content."""
+    """Return a block with a valid checksum and arbitrary content."""
     text = content if isinstance(content, bytes) else json.dumps(content).encode()
     return with_checksum(struct.pack("<4sHI", b"GRNL", version, len(text)) + text + data)
 
 
 def with_checksum(body: bytes) -> bytes:
-    """A block with a valid checksum, of which the arrays begin where its fourth field says."""
+    """Return a block with a valid checksum whose fourth field gives the start of the arrays."""
     front = 10 + int.from_bytes(body[6:10], "little")
     return body + digest(body[:front] + struct.pack("<I", zlib.crc32(body[front:])))
 
@@ -187,7 +187,7 @@ def test_wrong_snapshot_arrays_are_refused(name: str, array: np.ndarray) -> None
 
 
 def mutated(data: bytes, random: random.Random) -> bytes:
-    """One to three changes: bits flipped, bytes overwritten, cut, doubled or inserted."""
+    """Return data with one to three changes: bits flipped, bytes overwritten, cut, duplicated or inserted."""
     block = bytearray(data)
     for _ in range(random.randint(1, 3)):
         place = random.randrange(len(block))
@@ -209,7 +209,7 @@ def mutated(data: bytes, random: random.Random) -> bytes:
 
 @pytest.mark.parametrize("seed", range(4))
 def test_mutations_with_a_mended_checksum_give_a_snapshot_or_a_log_error(seed: int) -> None:
-    """What a forger could write: the only error is LogError, and what is accepted is a well-formed snapshot."""
+    """Forged data: the only error is LogError, and accepted data are a well-formed snapshot."""
     data, generator = moving().save().to_bytes(), random.Random(seed)
     accepted = 0
     for _ in range(500):

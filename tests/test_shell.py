@@ -1,4 +1,4 @@
-"""The solid against beams, bars, rings and tubes of theory, and what it refuses."""
+"""The solid against theoretical beams, bars, rings and tubes, and its refusals."""
 
 from __future__ import annotations
 
@@ -57,11 +57,11 @@ def test_a_strip_bends_as_a_beam_and_stretches_as_a_bar(poisson: float) -> None:
     solid.reset(nodal_velocity=velocity)
     exact = cantilever_frequency(69e9, 2719.0, 0.02, WALL)
     moved = follow(solid, tip, 2, round(1.1 / exact / solid.step_size / 20), ticks=20)
-    # A quarter of a period to the first extreme, three quarters to the second: their distance is half a period.
+    # The extremes are at a quarter and three quarters of a period, i.e. half a period apart.
     measured = 0.5 / ((np.argmin(moved) - np.argmax(moved)) * 20 * solid.step_size)
     if poisson == 0.0:
         assert measured / exact == pytest.approx(1.0, abs=0.02)
-    else:  # between a beam and a plate that is bent to a cylinder
+    else:  # between a beam and a plate in cylindrical bending
         assert 1.0 < measured / exact < 1.0 / math.sqrt(1.0 - poisson**2)
     velocity[:] = 0.0
     velocity[:, 0] = 0.1 * np.sin(0.5 * math.pi * x / 0.02)
@@ -74,7 +74,7 @@ def test_a_strip_bends_as_a_beam_and_stretches_as_a_bar(poisson: float) -> None:
 def test_a_ring_breathes_at_its_frequency_around_the_static_state_and_swings_twice_as_far() -> None:
     solid = ring()
     exact = breathing_frequency(69e9, 0.33, 2719.0, MIDDLE)
-    middle = 1  # of the nodes at angle 0: through the wall, along z
+    middle = 1  # middle of the three nodes at angle 0 through the wall, which is along z
     moved = follow(solid, middle, 2, round(2.3 / exact / solid.step_size), pressure=1e6)
     assert frequency(moved, solid.step_size) / exact == pytest.approx(1.0, abs=3e-3)
     static = lame_displacement(69e9, 0.33, RADIUS, WALL, 1e6, MIDDLE)
@@ -93,13 +93,13 @@ def test_a_half_tube_breathes_as_the_whole() -> None:
     assert half.mass.sum() == pytest.approx(0.5 * whole.mass.sum(), rel=1e-12)
     a = whole.get("displacement")[: 3 * 49].reshape(49, 3, 3)
     b = half.get("displacement")[: 3 * 49].reshape(49, 3, 3)
-    # At a plane of symmetry points see one side only: a percent there, a tenth of it elsewhere.
+    # At a plane of symmetry the support of points is one-sided: errors of a percent, a tenth of that elsewhere.
     np.testing.assert_allclose(b, a, rtol=0.0, atol=1e-2 * np.abs(a).max())
     np.testing.assert_allclose(b[4:-4], a[4:-4], rtol=0.0, atol=1e-3 * np.abs(a).max())
 
 
 def test_stress_turns_with_the_body() -> None:
-    """By 90 degrees in 1000 ticks, to rounding: strain and spin of a rigid rotation are exact for any step."""
+    """A rotation by 90 degrees in 1000 ticks, to rounding: strain and spin of a rigid rotation are exact for any step."""
     solid = ge.make("shell", body={"name": "plate", "length": 0.003, "width": 0.003, "along": 4, "across": 4})
     stretched = solid.nodes * [1e-3, -3e-4, -3e-4]
     solid.reset(nodal_displacement=stretched)
@@ -110,11 +110,11 @@ def test_stress_turns_with_the_body() -> None:
         turn = np.array([[math.cos(angle), -math.sin(angle), 0.0], [math.sin(angle), math.cos(angle), 0.0], [0.0, 0.0, 1.0]])
         state.displacement[:] = (solid.nodes + stretched) @ turn.T - solid.nodes
         assert ticks.update_forces(tables, state, scratch, np.zeros(2, dtype=np.int64)) == 0
-    turned = before[:, [1, 0, 2, 3, 5, 4]]  # xx and yy change places, as yz and zx
+    turned = before[:, [1, 0, 2, 3, 5, 4]]  # xx and yy are exchanged, and yz and zx
     np.testing.assert_allclose(state.stress[:, :3], turned[:, :3], rtol=0.0, atol=1e-10 * np.abs(before).max())
     assert np.abs(state.stress[:, 3:]).max() < 1e-10 * np.abs(before).max()
     assert np.abs(state.force).max() > 0.0
-    # No force and no torque on the whole.
+    # The total force and torque are zero.
     place = solid.nodes + state.displacement
     scale = np.abs(state.force).max()
     assert np.abs(state.force.sum(axis=0)).max() < 1e-10 * scale
@@ -150,13 +150,13 @@ def test_the_energy_closes_to_second_order() -> None:
 
 
 def test_hourglass_control_holds_what_the_points_do_not_see() -> None:
-    """Displacements that alternate from column to column cost next to nothing without it; a bent strip does not feel it."""
+    """Without it, displacements that alternate between columns cost almost no energy; it does not affect a bent strip."""
     body = {"name": "tube", "length": 0.006, "along": 7, "around": 48}
     solid = ge.make("shell", body=body)
     alternating = np.zeros((7, 48, 3, 3))
     alternating[..., 0] = 1e-7 * (-1.0) ** np.arange(48)[None, :, None]
     solid.reset(nodal_displacement=alternating.reshape(-1, 3))
-    # If the columns were tied by the material itself: a shear of two amplitudes over their distance.
+    # Reference: the energy of a shear of two amplitudes over the distance of the columns.
     sheared = 0.5 * 69e9 * (2e-7 / (2.0 * math.pi * MIDDLE / 48)) ** 2 * solid.mass.sum() / 2719.0
     assert solid.get("elastic_energy") < 0.05 * sheared
     assert solid.get("hourglass_energy") == pytest.approx(0.05 * sheared, rel=0.05)
@@ -169,7 +169,7 @@ def test_hourglass_control_holds_what_the_points_do_not_see() -> None:
 
 
 def test_means_over_columns_have_nothing_of_what_alternates_and_all_of_what_is_even() -> None:
-    """A hoop stress around a tube, and what alternates along it and around it, across the seam too; exact but for rounding."""
+    """A hoop stress in a tube plus stresses alternating along and around it, also across the seam; exact to rounding."""
     solid: Any = ge.make("shell", body={"name": "tube", "length": 0.006, "along": 7, "around": 24})
     angle = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
     sine, cosine = np.sin(angle)[None, :, None], np.cos(angle)[None, :, None]
@@ -184,18 +184,18 @@ def test_means_over_columns_have_nothing_of_what_alternates_and_all_of_what_is_e
 
 
 def test_metal_under_tension_follows_its_law() -> None:
-    """A block that is pulled evenly at 1000/s: stress at each point is that of the law, work becomes heat, energy closes."""
+    """A block under uniform tension at 1000/s: each point follows the law, work becomes heat, and energy closes."""
     edges = {"start": "symmetry", "end": "platen", "left": "symmetry", "bottom": "symmetry"}
     body = {"name": "plate", "length": 0.004, "width": 0.002, "thickness": 0.001, "along": 5, "across": 4}
     solid = ge.make("shell", body=body, boundaries=edges, material="thermoviscoplastic")
     rate, law = 1e3, Thermoviscoplastic()
     solid.reset(nodal_velocity=solid.nodes * [rate, -0.5 * rate, -0.5 * rate])
-    # At a constant rate of the true strain.
+    # Constant rate of true strain.
     times = np.linspace(0.0, 6e-5, 13)
     pull = ge.Profile.table(times, 0.004 * rate * np.exp(rate * times))
     solid.step(round(5e-5 / solid.step_size) * solid.step_size, end_velocity=pull)
     strain, heat = solid.get("plastic_strain"), solid.get("temperature")
-    # Of the points themselves: their strains and heats are no means over columns.
+    # Use the stresses of the points, because strains and temperatures are not averaged over columns.
     xx, yy, zz, xy, yz, zx = solid.get("stress").T
     stress = np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3.0 * (xy**2 + yz**2 + zx**2))
     np.testing.assert_allclose(strain + stress / law.young, 0.05, rtol=0.05)
@@ -234,7 +234,7 @@ def test_gauges_measure_the_strain_of_the_outer_surface() -> None:
 
 
 def test_displacements_are_reported_where_nodes_are_not_as_their_parameters() -> None:
-    """Parameters of a linear field are its values; those of a pulse at one node are not."""
+    """The parameters of a linear field are its values, but not the parameters of a pulse at one node."""
     solid = strip(0.0, boundaries={})
     linear = solid.nodes @ np.array([[1e-3, 2e-4, 0.0], [0.0, -1e-3, 1e-4], [3e-4, 0.0, 5e-4]])
     solid.reset(nodal_displacement=linear)

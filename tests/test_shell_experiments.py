@@ -15,7 +15,7 @@ from granular_env.components.shell.theory import breathing_frequency, lame_displ
 
 
 def test_the_tube_breathes_and_its_log_replays(tmp_path: Path) -> None:
-    """On a third of its length: nothing depends on the place along the tube."""
+    """With a third of the length, because nothing varies along the tube."""
     path = tmp_path / "tube.mcap"
     overrides = {"component.body.length": 0.02, "component.body.along": 9, "component.gauges": [[0.01, 1.0]], "duration": 6e-5}
     ge.run("gato-shie-2010/breathing-mode", log=path, overrides=overrides)
@@ -31,13 +31,13 @@ def test_the_tube_breathes_and_its_log_replays(tmp_path: Path) -> None:
 
 
 def test_a_rod_that_hits_a_wall_mushrooms() -> None:
-    """On a coarser rod, until it has come to rest; symmetric as it began."""
+    """A coarser rod until it is at rest; it stays symmetric."""
     overrides = {"component.body.along": 16, "component.body.across": 4, "component.step_size": 1e-7, "duration": 4e-5}
     rod: Any = ge.run("gato-shie-2010/taylor-rod", overrides=overrides).component
     place = rod.nodes + rod.get("displacement")
     length = float(np.ptp(place[:, 0]))
-    # exp(-rho v^2 / 2 sigma) of Wilkins & Guinan (1973), who leave hardening out: between the flow stress at 1e4/s before any
-    # strain, 1.17 sigma_0, and that after a strain of one, 1.9 sigma_0.
+    # exp(-rho v^2 / 2 sigma) of Wilkins & Guinan (1973), without hardening, for the flow stress at 1e4/s between zero strain,
+    # 1.17 sigma_0, and a strain of one, 1.9 sigma_0.
     least, most = (math.exp(-2719.0 * 200.0**2 / (2.0 * factor * 275e6)) for factor in (1.17, 1.9))
     assert least < length / 0.03 < most
     face = place[rod.nodes[:, 0] == 0.0]
@@ -61,10 +61,10 @@ def test_a_ring_flies_apart_into_about_as_many_pieces_as_mott_counts(tmp_path: P
     first = ring.events("point_parted")[0].tick * ring.step_size
     place, velocity = ring.nodes + ring.get("displacement"), ring.get("velocity")
     outwards = (place[:, 1:] * velocity[:, 1:]).sum() / (place[:, 1:] ** 2).sum()
-    # When it parts, at a strain of 0.2 at most: the speed is that of the pieces, in which little energy is left.
+    # The ring breaks at a strain of 0.2 at most. Its speed then is that of the pieces, which store little energy.
     radius = 1.15 * (RADIUS + 0.5 * WALL)
     rate = outwards * np.sqrt((place[:, 1:] ** 2).sum(axis=1)).mean() / radius
-    # Each of the 3 * 128 columns parts at a strain from 0.14 to 0.26; the law at such a strain and rate.
+    # Each of the 3 * 128 columns breaks at a strain of 0.14 to 0.26; the law gives the flow stress at this strain and rate.
     begun = 3 * 128 / (2.0 * math.pi * radius * 0.12)
     flow = 275e6 * (1.0 + 0.15 / 0.001) ** 0.07 * (rate / 1e-3) ** 0.01
     expected = mott_fragments(radius, rate, flow, 2719.0, begun)
@@ -76,5 +76,5 @@ def test_a_ring_flies_apart_into_about_as_many_pieces_as_mott_counts(tmp_path: P
     assert abs((parted % 2).mean() - 0.5) < 0.1
     energy = ring.balances()[0]
     assert abs(energy.residual) < 1e-4 * energy.supplied["pressure_work"]
-    # A run from the first instant after some cracks gives the same ones.
+    # A run from the first snapshot after some cracks gives the same cracks.
     assert ge.verify(path).identical

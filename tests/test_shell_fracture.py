@@ -1,4 +1,4 @@
-"""The solid breaks: where, in how many pieces, with which energies, and the same whichever way it is stepped."""
+"""Fracture of the solid: location, number of pieces, energies, and independence of the stepping."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ TICKS = 400
 
 
 def pulled_plate(**changes: Any) -> Any:
-    """Return a plate with a notch that begins to be pulled, evenly."""
+    """Return a notched plate that starts with a uniform strain rate."""
     plate: Any = ge.make("shell", **{**PULLED, **changes})
     plate.reset(nodal_velocity=plate.nodes * [SPEED / 0.012, 0.0, 0.0])
     return plate
@@ -50,7 +50,7 @@ def cracked_columns(plate: Any) -> np.ndarray:
 
 @cache
 def broken_plate() -> Any:
-    """Return the plate after it has broken, and its snapshots on the way: with few cracks and at the end."""
+    """Return the broken plate, and snapshots with few cracks and at the end."""
     plate = pulled_plate()
     while plate.event_count < 5:
         plate.step(plate.step_size, end_velocity=SPEED)
@@ -73,12 +73,12 @@ def test_a_plate_breaks_in_two_at_its_notch() -> None:
     assert plate.get("crack_length") > 0.006
     moved = plate.nodes + plate.get("displacement")
     x = moved[plate.surface_nodes].reshape(ALONG, ACROSS, 3)[..., 0]
-    # Both halves move as wholes, apart.
+    # Both halves move apart as rigid bodies.
     opened = x[-1].mean() - x[0].mean() - 0.012
     area = plate.get("crack_area").sum()
     assert opened > 5e-5
     assert area == pytest.approx(opened * 0.006, rel=0.3)
-    # A cell of the surface is broken where a crack lies between two of its corners.
+    # A surface cell is broken if a crack lies between two of its corners.
     surface, _, _, links = plate.drawables()
     cut = links.pairs[plate.get("surface_links") == 0.0]
     column = {int(node): number for number, node in enumerate(plate.surface_nodes)}
@@ -126,17 +126,17 @@ def test_outcomes_have_the_words_of_what_is_cut() -> None:
     assert word(ring, none, is_severed=True) == "severed"
     assert crack_along(lattice, CutSides(none, straight)) == pytest.approx(2 * 0.0025)
     assert crack_around(lattice, CutSides(half, none)) == pytest.approx(0.5)
-    # Twelve cracks along the body that each step aside by a column are no crack around it; one crack that goes on is.
+    # Twelve axial cracks that each step aside by one column are not a hoop crack; one continuous crack is.
     along, across = none.copy(), none.copy()
     along[4, ::2], across[:5, 1::2], across[5:, ::2] = True, True, True
     assert crack_around(lattice, CutSides(along, none)) == pytest.approx(1 / 24)
     assert word(along, across) == "axial crack"
-    # Two columns of a coarse tube are a step aside, however large a part of the circumference they are.
+    # Two columns of a coarse tube count as a step aside, for any fraction of the circumference.
     aside = none.copy()
     aside[4, :2] = True
     assert crack_around(lattice, CutSides(aside, none)) == pytest.approx(2 / 24)
     assert word(aside, straight) == "axial crack"
-    # Nothing runs along the body here.
+    # There is no axial crack here.
     assert word(aside, none) == "hoop crack"
     split = half.copy()
     split[4, 5] = False
@@ -151,13 +151,13 @@ def test_outcomes_have_the_words_of_what_is_cut() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("factor", [1.2, 1.3, 1.5])
 def test_the_outcome_does_not_hang_on_the_hourglass_control(factor: float) -> None:
-    """The crack begins at the same time, within the 0.2 us that sound needs across the notch, and crosses the plate there."""
+    """The crack starts at the same time, within the 0.2 us that sound needs across the notch, and crosses the plate."""
     first = []
     for hourglass in (0.02, 0.05, 0.1):
         plate = pulled_plate(hourglass=hourglass, fracture={"name": "principal_stress", "factor": factor})
         while plate.get("pieces") < 2.0 and plate.time < 4e-5:
             plate.step(20 * plate.step_size, end_velocity=SPEED)
-        # Pieces hang together as long as one point sees a single node beyond the crack, which is cracked from side to side.
+        # Pieces count as connected while any point has a node beyond the crack in its support, so check the crack instead.
         along = plate.lattice.axes[0].positions
         parted = cracked_columns(plate)
         assert parted[np.abs(along - 0.006) < 0.0016].any(axis=0).all()
@@ -184,7 +184,7 @@ def test_a_breaking_run_goes_on_bit_for_bit_from_any_snapshot() -> None:
     for count in (1, 1, 2, 96, TICKS - 100):
         other.step(count * other.step_size)
     assert other.save().to_bytes() == end
-    # Back before most cracks, and on again: what followed from them is made anew.
+    # Go back before most cracks, and continue: everything derived from the cracks is recomputed.
     other.restore(ge.Snapshot.from_bytes(early))
     assert cracked_columns(other).sum() < 10.0
     assert other.get("pieces") == 1.0
@@ -232,13 +232,13 @@ def test_cracks_of_a_mirrored_body_are_mirrored() -> None:
 
 
 def test_a_bar_breaks_where_it_is_weakest() -> None:
-    """A brittle bar, pulled evenly: the first crack is at the weakest column, and the bar parts there."""
+    """A brittle bar under uniform tension: the first crack is at the weakest column, and the bar breaks there."""
     body = {"name": "plate", "length": 0.012, "width": 0.002, "along": 25, "across": 5}
     law = {"name": "principal_stress", "stress": 1e8, "scatter": 0.1, "seed": 5}
     edges = {"start": "symmetry", "end": "platen"}
     material = {"name": "elastic", **ALUMINIUM, "poisson": 0.0}
     bar: Any = ge.make("shell", body=body, material=material, boundaries=edges, fracture=law, step_size=4e-8)
-    # Nearly as far as the weakest column bears at the start.
+    # Start just below the strength of the weakest column.
     bar.reset(nodal_displacement=bar.nodes * [0.88e8 / 69e9, 0.0, 0.0], nodal_velocity=bar.nodes * [0.1 / 0.012, 0.0, 0.0])
     while bar.get("pieces") < 2.0 and bar.time < 2e-5:
         bar.step(10 * bar.step_size, end_velocity=0.1)
@@ -247,13 +247,13 @@ def test_a_bar_breaks_where_it_is_weakest() -> None:
     assert limits[first.index] == first.limit == limits.min()
     cut = (bar.get("surface_links") == 0.0).reshape(-1)[: 24 * 5].reshape(24, 5).sum(axis=1)
     row = first.index // 10
-    # It may step aside by a column on its way.
+    # The crack may step aside by a column.
     assert cut[row - 1 : row + 2].sum() >= 5
     assert bar.get("pieces") == 2.0
 
 
 def test_nothing_parts_in_a_grip() -> None:
-    """A brittle bar whose moved end bears most parts there, unless that is gripped: then beside the grip."""
+    """A brittle bar with the largest stress at its moved end breaks there or, if gripped, next to the grip."""
     body = {"name": "plate", "length": 0.012, "width": 0.002, "along": 25, "across": 5}
     material, edges = {"name": "elastic", **ALUMINIUM, "poisson": 0.0}, {"start": "symmetry", "end": "moved"}
     parted = []
@@ -299,7 +299,7 @@ def test_a_body_that_nothing_parts_has_the_bits_of_one_without_a_law() -> None:
 
 
 def test_pressure_ends_on_lips_and_pieces() -> None:
-    """A ring of glass-like scatter bursts: its pieces fly on without any force from inside."""
+    """A ring with glass-like scatter bursts; its pieces fly without internal pressure."""
     body = {"name": "tube", "length": 0.002, "along": 3, "around": 64}
     law = {"name": "principal_stress", "stress": 2e8, "scatter": 0.3, "seed": 2}
     ring: Any = ge.make(
@@ -311,9 +311,9 @@ def test_pressure_ends_on_lips_and_pieces() -> None:
     _, state, _, _ = ring.tables()
     surface = ring.tables()[0].surface
     loaded = np.abs(state.area).max(axis=1).reshape(3, 64)
-    # All pieces but the largest one are free of it.
+    # All pieces except the largest carry no pressure.
     assert 0 < (loaded[1] > 0.0).sum() < 40
-    # They span no area: no neighbours along the tube, or none around it.
+    # These nodes have zero area, because they have no neighbours along or around the tube.
     own = surface.around == np.arange(3 * 64)[:, None]
     assert (own[:, :2].all(axis=1) | own[:, 2:].all(axis=1))[loaded.ravel() == 0.0].all()
     assert ring.get("mean_inner_radius").min() > 0.01975
@@ -323,7 +323,7 @@ def test_pressure_ends_on_lips_and_pieces() -> None:
 
 
 def test_a_node_that_flies_on_by_itself_bears_no_pressure_and_gives_its_neighbours_none() -> None:
-    """Otherwise it would span more area with them the farther it flies, and be pushed the more."""
+    """Otherwise its area and the force on it would grow with its distance."""
     plate: Any = ge.make("shell", fracture={"name": "principal_stress", "stress": 1e9}, body={"name": "plate"}, step_size=1e-8)
     node = 10 * plate.lattice.shape[1] * 3 + 5 * 3
     plate._block.append("loosened", float(node))
@@ -350,7 +350,7 @@ def test_the_bits_do_not_depend_on_the_number_of_parts(fractures: bool, monkeypa
 
 
 class MeanStress(NamedTuple):
-    """A law of this test."""
+    """A law for this test."""
 
 
 @decisive_value.register(MeanStress)
@@ -365,7 +365,7 @@ def test_a_law_is_a_named_tuple_and_one_that_lacks_a_function_is_refused_by_name
 
 
 def test_points_that_fail_beside_cracks_are_torn_alike_in_any_parts(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nodes beside a crack are shot through the wall: points there bear nothing any more, and the energy closes."""
+    """Nodes next to a crack are accelerated through the wall: points there carry no stress, and the energy closes."""
     monkeypatch.setattr(ticks, "LEAST_POINTS", 1)
     plate, _, end = broken_plate()
     ends = []

@@ -1,4 +1,4 @@
-"""Moving least squares and integration rules of the solid: what they reproduce, and which deformations they see."""
+"""Moving least squares and integration rules of the solid: reproduction, and detection of deformation modes."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_the_quadratic_basis_gives_a_quadratic_field_its_value_and_gradient() ->
 
 
 def test_gradients_are_derivatives_of_the_shape_functions() -> None:
-    """By differences along the tube, around it and through its wall: the error of a difference falls with its square."""
+    """Gradients against differences along the tube, around it and through its wall, with second-order errors."""
     lattice = BODIES["tube"].lattice()
     field = np.sin(300.0 * lattice.nodes[:, 0]) + lattice.nodes[:, 1] * lattice.nodes[:, 2] * 1e3
 
@@ -101,7 +101,7 @@ def test_gradients_are_derivatives_of_the_shape_functions() -> None:
 @pytest.mark.parametrize("rule", ["column", "cell"])
 @pytest.mark.parametrize("ratio", [1.0, 1.138, 1.6])
 def test_a_constant_stress_leaves_no_force_on_the_nodes_inside_a_graded_lattice(rule: Any, ratio: float) -> None:
-    """The patch test of forces: sum_p V_p dN_I/dX = 0 two columns away from the edges; the rest is rounding."""
+    """Patch test of forces: sum_p V_p dN_I/dX = 0 two columns away from the edges, to rounding."""
     steps = ratio ** np.array([4.0, 3.0, 2.0, 1.0, 0.0, 0.0, 1.0, 2.0, 3.0, 4.0])
     graded = Axis(1e-3 * np.concatenate([[0.0], np.cumsum(steps)]))
     lattice = Lattice((graded, graded, even_axis(0.001, 3)), bent=False)
@@ -110,7 +110,7 @@ def test_a_constant_stress_leaves_no_force_on_the_nodes_inside_a_graded_lattice(
     for k, slope in enumerate(gradient_matrices(lattice.node_count, points, stencils)):
         weighted = (points.volume[:, None] * slope).reshape(-1, *lattice.shape)[:, 2:-2, 2:-2]
         left = weighted.sum(axis=0)
-        # Of the derivatives through the wall those of the layer in the middle: the outer ones have surfaces.
+        # For derivatives through the wall use only the middle layer, because the outer layers have surfaces.
         assert np.abs(left if k < 2 else left[:, :, 1]).max() < 1e-10 * np.abs(weighted).sum(axis=0).max()
 
 
@@ -149,7 +149,7 @@ def test_points_and_planes_of_an_even_tube_share_their_stencils() -> None:
     lattice = Lattice((even_axis(0.1, 50), closed_axis(2 * math.pi, 64), even_axis(0.001, 3)), bent=False)
     points = integration_points(lattice, "column", 2, 1.7)
     stencils = make_stencils(lattice, points.lines, 1.7, "linear")
-    # Along: both ends, and all others; through: two points.
+    # Along the body: two ends and the interior; through the wall: two points.
     assert len(stencils.first) - 1 == 3 * 2
 
 

@@ -1,4 +1,4 @@
-"""A tube that is its own mirror image, whole and half: how far both agree, and where they do not."""
+"""A symmetric tube, whole and half: degree of agreement, and differences."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ STEP, PRESSURE = 1.9e-8, 8e6
 
 
 def notched_tube(half: bool) -> Any:
-    """Return a tube with a notch whose middle lies in the plane y = 0."""
+    """Return a tube with a notch centred in the plane y = 0."""
     notch = {"length": 0.006, "depth": 0.0006, "width": 0.0005}
     body = {"name": "tube", "length": 0.02, "along": ALONG, "around": HALF if half else AROUND, "half": half, "notch": notch}
     return ge.make(
@@ -24,7 +24,7 @@ def notched_tube(half: bool) -> Any:
 
 
 def first_stations(tube: Any, around: int) -> dict[int, int]:
-    """Return where along the tube the ligament, of three columns, parts, and when [ticks]."""
+    """Return the positions along the tube at which the ligament (three columns) breaks, and the times [ticks]."""
     ticks: dict[int, int] = {}
     for event in tube.events("point_parted"):
         along, place = divmod(event.index // 2, around)
@@ -45,7 +45,7 @@ def test_a_full_tube_is_its_mirror_image_until_it_parts_and_a_half_tube_parts_fi
     assert np.abs(moved - image).max() < 1e-12 * np.abs(moved).max()
     half.step(190 * STEP, pressure=PRESSURE)
     own = half.get("nodal_displacement").reshape(ALONG, HALF, -1, 3)
-    # One-sided functions at the plane of symmetry: the same body, less well resolved.
+    # One-sided functions at the plane of symmetry: the same body with lower resolution.
     assert 0.01 < np.abs(own - moved[:, :HALF]).max() / np.abs(moved).max() < 0.06
     for tube in (full, half):
         tube.step(60 * STEP, pressure=PRESSURE)
@@ -54,5 +54,5 @@ def test_a_full_tube_is_its_mirror_image_until_it_parts_and_a_half_tube_parts_fi
     assert next(iter(first)) == next(iter(other)) == 12
     for ticks in (first, other):
         assert all(ticks[12 - apart] == ticks[12 + apart] for apart in (1, 2, 3, 4))
-    # Within the time that sound needs over two spacings along the tube, 0.33 us.
+    # Within the travel time of sound over two spacings along the tube, 0.33 us.
     assert all(abs(first[along] - other[along]) * STEP < 2.0 * 0.02 / (ALONG - 1) / 5040.0 for along in first)

@@ -1,4 +1,4 @@
-"""The solid with a notch: its lattice, and how the ligament below the notch bears the load."""
+"""The solid with a notch: its lattice, and the load on the ligament below the notch."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def test_a_notch_takes_its_volume_from_nodes_and_points(direction: str) -> None:
         assert lattice.volumes.sum() == pytest.approx(volume, rel=1e-12)
         for rule in ("column", "cell"):
             points = integration_points(lattice, rule, 2, 1.7)
-            # Of cells each point counts as one below the notch, or none: to the width of the slot.
+            # With cells, each point is entirely below the notch or not, so the volume is accurate to the width of the slot.
             assert points.volume.sum() == pytest.approx(volume, rel=1e-12 if rule == "column" else 0.01)
 
 
@@ -56,7 +56,7 @@ def test_planes_lie_closer_at_the_notch_and_one_at_its_bottom() -> None:
     assert arcs[0] == pytest.approx(0.0005, rel=1e-9)
     assert arcs[0] == pytest.approx(arcs.min(), rel=1e-9)
     np.testing.assert_allclose(arcs, arcs[::-1], rtol=1e-9)
-    # The middle of the slot on a plane of symmetry, of which it leaves one half.
+    # The middle of the slot lies on a plane of symmetry, which leaves one half of it.
     half = lattice_of({**TUBE, "half": True, "around": 21})
     assert half.hollow.columns[:, 0].any()
     assert not half.hollow.columns[:, 1:].any()
@@ -91,10 +91,10 @@ def test_a_notched_body_deforms_evenly_and_keeps_its_momentum() -> None:
 
 @pytest.mark.parametrize("columns", [1, 3, 9])
 def test_the_ligament_bears_the_load_of_the_whole_section(columns: int) -> None:
-    """A strip with a groove across, pulled slowly: stress times section is the same in every column.
+    """Slow tension of a strip with a transverse groove: stress times section is equal in all columns.
 
-    Stresses of the points alternate; their means, which are judged and reported, do not. A ligament of one column has no
-    neighbours of its section.
+    Point stresses alternate between columns; mean stresses, which fracture and output use, do not. A ligament of one column
+    has no neighbours with the same section.
     """
     along, width = (41, 0.0025) if columns == 9 else (23, 0.0005)
     groove = {
@@ -105,7 +105,7 @@ def test_the_ligament_bears_the_load_of_the_whole_section(columns: int) -> None:
     solid: Any = ge.make("shell", body=body, boundaries=edges, material={"name": "elastic", "poisson": 0.0})
     lattice = solid.lattice
     assert lattice.hollow.columns[:, 0].sum() == columns
-    # Sound needs 2.4 us along the strip: what is pulled for 10 us is nearly at rest.
+    # Sound needs 2.4 us along the strip, so a load over 10 us is nearly static.
     pulled = ge.Profile.table([0.0, 2e-5, 4e-5, 1.0], [0.0, 0.3, 0.3, 0.3])
     solid.step(round(2e-5 / solid.step_size) * solid.step_size, end_velocity=pulled)
     forces, points = [], []
@@ -122,7 +122,7 @@ def test_the_ligament_bears_the_load_of_the_whole_section(columns: int) -> None:
 
 @pytest.mark.parametrize(("along", "width", "columns"), [(23, 0.0005, 3), (41, 0.0025, 9)])
 def test_a_ligament_that_flows_bears_no_more_than_its_flow_stress(along: int, width: float, columns: int) -> None:
-    """In plane strain a section between two free surfaces bears 2/sqrt(3) of the flow stress, and next to nothing across."""
+    """In plane strain, a section between free surfaces carries 2/sqrt(3) of the flow stress, and almost none across."""
     groove = {"length": 0.002, "depth": 0.0006, "width": width, "around": 0.001, "direction": "hoop"}
     body = {"name": "plate", "length": 0.012, "width": 0.002, "along": along, "across": 4, "notch": groove}
     edges = {"start": "symmetry", "end": "platen", "left": "symmetry", "right": "symmetry"}
@@ -137,7 +137,7 @@ def test_a_ligament_that_flows_bears_no_more_than_its_flow_stress(along: int, wi
     law = Thermoviscoplastic()
     most = 2.0 / math.sqrt(3.0) * (1.0 + 1.0 / law.reference_strain) ** law.hardening_exponent
     assert 1.0 < stress[..., 0].mean() < most
-    # The force at the end over the section of the ligament.
+    # Force at the end divided by the section of the ligament.
     force = solid.get("stress").reshape(along, 4, 2, 6)[:4, 1, :, 0].mean() * WALL / (WALL - 0.0006) / 275e6
     assert force < 1.1 * most
 

@@ -1,4 +1,4 @@
-"""How far cracks gape: gaps between columns, over pieces and lips between them, in rows and around rings."""
+"""Crack openings: gaps between columns, across pieces and lips, in rows and rings."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def row(moved: list[float], cut: set[int], severed: set[int]) -> Any:
 
 def test_a_gap_is_how_far_its_sides_have_moved_apart() -> None:
     assert row([0.0, 0.0, 0.0, 0.3, 0.3, 0.3], set(), {2}) == pytest.approx([0.0, 0.0, 0.3, 0.0, 0.0, 0.0])
-    # One that is pressed shut is none.
+    # A closed gap does not count.
     assert not row([0.0, 0.0, 0.0, -0.3, -0.3, -0.3], set(), {2}).any()
     assert not row([0.0, 0.0, 0.0, 0.3, 0.3, 0.3], {2}, set()).any()
 
@@ -30,7 +30,7 @@ def test_a_gap_is_how_far_its_sides_have_moved_apart() -> None:
 def test_a_strip_between_two_cracks_closes_no_gap_and_opens_none() -> None:
     for place in (-0.4, 0.0, 0.1, 0.3, 2.0):
         assert row([0.0, 0.0, 0.0, place, 0.3, 0.3], set(), {2, 3}) == pytest.approx([0.0, 0.0, 0.15, 0.15, 0.0, 0.0])
-    # Nothing bears the column: one of its links is no crack.
+    # The column is not severed on both sides.
     assert row([0.0, 0.0, 0.0, 0.9, 0.3, 0.3], {3}, {2}) == pytest.approx([0.0, 0.0, 0.3, 0.0, 0.0, 0.0])
 
 
@@ -40,14 +40,14 @@ def test_a_lip_that_swings_back_opens_no_wider_gap() -> None:
 
 
 def ring() -> Any:
-    """Return the places of 48 columns around a ring, shape (1, 48, 3)."""
+    """Return the positions of 48 columns around a ring, shape (1, 48, 3)."""
     angle = np.arange(48) * np.pi / 24.0
     return np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)[None]
 
 
 @pytest.mark.parametrize("holding", [[], [0], [3], [0, 24], [2, 3, 4, 5]])
 def test_a_ring_in_pieces_gapes_by_what_it_has_grown(holding: list[int]) -> None:
-    """All distances half as large again: each of the links that do not hold has opened as far."""
+    """All distances grow by half, and each broken link has opened by the same amount."""
     rest = ring()
     cut = np.array([[link not in holding for link in range(48)]])
     found = openings(cut, cut, 1.5 * rest, rest, closed=True)

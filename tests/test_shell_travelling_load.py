@@ -1,4 +1,4 @@
-"""A step of pressure that travels along a tube below, at and above the critical speed, against the steady state of theory."""
+"""A pressure step that travels along a tube below, at and above the critical speed, against the theoretical steady state."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ MEAN = RADIUS + 0.5 * WALL
 
 
 def peaks(ratio: float) -> np.ndarray:
-    """Return the largest radial displacements of the stations over the static one, with the front at 0.8 of the length.
+    """Return the largest radial displacements of the stations over the static value, with the front at 0.8 of the length.
 
     The load grows over the first 0.4 of the length, so that the start leaves no trace.
     """
@@ -39,12 +39,12 @@ def test_theory_in_its_limits() -> None:
     assert front_amplification(10.0) == pytest.approx(2.0, rel=1e-3)
     assert front_amplification(1.0) == math.inf
     assert front_amplification(0.999) > 8.0 and front_amplification(1.001) > 8.0
-    # The paper's detonation: three times as fast as the waves that it would resonate with.
+    # The paper's detonation is three times as fast as the resonant waves.
     assert front_amplification(2374.0 / critical_speed(69e9, 0.33, 2719.0, 0.020195, 8.9e-4)) == pytest.approx(2.0037, abs=2e-4)
 
 
 def test_a_fast_front() -> None:
-    """Of the theory, without shear: 3 % at a wall of 0.06 radii."""
+    """The deviation from theory, which neglects shear, is 3 % for a wall of 0.06 radii."""
     found = peaks(1.4)[28:41]
     assert found.max() == pytest.approx(front_amplification(1.4), rel=0.04)
     assert np.ptp(found) < 0.02 * found.max()
@@ -52,7 +52,7 @@ def test_a_fast_front() -> None:
 
 @pytest.mark.slow
 def test_a_slow_front_and_a_critical_one() -> None:
-    """The slow one as theory says; at the critical speed the peak grows along the tube, beyond those of faster fronts."""
+    """A slow front agrees with theory; at the critical speed the peak grows along the tube, above those of faster fronts."""
     assert peaks(0.6)[28:41].max() == pytest.approx(front_amplification(0.6), rel=0.03)
     critical = peaks(1.0)[24:44:5]
     assert (np.diff(critical) > 0.0).all()

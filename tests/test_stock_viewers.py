@@ -1,4 +1,4 @@
-"""A log in programs that know nothing of ours: what rerun, Foxglove and the `mcap` package find in it; a wave is seen."""
+"""A log in independent programs: contents as read by rerun, Foxglove and the `mcap` package; a visible wave."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def make_chain(**parameters: Any) -> ge.Component:
 
 
 def play(chain: ge.Component) -> None:
-    """A step of the piston's velocity: a shock wave that goes through most of the chain, in two segments."""
+    """Return a log with a step of the piston's velocity: a shock wave through most of the chain, in two segments."""
     chain.reset(velocity={0: 1.0})
     chain.step(20 * chain.step_size)
     chain.reset(velocity={0: 5.0})
@@ -44,7 +44,7 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def decoded(path: Path) -> dict[str, list[tuple[int, int, Any]]]:
-    """Topic -> (log time, publish time, message), decoded with nothing but the schemas in the file."""
+    """Return topic -> (log time, publish time, message), decoded only with the schemas in the file."""
     ros, classes, found = DecoderFactory(), {}, defaultdict(list)
     with path.open("rb") as file:
         for schema, channel, message in make_reader(file, validate_crcs=True).iter_messages():
@@ -67,7 +67,7 @@ def protobuf_class(schema: Any) -> Any:
 
 
 def points_of(cloud: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Positions (n, 3) and the packed colours (n, 4) as blue, green, red, alpha: where the message says that they are."""
+    """Return positions (n, 3) and packed colours (n, 4: blue, green, red, alpha) from the offsets stated in the message."""
     fields = {field.name: field for field in cloud.fields}
     data = np.frombuffer(cloud.data, dtype=np.uint8).reshape(-1, cloud.point_stride)
 
@@ -104,7 +104,7 @@ def test_recorded_variables_are_read_with_the_schema_alone(log: Path) -> None:
 
 
 def test_the_motion_is_seen(log: Path) -> None:
-    """Grains move by more than a hundredth of the picture where they truly move by a thousandth, and keep their order."""
+    """Grains move by more than a hundredth of the picture for a true motion of a thousandth, and keep their order."""
     messages, times = decoded(log)["/points/grains"], open_log(log)
     drawn = np.array([points_of(cloud)[0][:, 0] for _, _, cloud in messages])
     truly, length = np.abs(times.series("displacement")[1]).max(), np.ptp(drawn[0])
@@ -133,7 +133,7 @@ def test_a_recovered_log_has_its_preview(log: Path, tmp_path: Path) -> None:
 
 
 def test_colours_follow_the_velocity(log: Path) -> None:
-    """Grey at rest, red to the right; the same four bytes as Foxglove's packed number and as rerun's four fields."""
+    """Grey at rest, red to the right; Foxglove's packed number and rerun's four fields use the same four bytes."""
     record, messages = open_log(log), decoded(log)["/points/grains"]
     _, simulated, cloud = messages[len(messages) // 3]
     velocity, largest = record.get("velocity", simulated * 1e-9), np.abs(record.series("velocity")[1]).max()
@@ -164,7 +164,7 @@ def test_scalars_are_grouped_by_unit_with_names_and_none_is_empty(log: Path) -> 
 
 
 def test_messages_lie_in_the_order_of_time_in_each_chunk(tmp_path: Path) -> None:
-    """Each batch holds several variables and hashes, whose last ticks differ."""
+    """Each batch contains several variables and hashes with different last ticks."""
     chain = make_chain(grains=200)
     with ge.record(chain, tmp_path / "a.mcap", every=chain.step_size, hash_every=7, snapshot_every=50 * chain.step_size):
         chain.reset(velocity={0: 5.0})
@@ -190,7 +190,7 @@ def test_the_foxglove_layout_shows_what_is_in_the_log(log: Path, tmp_path: Path)
         assert topic in messages and settings["visible"]
     camera = scene["cameraState"]
     points = np.vstack([points_of(cloud)[0] for topic in ("/points/grains",) for _, _, cloud in messages[topic]])
-    # The camera looks along y: what it sees at the chain's distance is as high as this.
+    # The camera looks along y; this is its visible height at the chain's distance.
     seen = 2 * camera["distance"] * np.tan(np.radians(camera["fovy"] / 2))
     assert camera["near"] < 0.5 * camera["distance"] and np.ptp(points[:, 2]) < seen and np.ptp(points[:, 0]) < 2 * seen
     assert np.abs(camera["targetOffset"][0] - points[:, 0].mean()) < 0.2 * np.ptp(points[:, 0])
@@ -225,6 +225,6 @@ def test_stock_rerun_draws_points_text_and_a_plot_for_each_unit(log: Path) -> No
 
 
 def unescaped(path: str) -> str:
-    """An entity path as its topic was named: rerun writes what is no letter or digit with a backslash."""
+    """Return the topic name of an entity path, in which rerun escapes all other characters than letters and digits."""
     path = re.sub(r"\\u\{([0-9A-Fa-f]+)\}", lambda found: chr(int(found[1], 16)), path)
     return path.replace("\\", "")

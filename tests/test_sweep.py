@@ -1,4 +1,4 @@
-"""Sweeps: plans, their faults, the table, and what remains when tasks, processes or the whole program end."""
+"""Sweeps: plans, their faults, the table, and the state after tasks, processes or the whole program end."""
 
 import importlib
 import math
@@ -40,7 +40,7 @@ TOO_FAST = 30000.0  # m/s, above the sound speed of steel
 
 
 def plan(**changes):
-    """Short chains, struck at two speeds; two lengths."""
+    """Return a plan of short chains with two lengths, struck at two speeds."""
     base = {
         "version": 1,
         "name": "short",
@@ -88,7 +88,7 @@ def test_a_sample_depends_on_its_number_only(table):
     assert many[:20] == few
     assert parameter_values.draws(one, "b", 5, 20) != few and parameter_values.draws(one, "a", 6, 20) != few
     assert all(2 <= value <= 3 for value in many) and len(set(many)) >= 2
-    # Within 5 standard deviations of the mean; the integer, the coarsest, has 0.5.
+    # Within 5 standard deviations of the mean; the coarsest sample, the integer, has 0.5.
     expected = 1.0 / math.log(1.5) if table["distribution"] == "log_uniform" else 2.5
     assert np.mean(many) == pytest.approx(expected, abs=5 * 0.5 / math.sqrt(2000))
 
@@ -183,7 +183,7 @@ def test_the_table_holds_what_runs_come_to(tmp_path):
 
 
 def test_the_time_of_a_crest_of_a_force_is_known_between_the_looks(tmp_path):
-    kind, name = "min", "right_wall_force"  # which is negative in compression
+    kind, name = "min", "right_wall_force"  # negative in compression
     chain = {"component.grains": 14, "component.right": "plane", "component.step_size": 2e-8}
     experiment = {"duration": 2e-4, "start.velocity.0": 1.0, **chain}
     content = {
@@ -195,7 +195,7 @@ def test_the_time_of_a_crest_of_a_force_is_known_between_the_looks(tmp_path):
     }
     coarse = run_sweep({**content, "name": "coarse", "every": 1e-6}, tmp_path / "coarse", engine="serial").columns()
     fine = run_sweep({**content, "name": "fine", "every": 2e-8}, tmp_path / "fine", engine="serial").columns()
-    # A sample each microsecond alone would be wrong by up to 5e-7 s.
+    # Sampling only every microsecond would be wrong by up to 5e-7 s.
     assert coarse["when"] == pytest.approx(fine["when"], abs=1e-8)
     assert coarse["height"] == pytest.approx(fine["height"], rel=1e-4)
     assert not any("crest" in (note or "") for note in coarse["notes"])
@@ -233,7 +233,7 @@ def test_equal_tasks_are_computed_once_and_a_plan_that_grows_keeps_what_holds(tm
     sweep = run_sweep(plan(), out, engine="serial")
     assert lines(out) == 4 and sweep.done == 4
     assert (out / "table.csv").read_bytes() == run_sweep(plan(), tmp_path / "b", engine="serial").write().read_bytes()
-    # Another name or description of the experiment's is not another result; another measure is.
+    # A different name or description of the experiment does not make a new result; a different measure does.
     run_sweep(plan(measure={"energy": "final kinetic_energy"}), out, engine="serial")
     assert lines(out) == 8
 
@@ -246,7 +246,7 @@ def test_a_task_that_fails_is_a_row(tmp_path):
     assert table["error"][1].startswith("ExperimentError: ") and "start" in table["error"][1]
     assert table["error"][2].startswith("StepError: ")
     assert np.isnan(table["peak"][1:3]).all() and not np.isnan(table["peak"][[0, 3]]).any()
-    # What can be recorded of it is there.
+    # The recordable part of the failed task was logged.
     assert list(table["log"].notna()) == [True, False, True, False]
     with ge.open_log(sweep.log(2)) as log:
         assert log.end_tick >= 0
@@ -287,7 +287,7 @@ BALLS = {
 
 @pytest.fixture
 def ball(tmp_path, monkeypatch):
-    """A package with the component of the example; returns its file."""
+    """Create a package with the component of the example; return its file."""
     package, about = tmp_path / "site" / "ball_of_another_package", tmp_path / "site" / "ball-1.dist-info"
     for folder in (package, about):
         folder.mkdir(parents=True)
@@ -306,7 +306,7 @@ def ball(tmp_path, monkeypatch):
 
 
 def forget_code():
-    """Forget the package, as a new process would."""
+    """Unload the package, as in a new process."""
     sys.modules.pop("ball_of_another_package", None)
     importlib.invalidate_caches()
     for cached in (jit._hashed_packages, code_hash):
@@ -315,9 +315,9 @@ def forget_code():
 
 def test_results_of_an_edited_package_are_computed_again(ball, tmp_path):
     assert [low < -3.0 for low in run_sweep(BALLS, "out", engine="serial").columns()["low"]] == [True] * 3
-    # Of another length: Python takes a file of the same second and size for the same.
+    # The text has another length, because Python treats files with equal time (in seconds) and size as equal.
     ball.write_text(ball.read_text().replace("GRAVITY = 9.81", "GRAVITY = 1.620"))
-    # This process has the old code, a new one has the edited code: their results must not stand in one table.
+    # This process has the old code and a new process the edited code; their results must not be in one table.
     with pytest.raises(ge.SweepError, match="another version of granular-env, of a plug-in"):
         run_sweep(BALLS, "other", workers=1)
     workload = make_workload(load_plan(BALLS))
@@ -330,7 +330,7 @@ def test_results_of_an_edited_package_are_computed_again(ball, tmp_path):
 
 
 def test_errors_of_another_package_are_rows_of_the_table_in_every_engine(ball):
-    """Of the first task as well, which compiles the kernels; and where its log is recorded."""
+    """Including errors of the first task, which compiles the kernels, and errors while a log is recorded."""
     ball.write_text(ball.read_text().replace("height, velocity, h = ", "height, velocity, h = 1 // 0, "))
     content = {**BALLS, "log_every": 2}
     errors = [run_sweep(content, engine, engine=engine).errors for engine in ("serial", "processes")]
@@ -359,7 +359,7 @@ def test_a_task_that_costs_its_process_is_named_and_the_rest_goes_on(fault, limi
     ball.write_text(text.replace(head, f"{head}if self.parameters.restitution == 0.65:\n            {fault}\n        "))
     sweep = run_sweep(BALLS, "out", workers=1, time_limit=limit)
     assert sweep.outcomes == ["failed", "done", "done"] and sweep.errors[0].startswith(error)
-    # The next sweep tries it again.
+    # The next sweep retries the task.
     ball.write_text(text)
     forget_code()
     assert run_sweep(BALLS, "out", engine="serial").done == 3
@@ -369,7 +369,7 @@ def test_logs_replay(tmp_path):
     sweep = run_sweep(plan(log_every=2), tmp_path / "out", engine="serial")
     assert list(sweep.table["log"].notna()) == [True, False, True, False]
     assert ge.verify(sweep.log(2)).identical
-    # More logs are wanted now: only what has none runs again.
+    # More logs are requested now: only tasks without a log run again.
     more = run_sweep(plan(log_every=1), tmp_path / "out", engine="serial")
     assert more.table["log"].notna().all() and lines(tmp_path / "out") == 6
 
@@ -394,7 +394,7 @@ def test_a_measured_input_goes_with_the_tasks_by_its_content(tmp_path):
     assert len(list((out / "inputs").iterdir())) == 2
 
 
-# Nine tubes that tear take minutes.
+# Nine tearing tubes take minutes.
 LONG_PLANS = {"notches-and-pressures"}
 
 
@@ -407,12 +407,12 @@ def test_shipped_plans_are_computed(name, tmp_path):
     assert sweep.done == sweep.size
     table = sweep.table
     if name == "solitary-wave-speed":
-        # Without precompression velocities scale everything: V goes with v^(1/5), and the amplitude with the striker's speed.
+        # Without precompression V scales as v^(1/5), and the amplitude is proportional to the striker's speed.
         slope = np.polyfit(np.log(table["amplitude"]), np.log(table["speed"]), 1)[0]
         assert slope == pytest.approx(0.2, abs=2e-4)
         np.testing.assert_allclose(table["amplitude"] / table["start.velocity.0"], 0.6816, atol=5e-4)
     if name == "discs-breaking":
-        # The springs are linear: twice the force at twice the breaking strain is the same run with twice the velocities.
+        # The springs are linear, so twice the force at twice the breaking strain is the same run with twice the velocities.
         rows = table.set_index(["component.breaking_strain", "input.force.peak"])
         for force in (0.5, 1.0, 1.5):
             once, twice = rows.loc[(0.01, force)], rows.loc[(0.02, 2.0 * force)]
@@ -421,7 +421,7 @@ def test_shipped_plans_are_computed(name, tmp_path):
             assert twice["torn"] == pytest.approx(4.0 * once["torn"], rel=1e-9)
         assert rows.loc[(0.01, 1.5), "broken"] == 1.0 and rows.loc[(0.01, 1.5), "middle"] == 0.0
     if name == "notches-and-pressures":
-        # The higher the tube was filled, the earlier and the farther it tears, whatever its notch is.
+        # With a higher filling pressure, the tube tears earlier and farther, for every notch.
         for _, rows in table.groupby("component.shell.body.notch.length"):
             assert rows.sort_values("component.gas.initial_pressure")["crack"].is_monotonic_increasing
             assert rows.sort_values("component.gas.initial_pressure")["torn_at"].is_monotonic_decreasing
@@ -492,7 +492,7 @@ def test_wrong_options_are_named_and_nothing_is_written(options, message, tmp_pa
 
 
 def test_the_table_of_all_parts_is_that_of_the_whole_plan(tmp_path):
-    grid = {"component.grains": [6, 8, 6], "start.velocity.0": [0.5, 1.0, TOO_FAST]}  # six tasks differ
+    grid = {"component.grains": [6, 8, 6], "start.velocity.0": [0.5, 1.0, TOO_FAST]}  # six distinct tasks
     whole = run_sweep(plan(grid=grid), tmp_path / "whole", engine="serial")
     for index in range(4):
         part = run_sweep(plan(grid=grid), tmp_path / "parts", engine="serial", part=f"{index}/4")
@@ -502,7 +502,7 @@ def test_the_table_of_all_parts_is_that_of_the_whole_plan(tmp_path):
     assert (tmp_path / "parts" / "table.csv").read_bytes() == (tmp_path / "whole" / "table.csv").read_bytes()
 
 
-# -- what is kept ---------------------------------------------------------------------------------------------------
+# -- stored results -------------------------------------------------------------------------------------------------
 
 
 def test_a_line_that_was_cut_off_is_computed_again(tmp_path):
@@ -558,7 +558,7 @@ def called(folder: Path, *arguments: str) -> subprocess.Popen:
 
 
 def first_results(folder: Path, program: subprocess.Popen) -> None:
-    """Wait until the program has kept a result."""
+    """Wait until the program has stored a result."""
     path = folder / "sweeps" / "long" / "results.jsonl"
     while not (path.exists() and path.stat().st_size):
         assert program.poll() is None, program.communicate()
@@ -577,7 +577,7 @@ def children(pid: int) -> list[int]:
 
 
 def all_gone(pids: list[int], seconds: float = 30.0) -> bool:
-    """Whether all of them end in time; multiprocessing's tracker of resources outlives its program by a moment."""
+    """Return whether all processes end in time; multiprocessing's resource tracker outlives its program briefly."""
     limit = time.monotonic() + seconds
     while any(alive(pid) for pid in pids) and time.monotonic() < limit:
         time.sleep(0.05)

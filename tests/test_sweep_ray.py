@@ -1,6 +1,6 @@
-"""Sweeps on Ray: the bits of one process, on a cluster of our own and on one of two nodes, of which one is killed.
+"""Sweeps on Ray: bitwise equal to one process, on a local cluster and on two nodes, one of which is killed.
 
-Whatever is started here carries a mark in its environment, by which all of it is ended.
+All processes started here have a mark in their environment, by which the tests end them.
 """
 
 import os
@@ -43,7 +43,7 @@ speed = { measurement = "waves_at", take = "speed", grain = 1, above = 0.1 }
 
 
 class Processes:
-    """What a test starts, by a mark in the environment that children inherit."""
+    """The processes started by a test, identified by a mark in the inherited environment."""
 
     def __init__(self) -> None:
         self.mark = f"GRANULAR_ENV_TEST_{secrets.token_hex(8)}"
@@ -137,9 +137,9 @@ def test_a_cluster_of_our_own_gives_the_bits_of_one_process_and_is_gone_afterwar
     assert told.startswith("120 tasks: 60 done, 60 failed\n")
     assert same_table(tmp_path)
     assert gone(started)
-    # No token is left in somebody's home.
+    # No token is left in the home folder.
     assert not (home / ".ray").exists()
-    # A task that fails before its first step leaves a log without one: there is nothing to compare.
+    # A task that fails before its first step leaves a log without steps, so there is nothing to compare.
     expected = {"done": "identical", "failed": "nothing was compared"}
     table = open_sweep(tmp_path / "ray").table
     logs = [(name, outcome) for name, outcome in zip(table["log"], table["outcome"], strict=True) if isinstance(name, str)]
@@ -155,7 +155,7 @@ def test_an_address_without_a_cluster_is_named(tmp_path):
 
 
 class Cluster:
-    """Two nodes on this machine, a core each."""
+    """A cluster of two nodes on this machine, with one core each."""
 
     def __init__(self, processes: Processes, folder: str) -> None:
         self.port = free_port()
@@ -193,7 +193,7 @@ class Cluster:
 
 @pytest.fixture
 def cluster(started):
-    folder = tempfile.mkdtemp(prefix="ray")  # a short path: sockets lie in it
+    folder = tempfile.mkdtemp(prefix="ray")  # a short path, because it contains sockets
     yield Cluster(started, folder)
     started.end()
     shutil.rmtree(folder, ignore_errors=True)
@@ -219,5 +219,5 @@ def test_a_node_that_is_killed_costs_only_its_running_tasks(tmp_path, started, c
     told, errors = program.communicate(timeout=400)
     assert told.startswith("1200 tasks: 600 done, 600 failed\n"), errors
     assert same_table(tmp_path)
-    # Each task is in the journal once: what was done before was not done again.
+    # Each task is in the journal once, so completed tasks were not repeated.
     assert journal.read_bytes().count(b"\n") == 1200

@@ -1,4 +1,4 @@
-"""The thermo-elasto-viscoplastic law against its own differential equations, closed forms, and rigid rotations."""
+"""The thermo-elasto-viscoplastic law against its differential equations, closed forms, and rigid rotations."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from granular_env.components.support.jit import jit
 from granular_env.components.support.validation import validate_parameters
 
 Tensor = np.ndarray
-# A bar that is stretched at constant volume: the equivalent strain rate is that of the stretch.
+# A bar stretched at constant volume, for which the equivalent strain rate is the axial strain rate.
 STRETCH = np.diag([1.0, -0.5, -0.5])
 ROOM = 293.0
 
@@ -37,7 +37,7 @@ equivalent_stress, largest_principal, elastic_energy_density = map(
 
 
 def six(tensor: Tensor) -> SymmetricTensor:
-    """Return a symmetric tensor of the kernels."""
+    """Return a symmetric tensor in the form used by the kernels."""
     return SymmetricTensor(*(float(tensor[i, j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))))
 
 
@@ -56,7 +56,7 @@ def validated(**fields: Any) -> Thermoviscoplastic:
 
 @jit
 def _strain_steadily(law, rate, tick, path):
-    """Strain a point at one rate; fill rows of equivalent stress, plastic strain, temperature, rate of flow."""
+    """Strain a point at a constant rate; fill rows of equivalent stress, plastic strain, temperature, flow rate."""
     stress, strain, temperature = SymmetricTensor(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), 0.0, 293.0
     increment = SymmetricTensor(
         tick * rate[0], tick * rate[1], tick * rate[2], tick * rate[3], tick * rate[4], tick * rate[5]
@@ -69,7 +69,7 @@ def _strain_steadily(law, rate, tick, path):
 
 
 def steady(law: Thermoviscoplastic, rate: float, strain: float, ticks: int) -> np.ndarray:
-    """Return equivalent stress, plastic strain, temperature and rate of flow while a bar is stretched at constant volume."""
+    """Return equivalent stress, plastic strain, temperature and flow rate of a bar stretched at constant volume."""
     tick, path = strain / rate / ticks, np.zeros((ticks, 4))
     _strain_steadily(law.constants(tick), np.array(six(rate * STRETCH)), tick, path)
     return path
@@ -94,7 +94,7 @@ def flow_stress(law: Thermoviscoplastic, strain: float, temperature: float) -> f
 
 
 def solution(law: Thermoviscoplastic, motion: Callable[[float], Tensor], end: float, start: Tensor | None = None) -> np.ndarray:
-    """Return stress (six), plastic strain and temperature at the end, by an integrator for stiff equations."""
+    """Return final stress (six), plastic strain and temperature from a stiff integrator."""
     heating = law.heat_fraction / (law.density * law.specific_heat)
 
     def derivative(time: float, state: np.ndarray) -> np.ndarray:
@@ -114,7 +114,7 @@ def solution(law: Thermoviscoplastic, motion: Callable[[float], Tensor], end: fl
         return np.array([*(np.array(six(change)) / law.yield_stress), rate, warming / ROOM])
 
     first = np.array([*(np.zeros(6) if start is None else np.array(six(start)) / law.yield_stress), 0.0, 1.0])
-    # Longer steps would try stresses at which the rate overflows.
+    # Longer steps would evaluate stresses at which the rate overflows.
     found = solve_ivp(derivative, (0.0, end), first, method="Radau", rtol=1e-9, atol=1e-12, max_step=5e-3 * end)
     assert found.success
     last = found.y[:, -1]
@@ -126,7 +126,7 @@ def solution(law: Thermoviscoplastic, motion: Callable[[float], Tensor], end: fl
 
 @pytest.mark.parametrize("rate", [1.0, 1e4])
 def test_a_stretched_bar_follows_the_flow_law(rate: float) -> None:
-    """q = g(e, T) (e' / e0')^(1/m), wherever it flows; 3e-4 is what the physics page asks for."""
+    """During flow, q = g(e, T) (e' / e0')^(1/m); 3e-4 is the tolerance stated on the physics page."""
     law = Thermoviscoplastic()
     for stress, strain, temperature, flow in steady(law, rate, 0.3, 3000)[100::100]:
         expected = flow_stress(law, strain, temperature) * (flow / law.reference_rate) ** (1.0 / law.rate_exponent)
@@ -134,7 +134,7 @@ def test_a_stretched_bar_follows_the_flow_law(rate: float) -> None:
 
 
 def test_metals_that_harden_linearly_can_be_given() -> None:
-    """Copper of the Taylor test, 400 MPa + 100 MPa e: n = 1, e0 = 4; at the reference rate the stress is that alone."""
+    """Copper of the Taylor test: 400 MPa + 100 MPa e (n = 1, e0 = 4) at the reference rate."""
     law = validated(
         young=117e9, yield_stress=400e6, hardening_exponent=1.0, reference_strain=4.0, reference_rate=1e3, softening=0.0,
         temperature_dependent=False, heat_fraction=0.0,
@@ -144,7 +144,7 @@ def test_metals_that_harden_linearly_can_be_given() -> None:
 
 
 def test_uniaxial_stress() -> None:
-    """With free sides: the axial stress is the flow stress, and the sides follow at constant plastic volume."""
+    """With free sides, the axial stress is the flow stress, and the lateral strain keeps the plastic volume constant."""
     law, tick, rate = Thermoviscoplastic(heat_fraction=0.0), 1e-7, 1e3
     constants, state = law.constants(tick), (six(np.zeros((3, 3))), 0.0, ROOM)
 
@@ -164,7 +164,7 @@ def test_uniaxial_stress() -> None:
 
 
 def test_plastic_work_heats() -> None:
-    """rho c dT = chi q de, with the integral taken of what came out."""
+    """rho c dT = chi q de, with the integral computed from the results."""
     law = Thermoviscoplastic()
     path = steady(law, 1e4, 0.3, 6000)
     stress, strain, temperature = path[:, 0], path[:, 1], path[:, 2]
@@ -178,7 +178,7 @@ def test_plastic_work_heats() -> None:
 
 
 def bent(time: float) -> Tensor:
-    """Return a rate of strain whose direction turns."""
+    """Return a strain rate with a rotating direction."""
     shear = np.array([[0.0, 1.0, 0.2], [1.0, 0.0, 0.0], [0.2, 0.0, 0.0]])
     return 1e4 * (STRETCH + 2e5 * time * shear)
 
@@ -202,7 +202,7 @@ def orders(law: Thermoviscoplastic, motion: Callable[[float], Tensor], start: Te
 
 @pytest.mark.parametrize(("motion", "error"), [("straight", 1e-4), ("bent", 1e-3)])
 def test_a_tick_is_of_first_order(motion: str, error: float) -> None:
-    """A law whose flow the ticks resolve: m = 5, started where it flows."""
+    """A law whose flow is resolved by the ticks: m = 5, started during flow."""
     law = validated(rate_exponent=5.0, reference_rate=1e3, temperature_dependent=False)
     found, last = orders(law, bent if motion == "bent" else lambda _: 1e4 * STRETCH, 1.2 * law.yield_stress * STRETCH / 1.5)
     assert found == pytest.approx([1.0] * 3, abs=0.15)
@@ -210,7 +210,7 @@ def test_a_tick_is_of_first_order(motion: str, error: float) -> None:
 
 
 def test_a_stiff_law_follows_its_equations() -> None:
-    """m = 100, from rest, across first yield, temperature-dependent constants and all, at ticks of 20 ns."""
+    """m = 100 from rest through first yield, with temperature-dependent constants, at ticks of 20 ns."""
     law = Thermoviscoplastic()
     exact = solution(law, lambda _: 1e4 * STRETCH, 2e-5)
     found = end_of(law, lambda _: 1e4 * STRETCH, 2e-5, 1000, np.zeros((3, 3)))
@@ -219,7 +219,7 @@ def test_a_stiff_law_follows_its_equations() -> None:
 
 
 def test_the_implicit_root_is_the_root() -> None:
-    """Random states, from creep to far above the flow stress, against bisection."""
+    """Random states from creep to far above the flow stress, against bisection."""
     random = np.random.default_rng(7)
     for m in (1.0, 4.0, 30.0, 100.0):
         law = Thermoviscoplastic(rate_exponent=m, heat_fraction=0.0)
@@ -241,7 +241,7 @@ def test_the_implicit_root_is_the_root() -> None:
 
 
 def test_far_above_the_flow_stress_and_far_too_hot() -> None:
-    """Nothing overflows or flows backwards; the flow stress ends at a thousandth."""
+    """No overflow or reverse flow; softening leaves at least a thousandth of the flow stress."""
     law = Thermoviscoplastic()
     constants = law.constants(1e-7)
     stress, *rest = advance_stress(constants, six(50.0 * law.yield_stress * STRETCH), six(1e-9 * STRETCH), 0.0, ROOM)
@@ -278,7 +278,7 @@ def rotation(angle: float) -> Tensor:
 
 
 def carried(stress: Tensor, motion: Callable[[float], Tensor], ticks: int, shear: float = 1.0, bulk: float = 2.0) -> Tensor:
-    """Return an elastic stress after a motion F(s), s from 0 to 1."""
+    """Return the elastic stress after a motion F(s) with s from 0 to 1."""
     before = motion(0.0)
     for tick in range(ticks):
         after = motion((tick + 1) / ticks)
@@ -295,14 +295,14 @@ STRESS = np.array([[3.0, 1.0, -0.5], [1.0, -2.0, 0.7], [-0.5, 0.7, 1.5]])
 
 @pytest.mark.parametrize("ticks", [10, 1000])
 def test_a_rigid_rotation_turns_the_stress_and_nothing_else(ticks: int) -> None:
-    """By 90 degrees, also of a strained body: exact to rounding, whatever the step."""
+    """A rotation by 90 degrees, also of a strained body, is exact to rounding for any step."""
     stretched = np.array([[1.1, 0.2, 0.0], [0.1, 0.9, 0.0], [0.0, 0.3, 1.05]])
     turned = carried(STRESS, lambda part: rotation(0.5 * math.pi * part) @ stretched, ticks)
     assert turned == pytest.approx(rotation(0.5 * math.pi) @ STRESS @ rotation(0.5 * math.pi).T, abs=1e-11)
 
 
 def test_strain_and_rotation_together_are_of_second_order() -> None:
-    """A motion is seen from a turning frame: the stress is that of the frame at rest, turned. 1,000 ticks leave 1e-6."""
+    """In a rotating frame, the stress is the rotated stress of the fixed frame; the error is 1e-6 with 1,000 ticks."""
 
     def strained(part: float) -> Tensor:
         return np.diag([1.0 + 0.2 * part, 1.0 - 0.1 * part, 1.0 + 0.05 * part])

@@ -1,4 +1,4 @@
-"""A gas and the shell around it in one tick: what passes between them, and that nothing is lost on the way."""
+"""A gas and the surrounding shell in one tick: exchange between them, and conservation."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SWITCHED_OFF = {"name": "two_way", "motion": False, "leakage": False}
 
 
 def run(tube: Any, ticks: int, **inputs: Any) -> Any:
-    """Return the tube so many ticks later."""
+    """Advance the tube by `ticks` ticks and return it."""
     tube.step(ticks * tube.step_size, **inputs)
     return tube
 
@@ -29,7 +29,7 @@ def run(tube: Any, ticks: int, **inputs: Any) -> Any:
 
 
 def test_stations_share_the_force_of_each_cell() -> None:
-    """Whatever the lengths are; the pressure of a uniform gas is that of each station."""
+    """For any lengths, and exact for a gas of uniform pressure."""
     tube = small_tube()
     interface, cells = tube.interface, tube.gas.parameters.cells
     pressure = 1e6 * (1.0 + np.cos(np.arange(cells) ** 1.7))
@@ -47,7 +47,7 @@ def test_stations_share_the_force_of_each_cell() -> None:
 
 @pytest.mark.parametrize("size", [0.0004, 0.001, 0.0037])
 def test_overlaps_cover_the_shell_once(size: float) -> None:
-    """With cells that are smaller or larger than the stations, and with even ones."""
+    """With cells smaller than, larger than and equal to the stations."""
     bounds = np.array([0.002, 0.0025, 0.0035, 0.0045, 0.005])
     stations, cell, length, offset = find_overlaps(bounds, size, math.ceil(0.006 / size))
     np.testing.assert_allclose(np.bincount(stations, length), np.diff(bounds), rtol=1e-13)
@@ -60,7 +60,7 @@ def test_overlaps_cover_the_shell_once(size: float) -> None:
 
 
 def test_one_way_is_the_gas_alone_and_then_the_shell_alone() -> None:
-    """To the bit, though both are advanced in one memory; the shell gets pressures that go linearly through each tick."""
+    """Bitwise, although both share one memory; the pressure on the shell is linear in time within each tick."""
     tube = small_tube(shell_steps=2)
     gas = ge.make("detonation", **GAS, step_size=tube.step_size)
     shell = ge.make("shell", **{**tube.parameters.shell.model_dump(), "step_size": 0.5 * tube.step_size})
@@ -100,7 +100,7 @@ def test_two_ways_that_are_switched_off_are_one_way() -> None:
 
 
 def test_the_gas_pays_for_what_the_wall_gets() -> None:
-    """Energy to rounding, but for what velocity Verlet makes of the shell; mass and momentum to rounding."""
+    """Energy is conserved to rounding apart from the shell's velocity Verlet error; mass and momentum to rounding."""
     tube = run(small_tube(coupling="two_way"), 240)
     energy, momentum, mass = tube.balances()
     work = energy.supplied["pressure_work"]
@@ -117,7 +117,7 @@ def test_the_gas_pays_for_what_the_wall_gets() -> None:
 
 
 def test_axial_forces_on_gas_and_wall_are_opposite_but_for_the_mesh() -> None:
-    """A wall that bulges is pushed along the tube where it is inclined."""
+    """The inclined parts of a bulging wall receive an axial force."""
     differences = []
     for times in (1, 2):
         body = {**BODY, "along": 6 * times + 1}
@@ -164,7 +164,7 @@ def test_a_gas_starts_with_the_cross_section_of_a_deformed_shell() -> None:
 
 
 def test_a_vessel_empties_as_theory_says() -> None:
-    """Through a nozzle in which the flow is as fast as sound, without heat; then until the pressure is that of the room."""
+    """Adiabatic flow through a choked nozzle, then flow down to the pressure of the room."""
     gamma, constant, volume = 1.4, 287.05, 1e-6
     medium = Medium(gamma, constant, 0.0, 0.01, 1e-6, 1.0, 300.0)
     one = lambda value: np.array([value])  # noqa: E731
@@ -199,7 +199,7 @@ def test_a_vent_lowers_the_pressure_behind_it() -> None:
 
 
 def test_gas_leaks_through_cracks() -> None:
-    """And pays for the work on a wall that breaks, to rounding; what a piece is not pressed on any more it does not pay for."""
+    """The gas supplies the work on a breaking wall to rounding, excluding pieces that carry no pressure any more."""
     tube, tight = cracking_tube(), cracking_tube(coupling={"name": "two_way", "leakage": False})
     for one in (tube, tight):
         run(one, 300)
@@ -215,7 +215,7 @@ def test_gas_leaks_through_cracks() -> None:
 
 
 def test_the_gas_pays_in_a_tick_that_tears_points_too() -> None:
-    """Nodes at cracks are shot through the wall: the areas with which the tick is finished count, to rounding."""
+    """Nodes at cracks are accelerated through the wall; the work uses the areas at the end of the tick, to rounding."""
     tube = run(cracking_tube(), 300)
     before, state = tube.get("exchange_difference"), tube.shell.tables().state
     for node in nodes_at_cracks(tube.shell):
@@ -226,7 +226,7 @@ def test_the_gas_pays_in_a_tick_that_tears_points_too() -> None:
     assert abs(tube.get("exchange_difference") - before) < 1e-10 * abs(work)
 
 
-# -- what is refused -----------------------------------------------------------------------------------------------------------
+# -- refusals ------------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("coupling", ["one_way", "two_way"])
@@ -240,11 +240,11 @@ def test_a_run_that_breaks_down_says_in_which_part_and_keeps_its_state(coupling:
     run(tube, 60, gas_ignition_power=0.0)
 
 
-# -- what a one-way coupling does not feel ----------------------------------------------------------------------------------
+# -- validity of a one-way coupling -----------------------------------------------------------------------------------------
 
 
 def swelling_ring(coupling: Any) -> Any:
-    """Return a soft ring full of air that is thrown outwards at 20 m/s: its radius grows by a quarter in some 30 us."""
+    """Return a soft air-filled ring with an outward velocity of 20 m/s, whose radius grows by a quarter in about 30 us."""
     tube: Any = ge.make("tube", **{**gas_ring(coupling, 1e6, 1e5).parameters.model_dump(), "step_size": 2e-7})
     nodes = tube.shell.nodes
     outward = nodes * [0.0, 1.0, 1.0]
@@ -268,7 +268,7 @@ def test_a_cross_section_that_has_grown_by_half_ends_the_validity_of_a_gas_that_
         assert found == [] and said == []
         return
     [event] = found
-    # The output is the mean of the field, the event that of the nodes: a tick apart, in which it grows by 0.003.
+    # The output averages the field, the event averages nodes; they differ by a tick, in which the ratio grows by 0.003.
     assert abs(event.tick - first) <= 1 and event.limit == 0.5 and 0.5 < event.value < 0.51
     assert tube.event_details[event.kind].ends_validity
     assert said[0].startswith(f"not valid from {1e6 * event.tick * tube.step_size:.4g} us on: the cross-section at ")

@@ -1,4 +1,4 @@
-"""Relief-v1: the first action fills the tube, the vent spares the wall, and an environment like any other."""
+"""Relief-v1: the first action fills the tube, the vent protects the wall; conformance of the environment."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ NAME = "granular_env/Relief-v1"
 
 @pytest.fixture(scope="module")
 def returns() -> dict[str, tuple[float, Mapping[str, Any]]]:
-    """The return and the last info of each baseline."""
+    """Return the return and the last info of each baseline."""
     env: Any = gymnasium.make(NAME).unwrapped
     return {name: play(env, policy) for name, policy in env.task.baselines().items()}
 
@@ -28,7 +28,7 @@ def returns() -> dict[str, tuple[float, Mapping[str, Any]]]:
 def test_the_more_is_known_the_better_and_the_strongest_filling_bursts_the_wall(returns) -> None:
     order = [returns[name][0] for name in ("strongest", "nothing", "theory", "best")]
     assert order == sorted(order)
-    # Pinned to two digits: they are in the docstring and on the page.
+    # Pinned to two digits, because the docstring and the page state them.
     assert [round(value, 2) for value in order] == [-0.53, 0.34, 0.6, 0.68]
     assert returns["strongest"][1]["plastic_strain"] > 2e-4 and returns["strongest"][1]["time"] < 1e-4
     assert returns["theory"][0] > gymnasium.spec(NAME).reward_threshold
@@ -51,7 +51,7 @@ def test_the_first_action_fills_the_tube_and_the_vent_stays_closed() -> None:
         before = tube.get("gas_temperature")
         _, _, _, _, info = env.step([action])
         assert info["initial_pressure"] == pytest.approx(pressure)
-        # The gas that no wave has reached is as it was filled, and as warm as before.
+        # Gas that no wave has reached keeps the filling pressure, at unchanged temperature.
         assert tube.get("gas_pressure")[40] == pytest.approx(pressure, rel=1e-9)
         assert tube.get("gas_temperature")[40] == pytest.approx(before[40], rel=1e-9)
         assert tube.get("vent_area") == 0.0
@@ -72,7 +72,7 @@ def test_an_open_vent_spares_the_wall_and_costs_push() -> None:
 
 
 def test_theory_calls_a_filling_safe_by_the_static_stress_of_what_comes_back() -> None:
-    # A detonation comes back from a rigid wall with 2.5 times its pressure: 275 MPa x wall / radius is 12.4 MPa.
+    # A detonation reflects from a rigid wall with 2.5 times its pressure; 275 MPa x wall / radius is 12.4 MPa.
     assert safe_filling() == pytest.approx(145e3, rel=0.03)
 
 

@@ -1,4 +1,4 @@
-"""The shipped experiments on the gas and the shell together, on coarser nodes."""
+"""The shipped experiments with gas and shell, with coarser node spacing."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from granular_env.viewing.scene_builder import from_log
 
 COARSE = {"component.gas.cells": 355, "component.shell.body.along": 62, "component.shell.body.around": 13}
 MEAN, WALL = 0.020195, 0.00089
-# 8 cm with the notch in the middle, soon after the closed end.
+# 8 cm with the notch in the middle, close to the closed end.
 NOTCHED: dict[str, Any] = {
     "component.gas.length": 0.3, "component.gas.cells": 150, "component.gas.gauges": [0.1], "component.position": 0.06,
     "component.shell.body.length": 0.08, "component.shell.body.along": 27, "component.shell.body.around": 28,
@@ -24,7 +24,7 @@ LENGTHS = {1: 0.0254, 2: 0.0508, 3: 0.0762}
 
 
 def test_the_whole_tube_loads_its_wall_and_its_log_replays(tmp_path: Path) -> None:
-    """Until the front has run 10 cm into the section; the spark needs 8 us to light the gas."""
+    """Run until the front is 10 cm into the section; the spark needs 8 us to ignite the gas."""
     path = tmp_path / "tube.mcap"
     ge.run("gato-shie-2010/whole-tube-coarse", log=path, overrides={**COARSE, "duration": 6.9e-4})
     log = ge.open_log(path)
@@ -36,7 +36,7 @@ def test_the_whole_tube_loads_its_wall_and_its_log_replays(tmp_path: Path) -> No
     _, pressure = log.series("shell_pressure")
     assert pressure.max() == pytest.approx(3.4e6, rel=0.1)
     static = (pressure.max() - 1e5) * 0.01975 * MEAN / (69e9 * WALL)
-    # The front is three times as fast as the waves that it would resonate with.
+    # The front is three times as fast as the resonant waves.
     assert radial.max() / static == pytest.approx(front_amplification(2374.0 / 827.0), rel=0.1)
     assert ge.verify(path).identical
 
@@ -56,7 +56,7 @@ def test_a_notch_tears_and_a_branch_of_the_log_tears_on_in_the_same_way(tmp_path
     log = ge.open_log(path)
     time, crack = log.series("shell_crack_length")
     assert 0.0 < np.interp(middle, time, crack) < 0.7 * crack[-1]
-    # The pictures of a report show the tearing, not the spark, which is the first event.
+    # The pictures of a report show the tearing, not the first event (ignition).
     shown = load_plane(log, from_log(log))
     assert shown is not None and tube.events()[0].kind == "gas_ignited"
     assert np.abs(shown.times - first.tick * tube.step_size).min() <= 2.0 * np.diff(time).max()
@@ -83,13 +83,13 @@ def test_the_papers_notches_tear_farther_the_higher_the_tube_was_filled(inches: 
         assert abs(energy.residual) < 1e-3 * energy.supplied["pressure_work"]
         assert abs(mass.residual) < 1e-14
         cracks.append(tube.get("shell_crack_length"))
-    # Cracks that have run over the whole piece are as long as each other, to a part in a thousand.
+    # Cracks through the whole piece have equal lengths to within a thousandth.
     assert LENGTHS[inches] < cracks[0] < 1.001 * cracks[1] < 1.001**2 * cracks[2] and cracks[0] < cracks[2]
 
 
 @pytest.mark.slow
 def test_flexural_waves_pile_up_at_a_front_of_their_speed() -> None:
-    """The wall swings out farther than at any other speed, and farther the longer the front runs; see the experiment."""
+    """The deflection of the wall is larger than at any other speed, and grows with the path of the front."""
     overrides = {"component.shell.body.around": 17, "duration": 1e-6}
     amplified = []
     for heat, duration in ((5.4e5, 5.4e-4), (1.084e6, 3.6e-4), (2.36e6, 2.6e-4)):
@@ -110,7 +110,7 @@ def test_flexural_waves_pile_up_at_a_front_of_their_speed() -> None:
 
 
 def test_the_experiment_of_the_papers_size_records_the_outcome(tmp_path: Path) -> None:
-    """A short piece on coarse nodes, soon after the closed end."""
+    """A short piece with coarse nodes, close to the closed end."""
     path = tmp_path / "log.mcap"
     coarse = {**NOTCHED, "component.gas.gauges": [], "component.shell.gauges": [], "component.shell.body.around": 14}
     ge.run("gato-shie-2010/notch-1-inch-fine", log=path, overrides={**coarse, "duration": 7e-5})

@@ -1,4 +1,4 @@
-"""What a verification says: identical only of a closed log that was run again; of all else, what differs or is missing."""
+"""Results of verification: "identical" only for a closed, replayed log; otherwise the differences or missing parts."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from granular_env.recording.records import KEY, SNAPSHOTS, START, STEPS, Record
 
 
 def said(path: Path, capsys: pytest.CaptureFixture[str]) -> tuple[int, str]:
-    """The exit status of the command, and what it prints."""
+    """Return the exit status and output of the command."""
     capsys.readouterr()
     status = main(["replay", str(path), "--verify"])
     return status, capsys.readouterr().out
@@ -59,11 +59,11 @@ def test_a_log_of_which_only_the_start_is_left_was_not_compared(tmp_path: Path, 
     assert status == 3 and "nothing was compared" in text and "identical" not in text
 
 
-# -- what is compared --------------------------------------------------------------------------------------------------
+# -- comparisons -------------------------------------------------------------------------------------------------------
 
 
 def test_incidents_that_cannot_be_compared_are_named(tmp_path: Path) -> None:
-    """The run after a step that failed is the same without it, so a re-run cannot tell whether there was one."""
+    """A failed step does not change the run after it, so a replay cannot detect whether it happened."""
     component = catalogue.make("chain", grains=8)
     with record(component, tmp_path / "a.mcap", every=1e-6):
         component.step(1e-5)
@@ -77,7 +77,7 @@ def test_incidents_that_cannot_be_compared_are_named(tmp_path: Path) -> None:
 
 
 def test_a_run_with_failed_and_empty_histories_is_identical(tmp_path: Path) -> None:
-    """Resets without a step, a step that fails, and one whose parts had been written: the preview is made again."""
+    """Resets without a step, a failed step, and a failed step with written parts: the preview is recreated."""
     component = catalogue.make("chain", **CHAIN)
     h = component.step_size
     with record(component, tmp_path / "a.mcap", every=h):
@@ -94,7 +94,7 @@ def test_a_run_with_failed_and_empty_histories_is_identical(tmp_path: Path) -> N
     assert result.ticks == 290
 
 
-# -- how it is said ----------------------------------------------------------------------------------------------------
+# -- messages ----------------------------------------------------------------------------------------------------------
 
 
 def test_a_difference_is_told_once_in_one_vocabulary(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -123,7 +123,7 @@ def _with_other_snapshot(why: int) -> Callable[[Record], Record]:
         snapshot = Snapshot.from_bytes(old.arrays["snapshot"].tobytes())
         memory = snapshot.memory.copy()
         words = memory.view(np.int64)
-        if not words.any():  # of the start before the reset, where that was written in time
+        if not words.any():  # frames of the start before the reset, if they were written in time
             return old
         words[np.flatnonzero(words)[0]] ^= 1
         other = Snapshot(snapshot.identity, snapshot.tick, memory.tobytes(), snapshot.inputs)

@@ -1,4 +1,4 @@
-"""A body in space whose cracks are gaps: in a scene for rerun, in pictures, and on the page of a report."""
+"""A body in space with cracks as gaps, in a rerun scene, in pictures, and on a report page."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ALONG, AROUND = 9, 24
 
 
 def burst_tube() -> Any:
-    """Return a short coarse tube, which a pressure tears open where it is weakest."""
+    """Return a short coarse tube that a pressure tears open at its weakest place."""
     return ge.make(
         "shell", body={"name": "tube", "length": 0.02, "along": ALONG, "around": AROUND}, material="thermoviscoplastic",
         fracture={"name": "principal_stress", "factor": 1.0, "scatter": 0.3, "seed": 1},
@@ -38,7 +38,7 @@ def burst_log(tmp_path_factory: pytest.TempPathFactory) -> Any:
 
 
 def present_values(rows: list[Any]) -> list[Any]:
-    """Return the values of the rows that have any."""
+    """Return the values of the non-empty rows."""
     return [one for one in rows if one is not None]
 
 
@@ -52,7 +52,7 @@ def test_cells_that_a_crack_crosses_are_left_out(burst_log: Any, tmp_path: Any) 
     sent, _ = columns(save_rrd(burst_log, tmp_path / "burst.rrd"))
     triangles = present_values(sent["scene/cells_surface"]["triangle_indices"])
     assert [len(one) for one in triangles] == [2 * count for count in kept]
-    # Without shared corners at the gap, its lips have edges of their own.
+    # Cells share no corners across the gap, so each lip has separate edges.
     edges = present_values(sent["scene/edges_surface"]["strips"])
     assert len(edges) == 7 and len(edges[-1]) < len(edges[0])
     inside = present_values(sent["scene/inside_surface"]["triangle_indices"])
@@ -66,7 +66,7 @@ def test_pictures_show_the_outside_lit_and_the_inside_dark(burst_log: Any) -> No
     assert "Cells that a crack crosses are left out" in words(plane) and "dark is the inside" in words(plane)
     [surface] = visible_cells(burst_log.drawables)
     seen = plane.seen(mesh, 0)
-    # Turned, not stretched.
+    # Rotated, not stretched.
     assert np.ptp(seen, axis=0).max() <= np.sqrt((np.ptp(surface.nodes, axis=0) ** 2).sum())
     assert np.allclose(plane.eye.T @ plane.eye, np.eye(3)) and np.linalg.det(plane.eye) == pytest.approx(1.0)
 
@@ -84,9 +84,9 @@ def test_the_page_has_the_body_in_each_quantity_and_a_film(burst_log: Any, tmp_p
     assert 'class="film"' in page and "In space" in page and "coloured by mean plastic strain around the nodes" in page
     assert (tmp_path / "page" / "plane-surface_plastic_strain.png").is_file()
     assert "chosen surface nodes in time" in page and "surface_nodes" not in page
-    # How much that is, is said too: of a free body it may be rounding, of which the residual is a part like any other.
+    # The absolute size is stated too, because for a free body the largest entry may itself be rounding.
     assert re.search(r"Residual of momentum: at most \S+ of the largest entry, 0\.0\d+ kg m/s", page)
-    # Numbers of nodes around a tube say little about where they are.
+    # Node numbers around a tube do not determine positions.
     assert not list((tmp_path / "page").glob("*space-time.png"))
 
 

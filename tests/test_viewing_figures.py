@@ -1,4 +1,4 @@
-"""Figures and reports: complete, self-contained, and harmless whatever a log says."""
+"""Figures and reports: complete, self-contained, and safe for any log content."""
 
 import re
 import subprocess
@@ -73,7 +73,7 @@ def test_exaggeration_shows_the_wave_and_lets_no_grains_pass(chain_log):
     drawn = motion.reference[:, 0] + factor * motion.displacement[..., 0]
     overlap = motion.radius[1:] + motion.radius[:-1] - np.diff(drawn, axis=1)
     assert factor > 1.0 and re.fullmatch(r"[125]0*", f"{factor:.0f}")
-    # Half a radius, or less by the rounding to 1, 2, 5 (a factor of up to 2.5).
+    # Half a radius, reduced by rounding to 1, 2, 5 (a factor of up to 2.5).
     assert 0.2 * 3e-3 <= overlap.max() <= 0.5 * 3e-3 * (1 + 1e-9)
 
 
@@ -137,7 +137,7 @@ def test_report_escapes_what_a_log_says(chain_log, tmp_path):
     tags = {tag.lower() for tag in re.findall(r"<\s*/?\s*([a-zA-Z0-9]+)", html)}
     assert not tags & {"script", "iframe", "object", "embed", "link", "base", "form", "b"}
     assert "http:" not in html and "https:" not in html.replace("https://example.org/x.png", "")
-    # Every address in an attribute is a picture of the page's own or a place on it.
+    # Every address in an attribute is an embedded picture or an anchor of the page.
     assert all(
         address.startswith(("data:image/png;base64,", "#")) for address in re.findall(r"(?:src|href)=\"([^\"]*)\"", html)
     )
@@ -158,7 +158,7 @@ def test_a_log_of_velocities_alone_is_drawn_at_the_positions_at_the_start(tmp_pa
     with open_log(tmp_path / "v.mcap") as log:
         motion = from_log(log).motion
         np.testing.assert_array_equal(motion.colour, log.series("velocity")[1])
-        # No overlaps are made up from displacements that nobody knows.
+        # Unknown displacements give no overlaps.
         assert not motion.displacement.any() and motion.contact is None
         html = report(log, tmp_path).read_text()
     for heading in ("x-t diagram", "Profiles at chosen times", "Histories of chosen grains"):

@@ -1,4 +1,4 @@
-"""Inputs as viewers, reports and plots show them: numbers, and arrays of few and of many elements."""
+"""Inputs in viewers, reports and plots: numbers, and arrays with few and with many elements."""
 
 from pathlib import Path
 
@@ -19,14 +19,14 @@ COLUMNS = 12
 
 @pytest.fixture(scope="module")
 def broken_row(tmp_path_factory: pytest.TempPathFactory) -> Log:
-    """Return the log of the shipped row, which is pulled at both ends by half sines."""
+    """Return the log of the shipped row with half-sine forces at both ends."""
     path = tmp_path_factory.mktemp("inputs") / "row.mcap"
     ge.run("discs/broken-row", log=path)
     return open_log(path)
 
 
 def _pushed(path: Path, *forces: object) -> Log:
-    """Return the log of a row of discs with one input after the other held for ten ticks each."""
+    """Return the log of a row of discs with successive inputs held for ten ticks each."""
     discs = ge.make("discs", rows=1, columns=COLUMNS)
     with record(discs, path, every=discs.step_size):
         for force in forces:

@@ -1,4 +1,4 @@
-"""Live views: they change no bit, send twenty frames a second of wall time, and tell what was not sampled."""
+"""Live views change no bit, send twenty frames per second of wall time, and mark times that were not sampled."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ pytest.importorskip("rerun", reason="the extra `view` is not installed")
 
 
 class Clock:
-    """Wall time that passes only where it is told to."""
+    """A wall clock that advances only on request."""
 
     def __init__(self, monkeypatch):
         self.now = 100.0
@@ -42,7 +42,7 @@ def clock(monkeypatch):
 
 
 def instants_of_frames(clock, pacing, ticks_per_second, frame_seconds, seconds, stalls=()):
-    """Wall times [s] and ticks of the frames of a run that does so many ticks per second; `stalls`: frames that take 1 s."""
+    """Return wall times [s] and ticks of the frames of a run with a given tick rate; frames in `stalls` take 1 s."""
     frames, tick, begin = [], 0, clock.now
     pacing.restart(0)
     upcoming = 1
@@ -61,21 +61,21 @@ def instants_of_frames(clock, pacing, ticks_per_second, frame_seconds, seconds, 
 @pytest.mark.parametrize("frame_seconds", [0.0, 0.01, 0.02])
 def test_twenty_frames_a_second_are_sent_however_fast_the_run_is(clock, ticks_per_second, frame_seconds):
     frames = instants_of_frames(clock, Pace(), ticks_per_second, frame_seconds, 10.0)
-    # A frame is sent up to a tenth early, or up to a tick late.
+    # Frames are sent up to a tenth early or up to a tick late.
     assert 190 <= len(frames) <= 224
     assert np.diff(frames[5:, 0]).max() < 0.06
 
 
 def test_large_frames_take_at_most_half_of_the_time(clock):
     frames = instants_of_frames(clock, Pace(), 1e5, 0.2, 20.0)
-    # One each 0.4 s; the first five come sooner, since the distance between frames grows by a factor of 4.
+    # One frame per 0.4 s; the first five come sooner, because the distance between frames grows by a factor of 4.
     assert 45 <= len(frames) <= 55
 
 
 def test_a_pace_holds_a_run_back_and_spaces_its_frames_evenly(clock):
     frames = instants_of_frames(clock, Pace(1000.0), 1e6, 0.002, 4.0)
     assert len(frames) == pytest.approx(80, abs=1)
-    # The first frame is that of the first tick.
+    # The first frame is at the first tick.
     assert frames[0, 1] == 1.0 and set(np.diff(frames[1:, 1])) == {50.0}
     np.testing.assert_allclose(frames[:, 0], frames[:, 1] / 1000.0, atol=2e-3)
 
@@ -101,7 +101,7 @@ def test_a_live_viewer_changes_no_bit_and_sends_frames(tmp_path):
 
 
 def picture_of(times, end):
-    """The x-t diagram of a chain whose grains have the velocity 1 m/s at each instant that was sampled."""
+    """Return the x-t diagram of a chain with grain velocities of 1 m/s at each sampled time."""
     motion = from_component(make("chain", grains=10)).motion
     growing = GrowingPicture(0.0, end)
     for time in times:
@@ -110,14 +110,14 @@ def picture_of(times, end):
 
 
 def sampled_part(picture, low, high):
-    """How much of an interval of time is drawn in a colour of the map."""
+    """Return the fraction of a time interval that is drawn in a colour of the map."""
     rows = np.rint(picture.rows(np.linspace(low, high, 200)[1:-1])).astype(int)
     column = picture.pixels[rows, int(0.5 * (picture.left + picture.right))]
     return float((column != np.array(rgb(NOT_SAMPLED))).any(axis=1).mean())
 
 
 def test_instants_that_were_not_sampled_are_not_drawn_as_a_chain_at_rest():
-    """Three frames, two of them at the end: what a run that is over at once leaves."""
+    """Three frames, two of them at the end, as left by a very short run."""
     picture = picture_of([0.0, 4.9e-4, 5e-4], 5e-4)
     assert sampled_part(picture, 0.2e-4, 4.6e-4) == 0.0
     assert sampled_part(picture, 4.95e-4, 5e-4) == 1.0
@@ -165,7 +165,7 @@ def test_a_viewer_that_fails_does_not_stop_the_run(tmp_path, monkeypatch):
     watching.close()
 
 
-# -- what is refused ------------------------------------------------------------------------------------------------------
+# -- refusals -------------------------------------------------------------------------------------------------------------
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""Planes in the viewer and on the page: cells, discs with spokes and cracks, scales of colours, the film."""
+"""Planes in the viewer and on the page: cells, discs with spokes and cracks, colour scales, the film."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ BRITTLE = {"name": "mohr_coulomb", "cohesion": 2e6, "internal_friction": 0.4, "t
 
 
 def coupled_body(**automata):
-    """Return a grid next to automata, with a left side that moves."""
+    """Return a grid next to automata, with a moving left side."""
     part = {"name": "rectangle", "columns": 6, "rows": 4, "cell_size": 5e-3}
     beside = {"name": "rectangle", "width": 0.03, "height": 0.02}
     return ge.make(
@@ -36,7 +36,7 @@ def coupled_body(**automata):
 
 @pytest.fixture(scope="module")
 def coupled_log(tmp_path_factory):
-    """One that is pushed from the left."""
+    """Return the log of a body pushed from the left."""
     path, coupled = tmp_path_factory.mktemp("coupled") / "coupled.mcap", coupled_body()
     variables = ["grid_speed", "grid_displacement", "automata_speed", "automata_displacement"]
     with ge.record(coupled, path, every=2e-6, variables=variables):
@@ -46,7 +46,7 @@ def coupled_log(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def cracking_log(tmp_path_factory):
-    """A brittle sample that is torn apart: so many automata that the links which hold would hide them."""
+    """Return the log of a torn brittle specimen with so many automata that intact links would hide them."""
     path = tmp_path_factory.mktemp("cracking") / "cracking.mcap"
     automata = ge.make(
         "automata", shape={"name": "rectangle", "width": 0.03, "height": 0.03}, diameter=2e-3, packing="square", material=ROCK,
@@ -68,7 +68,7 @@ def test_a_grid_and_automata_are_drawn_side_by_side_in_the_same_colours(coupled_
     np.testing.assert_allclose(drawn[:, :, :2], cells.nodes + scales.exaggeration * moved, atol=1e-7)
     triangles = next(row for row in found["scene/cells_grid"]["triangle_indices"] if row is not None)
     assert len(triangles) == 2 * len(cells.connectivity)
-    # The nodes of the grid are no particles, one scale serves both parts, and the legend says what it means.
+    # The nodes of the grid are not particles, both parts share one scale, and the legend explains it.
     assert scene_data.motion.name == "automata" and len(scene_data.motions) == 1 and nodes.located
     (scale,) = scales.colours
     assert scale.names == ("automata_speed", "grid_speed") and scale.unit == "m/s" and not scale.has_sign
@@ -98,10 +98,10 @@ def test_cells_that_never_move_are_drawn_without_a_word_on_displacements(tmp_pat
         found, _ = columns(save_rrd(log, tmp_path / "scene.rrd"))
         page = report(log, tmp_path / "report").read_text()
     colours = [row for row in found["scene/cells_tube"]["vertex_colors"] if row is not None]
-    assert len(colours) == 5 and len(colours[0]) == 4 * 50  # one colour for each cell: no shared corners
+    assert len(colours) == 5 and len(colours[0]) == 4 * 50  # one colour per cell, so corners are not shared
     words = next(row for row in found["caption"]["text"] if row is not None)[0]
     assert "isplacement" not in words and "isplacement" not in page.partition("Validity")[0]
-    # It is drawn along x too.
+    # The pressure is also drawn along x.
     assert "Pressure along x (across)" in page and "chosen cells" in page and 'class="film"' in page
 
 
@@ -110,7 +110,7 @@ def test_cracks_lie_across_broken_links_while_their_ends_are_near():
     places = rest + [[0.0, 0.0], [0.2, 0.0], [0.2, 0.0], [3.0, 0.0]]
     pairs = np.array([[0, 1], [1, 2], [2, 3]])
     assert crack_lines(places, rest, pairs, np.ones(3)).shape == (0, 2, 2)
-    (line,) = crack_lines(places, rest, pairs, np.array([0.0, 1.0, 0.0]))  # the second broken one has gaped
+    (line,) = crack_lines(places, rest, pairs, np.array([0.0, 1.0, 0.0]))  # the other broken link has opened too far
     np.testing.assert_allclose(sorted(line.tolist()), [[0.6, -0.3], [0.6, 0.3]])
     (deep,) = crack_lines(places @ np.eye(2, 3), rest @ np.eye(2, 3), pairs[:1], np.zeros(1), (0.0, 0.0, 1.0))
     np.testing.assert_allclose(sorted(deep[:, :2].tolist()), sorted(line.tolist()))
@@ -128,7 +128,7 @@ def test_cracked_automata_have_spokes_and_cracks_and_no_links_over_them(cracking
     spokes = np.array(found["scene/spokes_automata"]["strips"][-1])
     along = spokes[:, 1] - spokes[:, 0]
     np.testing.assert_allclose(np.arctan2(along[:, 1], along[:, 0]), turned, atol=1e-4)
-    # They are in front of the discs, on the rays from the camera to their centres.
+    # The cracks are in front of the discs, on the rays from the camera to their centres.
     scene_data = from_log(cracking_log)
     scales = scales_of(scene_data)
     eye = np.array(whole_camera(scene_data, scales, None).place) / scales.magnification
@@ -171,7 +171,7 @@ def test_the_page_has_a_film_with_events_on_its_time_axis_and_no_script(cracking
     counts, _ = np.histogram(times, cracking_log.times("displacement"))
     assert strip.count("<rect") == np.count_nonzero(counts)
     assert f"{sum(event.kind == 'tension_break' for event in events)} x tension break" in page
-    # What the pictures below say of displacements, the film says too; and the report says what the events' numbers are.
+    # The film states the displacement factor like the pictures below it, and the report explains the numbers of the events.
     (stretched,) = set(re.findall(r"isplacements drawn ([0-9e+]+) x larger", page))
     assert float(stretched) > 1.0 and re.search(r"<legend>[^<]*Displacements drawn", page)
     heads = re.search(r"<tr>(?=<th[^>]*>time \[s\])(.*?)</tr>", page)[1]
@@ -179,7 +179,7 @@ def test_the_page_has_a_film_with_events_on_its_time_axis_and_no_script(cracking
     place = place_of(events[0].index, cracking_log.event_details[events[0].kind], cracking_log.drawables)
     assert f"<td>Pa</td><td>{place.elements}</td><td>{position_words(place.position)}</td>" in page
     assert all(text.replace(">", "&gt;") in page for text in cracking_log.metadata["conclusions"])
-    # Numbers in a packing do not say where an automaton is: no x-t diagram, unless one is asked for.
+    # Numbers in a packing do not determine positions, so there is no x-t diagram unless requested.
     assert "Histories of chosen automata" in page and "x-t diagram" not in page and "Profiles" not in page
     chosen = report(cracking_log, tmp_path / "chosen", variables=["damage"]).read_text()
     assert 'class="film"' not in chosen and "x-t diagram" in chosen
@@ -198,7 +198,7 @@ def test_the_page_has_a_film_with_events_on_its_time_axis_and_no_script(cracking
     ids=["coupled by damage", "coupled by pressure", "grid", "discs", "detonation", "chain"],
 )
 def test_what_was_recorded_colours_what_names_another_output(tmp_path, component, recorded, colours, notes):
-    """Every view has it from `from_log`; links and broken cells colour nothing, and a note says what nothing colours."""
+    """All views take the colour from `from_log`; states of links and cells colour nothing; a note names uncoloured shapes."""
     pytest.importorskip("matplotlib", reason="the extra `view` is not installed")
     with ge.record(component, tmp_path / "one.mcap", variables=recorded):
         component.step(10 * component.step_size)

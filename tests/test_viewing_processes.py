@@ -1,4 +1,4 @@
-"""Rerun's processes: on 127.0.0.1 only, silent, without reports to anybody, and gone when ours has gone."""
+"""Rerun's processes: only on 127.0.0.1, without output and usage data, and ended with the parent process."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ pytest.importorskip("rerun", reason="the extra `view` is not installed")
 
 
 def has_vulkan():
-    """Whether the libraries are here, and a driver where the environment lists them: an empty list hides them all."""
+    """Return whether the libraries and, if the environment lists drivers, a driver exist; an empty list hides all drivers."""
     named = os.environ.get("VK_DRIVER_FILES", os.environ.get("VK_ICD_FILENAMES"))
     drivers = named is None or any(Path(name).is_file() for name in named.split(os.pathsep) if name)
     return drivers and all(ctypes.util.find_library(name) for name in ("vulkan", "EGL", "xkbcommon-x11"))
@@ -48,7 +48,7 @@ def log_path(tmp_path_factory):
 
 @contextlib.contextmanager
 def served(path):
-    """A log in the web viewer, as `view` serves it."""
+    """Serve a log in the web viewer, as `view` does."""
     with open_log(path) as log:
         data = viewer.scene_bytes(log)
     with RerunProcess(data=data, web=True) as process:
@@ -59,7 +59,7 @@ def served(path):
 def test_the_web_viewer_listens_on_this_machine_only(log_path):
     with served(log_path) as process:
         for port in (process.web_port, process.port):
-            # Every 127.x address is this machine; a server on all interfaces would answer here, one on 127.0.0.1 does not.
+            # All 127.x addresses are this machine; a server on all interfaces would answer here, one on 127.0.0.1 does not.
             with pytest.raises(OSError), socket.create_connection(("127.0.0.2", port), timeout=5.0):
                 pass
     assert process.process.poll() is not None
@@ -67,7 +67,7 @@ def test_the_web_viewer_listens_on_this_machine_only(log_path):
 
 @pytest.mark.skipif(browser.found() is None, reason="no Chromium here: make system-packages")
 def test_the_web_viewer_shows_the_layout_and_plays_in_a_real_browser(log_path, tmp_path):
-    """The chain's pane reaches over the whole width, on its own dark ground; the line at `now` in the x-t diagram moves."""
+    """The chain's pane has the full width and its dark background; the line at the present time in the x-t diagram moves."""
     with served(log_path) as process, browser.Browser() as chromium:
         chromium.call("Emulation.setDeviceMetricsOverride", width=900, height=600, deviceScaleFactor=1, mobile=False)
         light = {"name": "prefers-color-scheme", "value": "light"}
@@ -85,7 +85,7 @@ def test_the_web_viewer_shows_the_layout_and_plays_in_a_real_browser(log_path, t
 
 
 def row_of_now(picture):
-    """The row of the orange line that lies across the x-t diagram, 0 where the chain's pane does not reach over the page."""
+    """Return the row of the orange line across the x-t diagram, 0 if the chain's pane does not have the full width."""
     from matplotlib.image import imread
 
     pixels = np.rint(255 * imread(picture)[..., :3]).astype(int)
@@ -103,7 +103,7 @@ def row_of_now(picture):
 
 
 def children(pid):
-    """The process, and what it started, by /proc."""
+    """Return a process and its descendants, from /proc."""
     parents = {}
     for entry in Path("/proc").iterdir():
         with contextlib.suppress(OSError, ValueError):
@@ -125,7 +125,7 @@ def alive(pid):
 
 @pytest.fixture
 def viewing(log_path, tmp_path):
-    """`granular-env view LOG --web` in a process of its own that serves already, and its folder for temporary files."""
+    """Start `granular-env view LOG --web` in a separate process that already serves; return it and its temporary folder."""
     folder = tmp_path / "temporary"
     folder.mkdir()
     environment = {**os.environ, "TMPDIR": str(folder), "HOME": str(tmp_path), "XDG_CONFIG_HOME": "", "XDG_DATA_HOME": ""}

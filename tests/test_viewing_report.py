@@ -1,4 +1,4 @@
-"""What a report shows: everything that was measured, as it was asked for, on a page of the reader's colours."""
+"""Contents of a report: all recorded data, as requested, in the reader's colour theme."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def log(log_path):
 
 @pytest.fixture(scope="module")
 def whole(log_path, tmp_path_factory):
-    """The page of all that was recorded, and what its progress told."""
+    """Return the page with all recorded data, and the reported progress."""
     told = []
     with open_log(log_path) as opened:
         return report(opened, tmp_path_factory.mktemp("page"), progress=told.append), told
@@ -99,7 +99,7 @@ def test_the_experiment_stands_at_the_top_and_can_be_run_again(log, whole):
     assert " ".join(shipped.description.split())[:60] in " ".join(lead.split())
     assert f"Run report: {SHIPPED}" in lead and readable_bytes(log.path.stat().st_size) in lead
     assert "This page did not verify the log" in html
-    # What the page prints as a file is the experiment that was run.
+    # The experiment file on the page is the experiment that was run.
     from html import unescape
 
     text = next(part for part in map(unescape, re.findall(r"<pre>(.*?)</pre>", html, re.DOTALL)) if "[component]" in part)
@@ -156,7 +156,7 @@ def test_a_field_along_a_curve_stands_over_its_coordinate(tmp_path):
 
 
 def test_vectors_and_a_single_gauge_have_histories(tmp_path):
-    """Displacements are seen in the pictures, and as histories where they are asked for."""
+    """Displacements are visible in the pictures, and as histories on request."""
     grid, gas = make("grid", receivers=[[0.01, 0.01], [0.02, 0.02]]), make("detonation", gauges=[0.5])
     for name, component, recorded in (("grid", grid, ["receiver_velocity", "displacement"]), ("gas", gas, ["gauge_pressure"])):
         with record(component, tmp_path / f"{name}.mcap", variables=recorded):

@@ -1,4 +1,4 @@
-"""Rerun scenes: what arrives in the file, live viewers that change nothing, servers on 127.0.0.1 only."""
+"""Rerun scenes: contents of the file, live viewers without side effects, servers only on 127.0.0.1."""
 
 import dataclasses
 import subprocess
@@ -41,7 +41,7 @@ def test_a_saved_scene_holds_grains_of_true_size_stretched_by_the_stated_factor(
     np.testing.assert_array_equal(np.float32(radii), np.float32(motion.radius))
     drawn = np.array([row for row in grains["positions"] if row is not None])
     assert drawn.shape == (len(motion.times), 60, 3)
-    # Single precision of positions up to 0.4 m.
+    # Single precision for positions up to 0.4 m.
     np.testing.assert_allclose(drawn, motion.reference + factor * motion.displacement, atol=1e-7)
     assert {"time", "tick"} <= timelines["scene/particles_grains"]
     assert len(RrdReader(path).blueprints()) == 1
@@ -71,13 +71,13 @@ def test_fields_along_a_line_are_curves_in_panes_of_their_own(tmp_path):
         found, _ = columns(save_rrd(log, tmp_path / "scene.rrd"))
     curves = np.array([row[0] for row in found["profiles/pressure/curve"]["strips"] if row is not None])
     assert curves.shape == (len(pressure.times), 40, 2)
-    # Evenly spaced across; up is less, and the values are those of the log, on one scale that begins at 0.
+    # Evenly spaced horizontally; pixel rows count downwards; the values are those of the log on one scale from 0.
     np.testing.assert_allclose(np.ptp(np.diff(curves[0, :, 0])), 0.0, atol=1e-3)
     top = pressure.values.max() * 1.05
     np.testing.assert_allclose(curves[..., 1], 120.0 * (1.0 - pressure.values / top), atol=1e-3)
     words = next(row for row in found["caption"]["text"] if row is not None)[0]
     assert "Curves along x:** pressure, velocity, temperature, progress" in words
-    # Several share a grid; a single one has the whole width, which a grid of one pane would not give it.
+    # Several panes share a grid; a single pane gets the full width, which a grid would not give.
     for count, kind in ((4, "Grid"), (1, "Spatial2DView")):
         layout = blueprint(dataclasses.replace(scene_data, profiles=scene_data.profiles[:count]), None, None, 1e-4)
         assert type(layout.root_container.contents[0]).__name__ == kind
@@ -104,7 +104,7 @@ def test_a_jump_of_an_input_is_drawn_as_a_jump(tmp_path):
 
 
 def test_no_peak_of_an_input_of_many_steps_is_lost(tmp_path):
-    """Fifty single steps of different heights, among ten thousand that go up and down, arrive with their heights."""
+    """Fifty single steps of different heights among ten thousand oscillating values keep their heights."""
     oscillator = make("oscillator")
     peaks = {200 * number + 57: 2.0 + 0.01 * number for number in range(50)}
     with record(oscillator, tmp_path / "log.mcap", every=10.0):
@@ -114,7 +114,7 @@ def test_no_peak_of_an_input_of_many_steps_is_lost(tmp_path):
         curve = from_log(log).inputs["force"]
     assert len(curve.values) <= 4000
     assert set(peaks.values()) <= set(curve.values)
-    # Between the peaks the band from 0 to 1 N is filled: both are touched in each hundredth of the run.
+    # Between the peaks the band from 0 to 1 N is filled: each hundredth of the run contains both values.
     for part in np.array_split(curve.values, 100):
         assert {0.0, 1.0} <= set(part)
 

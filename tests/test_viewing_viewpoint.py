@@ -1,4 +1,4 @@
-"""From where a body in space is seen: its outside, on the side where most happens, in the viewer as in a report's pictures."""
+"""The viewpoint for a body in space, in the viewer and in reports: outside, on the side with most events."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ AROUND, ALONG = 36, 4
 
 
 def tube(axis: int = 0, begin: float = 0.0, end: float = 2.0 * math.pi) -> Cells:
-    """Return the surface of a tube, or of a part of one, along an axis; angles are counted from the next axis but one."""
+    """Return the surface of a tube, or a part of it, along an axis; angles are counted from the next axis but one."""
     x, turned = (part.ravel() for part in np.meshgrid(np.linspace(0.0, 6.0, ALONG + 1), np.linspace(begin, end, AROUND + 1),
                                                       indexing="ij"))  # fmt: skip
     nodes = np.roll(np.stack([x, np.sin(turned), np.cos(turned)], axis=1), axis, axis=1)
@@ -34,13 +34,13 @@ def tube(axis: int = 0, begin: float = 0.0, end: float = 2.0 * math.pi) -> Cells
 
 
 def outwards(angle: float, axis: int = 0) -> np.ndarray:
-    """Return the normal of that tube at an angle."""
+    """Return the normal of this tube at an angle."""
     return np.roll([0.0, math.sin(angle), math.cos(angle)], axis)
 
 
 @dataclasses.dataclass
 class FakeLog:
-    """A log that has events and drawables only."""
+    """A log that has only events and drawables."""
 
     drawables: tuple[Any, ...]
     happened: list[Event]
@@ -57,7 +57,7 @@ class FakeLog:
 
 
 def log_of(surface: Cells, happened: list[Event] | None = None) -> FakeLog:
-    """Return a log of a body with a point below the middle of each cell."""
+    """Return a log of a body with a point below the centre of each cell."""
     places = surface.nodes[surface.connectivity].mean(axis=1)
     flat = Cells("gas", np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]), np.array([[0, 1, 2, 3]]), "damage")
     points = Points("points", places - 0.01 * places.mean(axis=0), np.full(len(places), 0.01), "moved")
@@ -65,12 +65,12 @@ def log_of(surface: Cells, happened: list[Event] | None = None) -> FakeLog:
 
 
 def broken(cells: Any) -> list[Event]:
-    """Return an event at each of some points."""
+    """Return events at the given points."""
     return [Event(tick, "broken", int(cell), 1.0, 1.0) for tick, cell in enumerate(cells)]
 
 
 def cell_at(angle: float) -> int:
-    """Return the cell of a whole tube around an angle, halfway along it."""
+    """Return the cell of a whole tube at an angle, halfway along the tube."""
     return ALONG // 2 * AROUND + int(angle / (2.0 * math.pi) * AROUND)
 
 
@@ -83,7 +83,7 @@ def test_a_crack_anywhere_around_a_tube_is_seen(axis: int) -> None:
         assert focus is not None and focus == pytest.approx(outwards(angle, axis), abs=1e-9)
         eye = viewpoint(focus)
         assert np.sqrt(eye @ eye) == pytest.approx(1.0)
-        # The worst place has a small component on the hidden side: 0.6 cos(12 degrees) - 0.76 sin(12 degrees) = 0.43.
+        # The worst position has a small component on the hidden side: 0.6 cos(12 degrees) - 0.76 sin(12 degrees) = 0.43.
         assert eye @ outwards(angle, axis) > 0.42
 
 
@@ -107,7 +107,7 @@ def test_part_of_a_tube_is_looked_at_from_its_outside() -> None:
 
 @pytest.fixture(scope="module")
 def notched_log(tmp_path_factory: pytest.TempPathFactory) -> Any:
-    """Return the log of a whole tube that cracks at its notch, behind and below."""
+    """Return the log of a whole tube that cracks at a notch at the back and bottom."""
     notch = {"length": 0.003, "depth": 0.0004, "width": 0.0004, "around": 2.0, "columns": 1}
     body = ge.make(
         "shell", body={**BODY, "half": False, "along": 13, "around": 24, "notch": notch},
@@ -131,7 +131,7 @@ def test_viewer_and_pictures_look_at_a_crack_behind_a_tube(notched_log: Any) -> 
         assert "obliquely from below, x to the left" in words(plane)
     scales = scales_of(scene_data)
     assert "Seen obliquely from below, x to the left" in caption(scene_data, scales, None)
-    # Before anything has happened, a live view looks as usual.
+    # Before any event, a live view uses the usual viewpoint.
     assert from_component(cracking_tube()).focus_normal is None
 
 
@@ -150,7 +150,7 @@ def test_the_viewers_eye_has_all_of_the_body_in_sight(notched_log: Any) -> None:
     [mesh] = scene_data.meshes
     drawn = scales.magnification * (mesh.nodes + scales.exaggeration * mesh.displacement[-1]) - position
     depth = -drawn @ away / distance
-    # Rerun's own eye opens 55 degrees.
+    # The field of view of rerun's eye is 55 degrees.
     assert (np.arccos(depth / np.sqrt((drawn**2).sum(axis=1))) <= np.deg2rad(27.6)).all()
 
 

@@ -1,4 +1,4 @@
-"""Files that people name are written whole or not at all: on a full disk, over a device, over what stood there."""
+"""Files named by users are written completely or not at all: on a full disk, over a device, over existing files."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def test_a_link_stays_one(tmp_path):
 
 
 def writers(log: Path, target: str) -> list[list[str]]:
-    """Every command that writes one file that the user names."""
+    """Return all commands that write one file named by the user."""
     return [
         ["new", "measured/hammer", "-o", target, "--force"],
         ["recover", str(log), "-o", target, "--overwrite"],
@@ -99,7 +99,7 @@ def test_a_report_takes_no_file_for_a_folder(log, tmp_path, capsys):
     assert os.listdir(tmp_path / "page") == ["report.html"]
 
 
-# Files may become so large and no larger [bytes]: what a full disk does, without one.
+# Limit the file size [bytes] to simulate a full disk.
 LIMITED = """
 import resource, sys
 resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[1]),) * 2)

@@ -1,6 +1,6 @@
 """Studies: methods search for the best drive or policy of a task, at an equal budget of physics.
 
-`study.py` is the content of a study's file, `problem.py` its task, `drive.py` turns a few numbers into an action for every
-control step, `methods/` holds one method a file, `search.py` counts their evaluations, `runner.py` runs every method
-with every seed, and `results.py` and `figure.py` show how it went. The studies that come with the package are in `studies/`.
+`study.py` defines the content of a study's file and `problem.py` its task; `drive.py` converts a few numbers to an action for
+every control step; `methods/` has one method per file; `search.py` counts their evaluations; `runner.py` runs every method with
+every seed; `results.py` and `figure.py` present the results. Shipped studies are in `studies/`.
 """

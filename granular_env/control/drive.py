@@ -1,4 +1,4 @@
-"""Drives: a few numbers that give the action of every control step of an episode."""
+"""Drives: a few numbers that determine the action of every control step of an episode."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from granular_env.components.support.float_arrays import FloatArray
 
 @dataclass(frozen=True)
 class DriveShape:
-    """A map from a point, the numbers that a method chooses, to a drive: the action of every control step.
+    """A map from a point (the numbers chosen by a method) to a drive (the action of every control step).
 
-    Knots lie at even distances over the driven steps, the first at the first step and the last at the last. Between two knots
-    the action is their straight line, or holds the earlier one; after the driven steps it is 0. The rate then limits the change
-    of the action from step to step, the first step's from 0.
+    Knots are evenly spaced over the driven steps, from the first to the last step. Between two knots the action is
+    interpolated linearly or holds the earlier knot; after the driven steps it is 0. Finally the rate limits the change of the
+    action between steps, and of the first step from 0.
 
     Attributes:
         steps: control steps of an episode.
         entries: numbers in an action.
         knots: values of each entry over the driven steps.
         between: "linear" or "held".
-        driven: control steps that the knots span; the rest of the episode is 0.
-        lowest, highest: least and greatest value of a knot, in units of the action's scale.
+        driven: control steps spanned by the knots; the rest of the episode is 0.
+        lowest, highest: smallest and largest value of a knot, in units of the action's scale.
         rate: largest change of the action per control step, in the same units; None for no limit.
     """
 
@@ -43,10 +43,10 @@ class DriveShape:
         return self.knots * self.entries
 
     def actions(self, points: FloatArray) -> FloatArray:
-        """Return the drives of some points.
+        """Return the drives of points.
 
         Args:
-            points: shape (members, size), each the knots of the first entry of the action, then those of the second.
+            points: shape (members, size); each row has the knots of the first entry of the action, then of the second.
 
         Returns:
             Shape (members, steps, entries).
@@ -59,7 +59,7 @@ class DriveShape:
         return wished if self.rate is None else _limit_rate(wished, self.rate)
 
     def pullback(self, point: FloatArray, slopes: FloatArray) -> FloatArray:
-        """Return the slopes of a number with respect to the point, shape (size,), from those with respect to its drive.
+        """Return the derivatives of a number with respect to the point, shape (size,), from those with respect to its drive.
 
         Args:
             point: shape (size,).
@@ -77,7 +77,7 @@ class DriveShape:
         return pulled.reshape(-1)
 
     def fit(self, actions: FloatArray) -> FloatArray:
-        """Return the point whose drive is nearest to some actions, by least squares, shape (size,).
+        """Return the point with the drive nearest to given actions, by least squares, shape (size,).
 
         Args:
             actions: shape (any number of control steps, entries); missing ones are 0.
@@ -88,7 +88,7 @@ class DriveShape:
         weights = np.zeros((len(part), self.knots))
         weights[np.arange(len(part)), before] = 1.0 - part
         weights[np.arange(len(part)), after] += part
-        # The normal equations are tridiagonal. They are solved here, not by LAPACK, because trials are compared to the bit.
+        # Solve the tridiagonal normal equations here, not with LAPACK, because trials are compared bitwise.
         pivot, side = (weights * weights).sum(axis=0), (weights[:, :-1] * weights[:, 1:]).sum(axis=0)
         knots = (weights[:, :, None] * wished[: len(part), None, :]).sum(axis=0)
         for k in range(1, self.knots):
@@ -121,7 +121,7 @@ def _limit_rate(wished: FloatArray, rate: float) -> FloatArray:
 
 
 def _limit_rate_pullback(wished: FloatArray, slopes: FloatArray, rate: float) -> FloatArray:
-    """Return the slopes with respect to the wished actions: where the limit binds, they belong to the action before."""
+    """Return the derivatives with respect to the requested actions; an active limit passes them to the previous action."""
     followed = _limit_rate(wished[None], rate)[0]
     before = np.vstack([np.zeros((1, wished.shape[1])), followed[:-1]])
     free = np.abs(wished - before) < rate

@@ -1,4 +1,4 @@
-"""The figure of a study: how the methods converged, and the best drive of each."""
+"""The figure of a study: convergence and best drive of each method."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @with_style
 def draw_study(result: StudyResult) -> bytes:
-    """Return a PNG: the best return against the control steps, and what the best of each method does in an episode."""
+    """Return a PNG with the best return over control steps, and the actions of each method's best in an episode."""
     methods = list(dict.fromkeys(trial.method for trial in result.trials))
     figure = new_figure(8.6, 4.2 + 1.1 * len(methods))
     axes, *panels = figure.subplots(1 + len(methods), 1, height_ratios=[4, *[1] * len(methods)])
@@ -45,7 +45,7 @@ def draw_study(result: StudyResult) -> bytes:
 
 
 def _leave_out_poor_starts(axes: Axes, result: StudyResult) -> None:
-    """Limit the axes to the returns that are compared: early returns may lie far below."""
+    """Limit the axes to the compared returns, because early returns may be far below."""
     ends = [trial.search_return for trial in result.trials] + [score.value for score in result.baselines.values()]
     margin = 0.25 * (max(ends) - min(ends)) or 1.0
     bottom, top = axes.get_ylim()

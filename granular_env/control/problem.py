@@ -1,4 +1,4 @@
-"""The task of a study: its batch for searching, its single environment for judging, its objective for slopes."""
+"""The task of a study: a batch for the search, a single environment for evaluation, an objective for gradients."""
 
 from __future__ import annotations
 
@@ -24,24 +24,23 @@ from granular_env.envs.task import RowTask
 
 
 class Problem:
-    """A task, as a study asks it.
+    """A task in the form used by studies.
 
     Args:
-        name: of the environment: ``pulse-forming``, ``granular_env/PulseForming-v1``, or ``module:name`` of a function that
-            makes one.
+        name: of the environment: ``pulse-forming``, ``granular_env/PulseForming-v1``, or ``module:name`` of a factory.
         arguments: of the environment.
-        folder: where modules are looked for first.
+        folder: folder in which modules are searched first.
 
     Attributes:
-        stage: keyword arguments of the task's smooth objective, where they are not its defaults; None for those.
+        stage: keyword arguments of the task's smooth objective; None for the defaults.
         steps: control steps of an episode.
         duration: of a control step [s].
         entries: numbers in an action.
-        rate: the environment's own limit of the action's change per control step, or None.
-        gradient_runs: cost of an objective with its slopes, in forward runs; 0 where there are no slopes.
+        rate: the environment's limit of the action's change per control step, or None.
+        gradient_runs: cost of an objective with its gradient, in forward runs; 0 without gradients.
 
     Raises:
-        ParameterError: there is no such environment, it does not take an argument, or its episodes have no end.
+        ParameterError: unknown environment or argument, or episodes without an end.
     """
 
     stage: Mapping[str, Any] | None = None
@@ -75,13 +74,13 @@ class Problem:
 
     @property
     def code(self) -> str:
-        """The text of the module that defines the task, which decides results where it is the user's own."""
+        """The source of the module that defines the task, which determines results if it is the user's module."""
         try:
             return inspect.getsource(sys.modules[type(self.env.task).__module__])
         except (OSError, TypeError):
             return ""
 
-    # -- many at a time ---------------------------------------------------------------------------------------------------
+    # -- batches ----------------------------------------------------------------------------------------------------------
 
     def returns(self, drives: FloatArray, seeds: Sequence[int]) -> tuple[FloatArray, npt.NDArray[np.int64]]:
         """Return mean returns over the episodes, and control steps simulated, (members,); drives (members, steps, entries)."""
@@ -89,7 +88,7 @@ class Problem:
         return self._roll_out(len(drives), seeds, lambda step, observations: actions[:, step])
 
     def policy_return(self, policy: Callable[[npt.NDArray[Any]], npt.NDArray[Any]], seeds: Sequence[int]) -> tuple[float, int]:
-        """Return the same for one policy, which maps observations (environments, size) to actions (environments, entries)."""
+        """Return the same for a policy that maps observations (environments, size) to actions (environments, entries)."""
         values, steps = self._roll_out(1, seeds, lambda step, observations: policy(observations))
         return float(values[0]), int(steps[0])
 
@@ -114,29 +113,29 @@ class Problem:
         return totals.reshape(shape).mean(axis=1), np.minimum(steps, self.steps).reshape(shape).sum(axis=1)
 
     def vector(self, count: int) -> Any:
-        """Return that many environments as a Gymnasium `VectorEnv`, which resets in the same step."""
+        """Return `count` environments as a Gymnasium `VectorEnv` that resets in the same step."""
         from granular_env.envs import make_batch
 
         return make_batch(self._make_single, count, autoreset_mode="SameStep", **self._arguments)
 
-    # -- one at a time ----------------------------------------------------------------------------------------------------
+    # -- single episodes --------------------------------------------------------------------------------------------------
 
     def baselines(self) -> Mapping[str, Policy]:
-        """Return the agents to compare with; doing nothing is always among them."""
+        """Return the reference policies, which always include "nothing"."""
         return {"nothing": OpenLoop(np.zeros((self.steps, self.entries))), **self.env.task.baselines()}
 
     def play(self, actor: Policy, seed: int, log: Path | None = None) -> tuple[float, FloatArray]:
-        """Play one episode in the single environment, recorded where a path is given.
+        """Play one episode in the single environment, recorded if a path is given.
 
         Returns:
-            The return; and the actions, shape (control steps, entries), in units of their scales.
+            The return, and the actions, shape (control steps, entries), in units of their scales.
         """
         from granular_env.recording import record
 
         env, actions, total, over = self.env, [], 0.0, False
         with ExitStack() as stack:
             if log is not None:
-                # The component may be drawn for each episode: the recorder observes that of this one.
+                # The component may be sampled for each episode; record the component of this episode.
                 env.reset(seed=seed)
                 stack.enter_context(record(env.component, log, overwrite=True))
             observation, info = env.reset(seed=seed)
@@ -150,9 +149,9 @@ class Problem:
         return total, np.array(actions[: self.steps])
 
     def value_and_grad(self, drive: FloatArray, seeds: Sequence[int]) -> tuple[float, FloatArray]:
-        """Return the smooth objective, averaged over the episodes, and its slopes with respect to the drive, (steps, entries).
+        """Return the smooth objective averaged over the episodes, and its gradient with respect to the drive, (steps, entries).
 
-        Only where `gradient_runs` is not 0. `StepError` where the drive breaks the physics.
+        Available only if `gradient_runs` is not 0. `StepError` if the physics breaks down under the drive.
         """
         return self._gradients.value_and_grad(self.env, drive, seeds, self.stage)
 
@@ -167,10 +166,10 @@ def task_names() -> dict[str, str]:
 
 
 def find_environment(name: str, folder: Path | None = None) -> Callable[..., Any]:
-    """Return what makes the single environment of a name, importing code of the user's own where it names some.
+    """Return the factory of the single environment of a name, which may refer to user code.
 
     Raises:
-        ParameterError: there is none; gives the nearest name.
+        ParameterError: unknown name; the message suggests the nearest name.
     """
     if (registered := task_names().get(name, name)) in environments():
         return load(environments()[registered].entry_point)

@@ -1,4 +1,4 @@
-"""The results of a study: trials, one file each, and one table of them."""
+"""The results of a study: trials, one file each, and a table of all trials."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ TABLE, FIGURE = "table.csv", "figure.png"
 
 
 class Score(BaseModel):
-    """The returns of an actor in the test episodes.
+    """The returns of a policy in the test episodes.
 
     Attributes:
         value: the return, averaged over the test episodes.
-        spread: standard deviation over them; 0 for one.
-        actions: of the first of them, shape (control steps, entries).
+        spread: standard deviation over the test episodes; 0 for a single one.
+        actions: in the first test episode, shape (control steps, entries).
         duration: of a control step [s].
     """
 
@@ -39,21 +39,21 @@ class Score(BaseModel):
 
     @classmethod
     def of(cls, actor: Policy, problem: Problem, study: Study, log: Path | None = None) -> Self:
-        """Play an actor in the test episodes; the first is recorded where a path is given."""
+        """Play a policy in the test episodes; the first episode is recorded if a path is given."""
         episodes = [problem.play(actor, seed, None if place else log) for place, seed in enumerate(study.test_seeds)]
         values, actions = np.array([value for value, _ in episodes]), episodes[0][1].tolist()
         return cls(value=float(values.mean()), spread=float(values.std()), actions=actions, duration=problem.duration)
 
 
 class Trial(BaseModel):
-    """One method with one seed, finished: the content of ``trials/METHOD-SEED.json``.
+    """A finished trial of one method with one seed: the content of ``trials/METHOD-SEED.json``.
 
     Attributes:
-        identity: hash of everything that decides it.
-        spent: control steps simulated.
-        search_return: of its best, in the episodes of the search.
+        identity: hash of everything that determines the trial.
+        spent: number of simulated control steps.
+        search_return: return of the best in the search episodes.
         curve: (control steps, best return) at each improvement.
-        score: of its best.
+        score: score of the best in the test episodes.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -68,12 +68,12 @@ class Trial(BaseModel):
 
     @property
     def name(self) -> str:
-        """Return the name of its files."""
+        """Return the name of the trial's files."""
         return f"{self.method}-{self.seed}"
 
 
 def read_trial(path: Path, identity: str) -> Trial | None:
-    """Return the trial of a file; None where there is none, or that of another study or program."""
+    """Return the trial in a file, or None if there is none or it belongs to another study or program version."""
     try:
         found = Trial.model_validate_json(path.read_bytes())
     except (OSError, ValidationError):
@@ -87,10 +87,10 @@ class StudyResult:
 
     Attributes:
         study: the study.
-        folder: of its files.
-        trials: one for each method and seed, in the file's order; without those that failed or were interrupted.
-        baselines: agents to compare with, by name.
-        interrupted: whether Ctrl-C ended it; the same command continues.
+        folder: of the study's files.
+        trials: one per method and seed, in the file's order, without failed or interrupted trials.
+        baselines: scores of the reference policies, by name.
+        interrupted: whether Ctrl-C ended the study; the same command continues it.
         notes: the warnings of the runs.
     """
 
@@ -102,13 +102,13 @@ class StudyResult:
     notes: list[str]
 
     def of(self, method: str) -> list[Trial]:
-        """Return the trials of a method, the best first."""
+        """Return the trials of a method, best first."""
         return sorted((trial for trial in self.trials if trial.method == method), key=lambda trial: -trial.score.value)
 
     def comparison(self) -> list[list[object]]:
-        """Return headings, and a row for every method: its returns over the seeds, and the baselines that it beats.
+        """Return headings, and a row per method with its returns over the seeds and the baselines that it beats.
 
-        The lower median, of two seeds the worse one, decides what a method beats.
+        The comparison uses the lower median over the seeds (the worse of two).
         """
         heads = ["method", "return (lower median)", "worst seed", "best seed", "control steps"]
         rows: list[list[object]] = [[*heads, *(f"beats {name}" for name in self.baselines)]]
@@ -121,7 +121,7 @@ class StudyResult:
         return rows
 
     def write(self) -> None:
-        """Write the table, a row for each trial and each baseline, and the figure."""
+        """Write the table (one row per trial and baseline) and the figure."""
         from .figure import draw_study
 
         text = io.StringIO()

@@ -1,4 +1,4 @@
-"""Running a study: every method with every seed, judged in the same episodes, a file for each trial."""
+"""Running a study: every method with every seed, evaluated in the same episodes, with one file per trial."""
 
 from __future__ import annotations
 
@@ -35,28 +35,28 @@ def run_study(
     problem: Problem | None = None,
     only: Iterable[str] = (),
 ) -> StudyResult:
-    """Run the trials of a study that have no result yet.
+    """Run the trials of a study that have no result.
 
         result = run_study("pulse-forming", "studies/pulse", overrides={"budget": 100_000})
 
-    The folder gets the study (``study.toml``), a file for each finished trial (``trials/``), a log of the best of each
-    (``logs/``), ``table.csv`` and ``figure.png``. After Ctrl-C or a kill the same call continues: finished trials are read, an
-    unfinished one begins again.
+    The folder receives the study (``study.toml``), a file per finished trial (``trials/``), a log of each trial's best
+    (``logs/``), ``table.csv`` and ``figure.png``. After Ctrl-C or a kill the same call continues: finished trials are read, and
+    an unfinished trial is restarted.
 
     Args:
         source: a shipped study's name, the path of a TOML file, the content of one, or a loaded study.
         folder: of the results; default: ``studies/`` and the study's name.
         overrides: keys to set, as in `load_study`.
         progress: show a bar for every trial, or call this with the part that is done.
-        problem: the task, where it is not the environment of the study.
-        only: names of the methods to run and to report; none: all.
+        problem: the task, if it is not the environment of the study.
+        only: names of the methods to run and to report; empty for all.
 
     Raises:
-        ExperimentError: the study is not valid, or a return was not finite; then the other trials have run.
-        MissingExtraError: a method, or the figure, needs a package that is not installed.
+        ExperimentError: the study is invalid, or a return was not finite (after the other trials have run).
+        MissingExtraError: a method or the figure needs a package that is not installed.
     """
     study = load_study(source, overrides)
-    import_optional("matplotlib", "the figure of a study")  # before hours of searching, not after
+    import_optional("matplotlib", "the figure of a study")  # fail before hours of searching, not after
     labels = [method.label for method in study.method]
     wanted = list(only) or labels
     for name in wanted:
@@ -92,7 +92,7 @@ def run_study(
 def _run_trial(
     study: Study, method: MethodTable, seed: int, problem: Problem, shape: DriveShape, folder: Path, bar: Bar
 ) -> Trial:
-    """Return a trial, from its file where that is of this study and this program."""
+    """Return a trial, read from its file if that belongs to this study and program version."""
     name = f"{method.label}-{seed}"
     path, log = folder / "trials" / f"{name}.json", folder / "logs" / f"{name}.mcap"
     identity = study.identity_of(method, seed, f"{code_hash()} {problem.code}")
@@ -124,10 +124,10 @@ def _run_trial(
 
 
 def prepare(study: Study, problem: Problem | None = None) -> tuple[Problem, DriveShape]:
-    """Return the task of a study, and how its points become drives.
+    """Return the task of a study, and the map from points to drives.
 
     Raises:
-        ExperimentError: the task is not valid, or the study does not fit it.
+        ExperimentError: the task is invalid, or the study does not fit the task.
     """
     if problem is None:
         with study.locate("task"):
@@ -146,6 +146,6 @@ def prepare(study: Study, problem: Problem | None = None) -> tuple[Problem, Driv
                 hint = f"cma, random, ppo or sac; components with gradients: {gradient_domains()}"
                 raise ParameterError(received, expected="a method that needs none", hint=hint, at="type")
             whole_number("knots", method.knots or 1, 1, driven)
-        with study.locate():  # the first result of every method has to fit
+        with study.locate():  # the budget must allow the first result of every method
             whole_number("budget", study.budget, math.ceil(method.least_runs(problem) * problem.steps * study.episodes))
     return problem, DriveShape(problem.steps, problem.entries, **table.model_dump(), rate=problem.rate)

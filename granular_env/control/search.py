@@ -1,4 +1,4 @@
-"""Evaluations for methods: counted, and ended by the budget."""
+"""Evaluations for methods, counted and limited by the budget."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from granular_env.components.support.float_arrays import FloatArray
 from .drive import DriveShape
 from .problem import Problem
 
-# Objective of a drive that breaks the physics; a line search steps back from it.
+# Objective of a drive under which the physics breaks down; a line search steps back from it.
 _BROKEN = 1e6
 
 
 class BudgetSpentError(Exception):
-    """The budget does not hold the next evaluation: the method has ended, as it should."""
+    """The budget is too small for the next evaluation: the regular end of a method."""
 
 
 class Search:
@@ -27,16 +27,16 @@ class Search:
 
     Args:
         problem: the task.
-        shape: how points become drives.
+        shape: map from points to drives.
         seed: of the method's random numbers.
-        seeds: of the episodes that a point is tried in.
-        budget: control steps that may be simulated.
-        watch: called after each evaluation, with the search.
+        seeds: of the episodes in which points are evaluated.
+        budget: largest number of simulated control steps.
+        watch: called with the search after each evaluation.
 
     Attributes:
-        spent: control steps simulated.
-        best: the point, or the policy, with the best return.
-        best_return: its return; -inf where nothing has one.
+        spent: number of simulated control steps.
+        best: the point or the policy with the best return.
+        best_return: return of the best; -inf if there is none.
         curve: (control steps, best return) at each improvement.
     """
 
@@ -57,20 +57,20 @@ class Search:
 
     @property
     def remaining_steps(self) -> int:
-        """Return the control steps that the budget still holds."""
+        """Return the remaining control steps of the budget."""
         return self.budget - self.spent
 
     def random(self, stream: int = 0) -> np.random.Generator:
-        """Return random numbers of this trial; `stream` distinguishes the draws of one trial."""
+        """Return a random generator of this trial; `stream` distinguishes several generators of a trial."""
         return np.random.default_rng([self.seed, stream])
 
     def count(self, steps: int) -> None:
-        """Count control steps that were simulated."""
+        """Count simulated control steps."""
         self.spent += steps
         self._watch(self)
 
     def note_return(self, found: Any, value: float, steps: int) -> None:
-        """Count the return of a point or of a policy, and keep it if it is the best.
+        """Count the return of a point or a policy, and store it if it is the best.
 
         Raises:
             ExperimentError: the return is not finite.
@@ -82,11 +82,11 @@ class Search:
         self.count(steps)
 
     def baseline(self, name: str) -> FloatArray:
-        """Return the point nearest to what a baseline does in the first episode, shape (size,); it counts as one episode.
+        """Return the point nearest to a baseline's actions in the first episode, shape (size,); this counts as one episode.
 
         Raises:
             ExperimentError: the task has no such baseline.
-            BudgetSpentError: the budget does not hold an episode.
+            BudgetSpentError: the budget is too small for an episode.
         """
         known = self.problem.baselines()
         if name not in known:
@@ -97,16 +97,16 @@ class Search:
         return self.shape.fit(self.problem.play(known[name], self.seeds[0])[1])
 
     def returns(self, points: FloatArray) -> FloatArray:
-        """Return the returns of some drives, averaged over the episodes.
+        """Return the returns of drives, averaged over the episodes.
 
         Args:
-            points: shape (members, size); all of them are simulated as one batch.
+            points: shape (members, size), simulated as one batch.
 
         Returns:
             Shape (members,).
 
         Raises:
-            BudgetSpentError: the budget does not hold all of them; those that it holds have been evaluated.
+            BudgetSpentError: the budget is too small for all points; points within the budget have been evaluated.
         """
         affordable = max(self.remaining_steps // (self.problem.steps * len(self.seeds)), 0)
         chosen = points[:affordable]
@@ -120,7 +120,7 @@ class Search:
         return values
 
     def value_and_slopes(self, point: FloatArray) -> tuple[float, FloatArray]:
-        """Return a drive's smooth objective, averaged over the episodes, and its slopes, shape (size,); errors of `returns`."""
+        """Return a drive's mean smooth objective over the episodes and its gradient, shape (size,); errors of `returns`."""
         cost = math.ceil(self.problem.gradient_runs * self.problem.steps * len(self.seeds))
         if self.remaining_steps < cost:
             raise BudgetSpentError

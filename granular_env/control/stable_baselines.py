@@ -1,4 +1,4 @@
-"""A Gymnasium `VectorEnv` as stable-baselines3 wants one. Needs the extra ``rl``."""
+"""A Gymnasium `VectorEnv` in the form required by stable-baselines3. Needs the extra ``rl``."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ VecEnv: Any = import_optional("stable_baselines3.common.vec_env", "an environmen
 
 
 class Sb3VecEnv(VecEnv):
-    """All environments of a batch in one call, for the algorithms of stable-baselines3.
+    """An adapter of a batch of environments for the algorithms of stable-baselines3.
 
         env = Sb3VecEnv(gymnasium.make_vec("granular_env/Protection-v1", num_envs=16, autoreset_mode="SameStep", hold=10))
         PPO("MlpPolicy", env).learn(100_000)
 
-    Infos are those of the last steps of episodes, with "terminal_observation" and "TimeLimit.truncated"; others are empty.
+    Infos are empty except at the last step of an episode, with "terminal_observation" and "TimeLimit.truncated".
 
     Args:
         env: a `SyncVectorEnv` or the native batch, which resets in the same step (`AutoresetMode.SAME_STEP`).
 
     Raises:
-        ParameterError: it is none, or resets otherwise.
+        ParameterError: another type of environment or of reset.
     """
 
     def __init__(self, env: gymnasium.vector.VectorEnv) -> None:
@@ -45,11 +45,11 @@ class Sb3VecEnv(VecEnv):
         return observations
 
     def step_async(self, actions: np.ndarray) -> None:
-        """Keep the actions for `step_wait`."""
+        """Store the actions for `step_wait`."""
         self._actions = np.array(actions)
 
     def step_wait(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[dict[str, Any]]]:
-        """Step all environments; return observations, rewards, whether episodes ended, and infos."""
+        """Step all environments; return observations, rewards, a mask of ended episodes, and infos."""
         observations, rewards, terminated, truncated, info = self.env.step(self._actions)
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         for place in np.flatnonzero(terminated | truncated):
@@ -75,10 +75,10 @@ class Sb3VecEnv(VecEnv):
         self.env.set_attr(attr_name, values)
 
     def env_method(self, method_name: str, *method_args: Any, indices: Any = None, **method_kwargs: Any) -> list[Any]:
-        """Call a method of all environments; return the answers of those with these indices."""
+        """Call a method of all environments; return the results of the environments with these indices."""
         found = self.env.call(method_name, *method_args, **method_kwargs)
         return [found[place] for place in self._get_indices(indices)]
 
     def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> list[bool]:
-        """Return False for each: single environments have no wrappers."""
+        """Return False for each environment, because single environments have no wrappers."""
         return [False for _ in self._get_indices(indices)]

@@ -2,15 +2,15 @@
 
 version = 1
 name = "pulse-forming"
-description = "what it shows"   # optional
-budget = 200_000                # control steps that every method may simulate
-seeds = [1]                     # every method runs once with each
-episodes = 1                    # starts that a drive is tried from while it is searched, where starts are drawn
-test_episodes = 1               # other starts, that judge the result; 0: those of the search
+description = "..."             # optional
+budget = 200_000                # simulated control steps per method
+seeds = [1]                     # every method runs once per seed
+episodes = 1                    # search episodes per drive, if starts are sampled
+test_episodes = 1               # different episodes that evaluate the result; 0: the search episodes
 
-[task]                          # name: an environment, or module:name of one's own; the rest are its arguments
-[drive]                         # how a few numbers become a drive (drive.py)
-[[method]]                      # type: gradient, cma, random, ppo, sac; the rest are its options (methods/)
+[task]                          # name: an environment, or module:name of user code; other keys are its arguments
+[drive]                         # map from a few numbers to a drive (drive.py)
+[[method]]                      # type: gradient, cma, random, ppo, sac; other keys are its options (methods/)
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ from granular_env.documents import ByKey, Document, Overrides, Table, load
 
 from .methods import AnyMethod, MethodTable
 
-# Seeds of the episodes: those that judge are not those of the search.
+# First seeds of the search episodes and of the test episodes.
 _SEARCH_SEED, _TEST_SEED = 1_000_000, 2_000_000
 
 
 class TaskTable(Table):
-    """The `[task]` table: an environment's name, and its arguments."""
+    """The `[task]` table: an environment's name and its arguments."""
 
     model_config = ConfigDict(extra="allow")
 
@@ -40,7 +40,7 @@ class TaskTable(Table):
 
     @property
     def arguments(self) -> dict[str, Any]:
-        """Everything but the name."""
+        """All keys except the name."""
         return dict(self.model_extra or {})
 
 
@@ -61,7 +61,7 @@ class DriveTable(Table):
 
 
 class Study(Document):
-    """One study, checked as far as that is possible without building its environment."""
+    """A study, validated as far as possible without building its environment."""
 
     kind: ClassVar[str] = "study"
     shelf: ClassVar[str] = "studies"
@@ -92,16 +92,16 @@ class Study(Document):
 
     @property
     def search_seeds(self) -> list[int]:
-        """Return the seeds of the episodes of the search."""
+        """Return the seeds of the search episodes."""
         return [_SEARCH_SEED + place for place in range(self.episodes)]
 
     @property
     def test_seeds(self) -> list[int]:
-        """Return the seeds of the episodes that judge the result."""
+        """Return the seeds of the test episodes."""
         return [_TEST_SEED + place for place in range(self.test_episodes)] or self.search_seeds
 
     def identity_of(self, method: MethodTable, seed: int, code: str) -> str:
-        """Hash everything that decides a trial: the study without its other methods and seeds, and the code."""
+        """Hash everything that determines a trial: the study without its other methods and seeds, and the code."""
         content = self.to_dict()
         kept = {key: content.get(key) for key in ("budget", "episodes", "test_episodes", "task", "drive")}
         return digest(canonical_json([kept, method.model_dump(), seed, code])).hex()
@@ -111,11 +111,11 @@ Source = str | os.PathLike[str] | Mapping[str, Any] | Study
 
 
 def load_study(source: Source, overrides: Overrides = ()) -> Study:
-    """Return a study, checked as far as that goes without building its environment; see `documents.load`.
+    """Return a study, validated as far as possible without building its environment; see `documents.load`.
 
         load_study("pulse-forming", {"budget": 5000, "task.grains": 30, "method.0.population": 8})
 
     Raises:
-        ExperimentError: gives file, table, key, the received and the expected value; for unknown keys the nearest right one.
+        ExperimentError: names file, table, key, received and expected value; for unknown keys the nearest valid key.
     """
     return load(Study, source, overrides)

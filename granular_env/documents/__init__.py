@@ -1,8 +1,8 @@
-"""Documents: TOML files of experiments, studies and plans of sweeps, read, overridden, checked and written in one way.
+"""Documents: common reading, overriding, validation and writing of TOML files (experiments, studies, plans of sweeps).
 
 A kind of document is a pydantic model on `Document` (`document.py`), made of `Table`s (`table.py`). `load` takes a shipped
-name, a file, or a mapping, and keys to override (`overrides.py`); whatever is wrong comes out as faults, all in one error, each
-with its location and the file or the override that holds it. `files.py` finds and reads files, `toml_writing.py` writes TOML.
+name, a file, or a mapping, and keys to override (`overrides.py`). All faults are reported in one error, each with its location
+and the file or the override that contains it. `files.py` finds and reads files, `toml_writing.py` writes TOML.
 """
 
 from .document import Document, load

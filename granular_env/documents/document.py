@@ -1,4 +1,4 @@
-"""Documents: pydantic models of whole files, which know their file and their overrides."""
+"""Documents: pydantic models of whole files, with references to their file and overrides."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Document(Table):
 
     Attributes:
         kind: its name in messages.
-        shelf: where shipped ones lie, as `shipped_files` calls it.
+        shelf: kind of shipped files, as in `shipped_files`.
     """
 
     kind: ClassVar[str]
@@ -39,24 +39,24 @@ class Document(Table):
 
     @property
     def origin(self) -> str:
-        """The file it came from, as messages call it."""
+        """The name of the source file in messages."""
         return self._origin
 
     @property
     def folder(self) -> Path:
-        """The folder that paths in it are relative to."""
+        """The base folder of relative paths in the document."""
         return self._folder
 
     @property
     def overrides(self) -> tuple[Override, ...]:
-        """Return the keys that were set in addition to the file."""
+        """Return the overridden keys."""
         return self._overrides
 
     @classmethod
     def parse(
         cls, content: Mapping[str, Any], origin: str = "", folder: Path | None = None, overrides: tuple[Override, ...] = ()
     ) -> Self:
-        """Return a document from the content of its file; `ExperimentError` with every fault in it."""
+        """Return a document from the content of its file; `ExperimentError` with all faults."""
         origin = origin or cls.kind
         try:
             document = cls.model_validate(content)
@@ -74,7 +74,7 @@ class Document(Table):
 
     @contextmanager
     def locate(self, *location: str | int) -> Iterator[None]:
-        """Give the errors that are raised within a location in this document, and the override or the file that holds it.
+        """Add the location in this document, and the override or file that contains it, to errors raised in the block.
 
         Raises:
             ExperimentError: with the same faults.
@@ -87,7 +87,7 @@ class Document(Table):
             raise ExperimentError(*(self.locate_fault(fault, *location) for fault in error.faults)) from error
 
     def locate_fault(self, fault: Fault, *location: str | int) -> Fault:
-        """Return a fault with its location in this document, and the override or the file that holds it."""
+        """Return a fault with its location in this document, and the override or file that contains it."""
         placed = fault.within(*location)
         return replace(placed, source=source_of(placed.location, self.origin, self.overrides))
 
@@ -101,13 +101,13 @@ def load(
     """Return a document, validated without building the objects that it describes.
 
     Args:
-        model: its kind.
-        source: a shipped one's name, the path of a TOML file, the content of one as a mapping, or a document.
+        model: the kind of document.
+        source: a shipped name, the path of a TOML file, its content as a mapping, or a document.
         overrides: keys to set, such as ``{"component.grains": 500, "stop.0.above": 2.0}``.
-        folder: where the files lie that a mapping names; default: the current one.
+        folder: base folder of files named in a mapping; default: the current folder.
 
     Raises:
-        ExperimentError: names file, table and key, the value received and the expected one.
+        ExperimentError: names file, table and key, the received and the expected value.
     """
     changes, before = to_overrides(overrides), ()
     if isinstance(source, model):
@@ -125,7 +125,7 @@ def load(
 
 
 def _plain(value: Any) -> Any:
-    """Return a copy of a value in the types that a file has."""
+    """Return a copy of a value converted to the types of a file."""
     if isinstance(value, Mapping):
         return {str(key): _plain(part) for key, part in value.items()}
     if isinstance(value, list | tuple):

@@ -1,4 +1,4 @@
-"""Files of documents: found by a shipped name or a path, and read as TOML."""
+"""Files of documents, found by a shipped name or a path, and read as TOML."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ _LARGEST_FILE = 16 * 2**20
 
 
 def find(source: Any, kind: str, shelf: str) -> Path:
-    """Return the file behind a shipped name or a path.
+    """Return the file for a shipped name or a path.
 
     Args:
         source: the name or the path.
-        kind: its name in messages, such as "experiment".
-        shelf: where shipped ones lie, as `shipped_files` calls it.
+        kind: name of the kind of document in messages, such as "experiment".
+        shelf: kind of shipped files, as in `shipped_files`.
 
     Raises:
-        ExperimentError: there is none.
+        ExperimentError: the file does not exist.
     """
     if not isinstance(source, str | os.PathLike):
         raise ExperimentError(f"got {one_line(source, 60)}", expected="a name or a path", at=kind)
@@ -47,7 +47,7 @@ def find(source: Any, kind: str, shelf: str) -> Path:
 
 
 def read_data(path: Path) -> bytes:
-    """Return the bytes of a CSV file that a document names; `ExperimentError` where it cannot be read."""
+    """Return the bytes of a CSV file named in a document; `ExperimentError` if it cannot be read."""
     try:
         return read_bounded(path, LARGEST_FILE, "thin the samples out", ExperimentError)
     except ExperimentError:
@@ -58,7 +58,7 @@ def read_data(path: Path) -> bytes:
 
 
 def begins_as_log(path: Path) -> bool:
-    """Return whether a file begins as logs do."""
+    """Return whether a file starts with the signature of a log."""
     from mcap.writer import MCAP0_MAGIC
 
     with suppress(OSError), path.open("rb") as file:
@@ -67,7 +67,7 @@ def begins_as_log(path: Path) -> bool:
 
 
 def nearest_names(name: str, known: Iterable[str]) -> str:
-    """Return the hint for an unknown name; its last part is enough: `3.4-piston` for `nesterenko-1983/3.4-piston`."""
+    """Return the hint for an unknown name; the last part of a name suffices: `3.4-piston` for `nesterenko-1983/3.4-piston`."""
     known_as = {one: one for one in known}
     known_as |= {one.rpartition("/")[2]: one for one in known_as}
     close = [name] if name in known_as else difflib.get_close_matches(name, known_as, n=1, cutoff=0.6)
@@ -75,7 +75,7 @@ def nearest_names(name: str, known: Iterable[str]) -> str:
 
 
 def read(path: Path) -> dict[str, Any]:
-    """Return the content of a TOML file; `ExperimentError` with the line where it is none."""
+    """Return the content of a TOML file; `ExperimentError` with the line of a syntax error."""
     data = read_bounded(path, _LARGEST_FILE, "put long histories into a CSV file", ExperimentError)
     try:
         return tomllib.loads(data.decode("utf-8-sig"))

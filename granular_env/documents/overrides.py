@@ -1,6 +1,6 @@
-"""Single keys of a document, set from outside: `{"component.grains": 500}` in a script, `component.grains=500` in a shell.
+"""Overrides of single keys of a document: `{"component.grains": 500}` in a script, `component.grains=500` in a shell.
 
-`start.velocity[40]` is one element, or one row, of an array or of a list; `start.velocity[3,1]` an element of several axes.
+`start.velocity[40]` is an element or a row of an array or a list; `start.velocity[3,1]` is an element with several axes.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ _BARE_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_./-]*")
 
 
 def parse_assignments(texts: Iterable[str]) -> tuple[Override, ...]:
-    """Return the overrides of a shell's ``key=value`` texts, the values as in TOML; a bare word is a string too.
+    """Return the overrides from a shell's ``key=value`` texts, with values as in TOML; a bare word is also a string.
 
     Raises:
-        ExperimentError: a text is none, or its value is none.
+        ExperimentError: an invalid text or value.
     """
     return tuple(_parse_assignment(text) for text in texts)
 
 
 def to_overrides(given: Any) -> tuple[Override, ...]:
-    """Return a script's overrides, checked.
+    """Return a script's overrides after validation.
 
     Raises:
-        ExperimentError: they are no mapping.
+        ExperimentError: the overrides are not a mapping.
     """
     if isinstance(given, Mapping):
         return tuple(_override(key, value) for key, value in given.items())
@@ -45,10 +45,10 @@ def to_overrides(given: Any) -> tuple[Override, ...]:
 
 
 def set_key(content: dict[str, Any], override: Override) -> None:
-    """Set one key of a document; tables on the way to it are made if need be, of a parameter that is a name too.
+    """Set a key of a document; create tables on its path if necessary, also from a parameter that is a name.
 
     Raises:
-        ExperimentError: the key leads into a value that is no table, or past the end of a list.
+        ExperimentError: the key leads into a value that is not a table, or past the end of a list.
     """
     node: Any = content
     *above, last = override.key
@@ -60,19 +60,19 @@ def set_key(content: dict[str, Any], override: Override) -> None:
             node[key] = {"name": node[key]}
         node = node[key]
     node, key = _holder(node, last, len(above), override)
-    if isinstance(node, dict) and key.lstrip("-").isdecimal():  # a row takes the place of its elements
+    if isinstance(node, dict) and key.lstrip("-").isdecimal():  # a row replaces its elements
         for element in [one for one in node if one.startswith(f"{key},")]:
             del node[element]
     node[key] = override.value
 
 
 def _holder(node: Any, part: str, depth: int, override: Override) -> tuple[Any, Any]:
-    """Return the table or the list that holds a part of a key, and its name there; "3,1" is an element of lists in a list."""
+    """Return the table or list that contains a part of a key, and its name there; "3,1" is an element of nested lists."""
     *rows, index = part.split(",")
     if isinstance(node, dict):
         if not rows or not isinstance(node.get(rows[0]), list):
             return node, part
-        node, rows = node[rows[0]], rows[1:]  # of an array by rows, {index: row}
+        node, rows = node[rows[0]], rows[1:]  # for an array by rows, {index: row}
     for row in rows:
         node = node[_list_index(node, row, override)] if isinstance(node, list) else node
     if not isinstance(node, list):
@@ -88,9 +88,9 @@ def _list_index(node: list[Any], text: str, override: Override) -> int:
 
 
 def source_of(location: Sequence[str | int], origin: str, overrides: Sequence[Override]) -> str | Override:
-    """Return what holds a fault: the override that set its key; the file, with overrides that matter; or the file.
+    """Return the origin of a fault: the override that set its key, the file with relevant overrides, or the file.
 
-    Those of the same table matter, and those of the component: shapes and names of everything else depend on it.
+    Relevant overrides are those of the same table and of the component, on which all other shapes and names depend.
     """
     keys = tuple(map(str, location))
     for override in reversed(overrides):
@@ -126,7 +126,7 @@ def _override(key: Any, value: Any, text: str | None = None) -> Override:
 
 
 def _split_index(name: str) -> tuple[str, ...]:
-    """Return a name and the index after it, "3,1" of velocity[3, 1]; other texts stay as they are."""
+    """Return a name and its index, "3,1" for velocity[3, 1]; other texts are unchanged."""
     try:
         element = parse_element(name)
     except ParameterError:

@@ -1,4 +1,4 @@
-"""Tables of a document: strict pydantic models whose faults are data, and unions of them selected by one key."""
+"""Tables of a document: strict pydantic models with faults as data, and unions of tables selected by a key."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from granular_env.components.support.validation import faults_of
 
 
 class Table(BaseModel):
-    """Base of every table of a document: frozen, strict about types, no unknown keys, finite numbers.
+    """Base of all tables of a document: frozen, strict types, no unknown keys, finite numbers.
 
-    A field that is missing is explained by its description, or by "advice" in its `json_schema_extra`.
+    The message for a missing field uses its description, or "advice" in its `json_schema_extra`.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False, validate_default=True)
 
     @classmethod
     def advice_for_unknown(cls, key: str, given: Mapping[str, Any]) -> str:
-        """Return the hint for an unknown key of the table; "" for the nearest known one."""
+        """Return the hint for an unknown key of the table; "" to suggest the nearest known key."""
         return ""
 
     @model_validator(mode="wrap")
     @classmethod
     def _explain(cls, given: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
-        """Turn what pydantic finds into faults here, where the names of this table are known."""
+        """Convert pydantic's errors to faults, with the names of this table."""
         try:
             return handler(given)
         except ValidationError as error:
@@ -38,15 +38,15 @@ class Table(BaseModel):
 
 @dataclass(frozen=True)
 class ByKey:
-    """Marks a union of tables in which one key selects the table: ``Annotated[Triangle | Constant, ByKey("profile")]``.
+    """A marker for a union of tables selected by a key: ``Annotated[Triangle | Constant, ByKey("profile")]``.
 
-    Each table declares its value as the Literal of that field.
+    Each table declares its value as a Literal of this field.
     """
 
     key: str
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Choose the table first, so that only its faults are reported."""
+        """Select the table first, so that only its faults are reported."""
         return core_schema.no_info_plain_validator_function(lambda given: self._validate(given, get_args(source)))
 
     def _validate(self, given: Any, tables: tuple[type[Table], ...]) -> Table:

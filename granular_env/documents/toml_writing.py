@@ -11,12 +11,12 @@ _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def rename(text: str, name: str) -> str:
-    """Return the text of a TOML file with its own key `name` set; comments stay."""
+    """Return the text of a TOML file with its top-level key `name` set; comments are kept."""
     return re.sub(r"^name\s*=.*$", lambda _: f"name = {toml_value(name)}", text, count=1, flags=re.MULTILINE)
 
 
 def toml_value(value: Any) -> str:
-    """Return a value as TOML; floats in their shortest exact form, keys of tables in quotes where they need them."""
+    """Return a value as TOML, with floats in their shortest exact form, and keys of tables quoted if necessary."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):
@@ -29,9 +29,9 @@ def toml_value(value: Any) -> str:
 
 
 def to_toml(content: Mapping[str, Any]) -> str:
-    """Return a document as TOML: its own keys, its tables, and lists of tables; tables within them in one line.
+    """Return a document as TOML: top-level keys, tables and lists of tables, with nested tables in one line.
 
-    None has no form in TOML; such keys are left out.
+    TOML has no None; keys with the value None are omitted.
     """
     own, tables = list[str](), list[str]()
     for key, value in content.items():

@@ -1,8 +1,8 @@
-"""Domains: the only rooms that name a physical system, one folder each; and the table of what each of them offers.
+"""Domains, one folder for each physical system, and the table of their offers.
 
-A generic room (environments, studies, sweeps, viewing) imports this module and no domain: `domain_of` gives what the
-domain of a component offers. A name in the table is a module, or "module:attribute"; it is imported when it is asked for. What
-is None or not named, the domain does not have: the generic room then does what serves any component, or says what is missing.
+Only domains name a physical system. The generic packages (environments, studies, sweeps, viewing) import this module but no
+domain: `domain_of` returns the offers of a component's domain. A name in the table is a module or "module:attribute", imported
+on first use. If an offer is None or absent, the generic package uses its default or reports the missing offer.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ class Environment:
     """A registered environment.
 
     Attributes:
-        entry_point: what makes the single one.
+        entry_point: factory of a single environment.
         reward_threshold: the return at which the task counts as solved.
     """
 
@@ -28,21 +28,21 @@ class Environment:
 
 @dataclass(frozen=True)
 class Domain:
-    """The offers of the rooms of one physical system.
+    """The offers of one physical system to the generic packages.
 
     Attributes:
         environments: a mapping registered name -> `Environment`.
-        rows: a class that shows components as rows of arrays and advances them together, for tasks that judge rows and for
-            native batches, see `chain.rows.ChainRows`.
+        rows: a class that presents components as rows of arrays and advances them together, for row-based tasks and native
+            batches, see `chain.rows.ChainRows`.
         gradients: a module with `RUNS` (cost of one gradient in forward runs) and `value_and_grad(env, drive, seeds, stage)`,
             the smooth objective of a task and its derivatives with respect to the actions, for studies.
-        watch: a class of observers with a `history`, made with the time between two frames [s].
-        columns: a module with what a sweep can take of such a history: `MEASUREMENTS` (measurement -> what is taken of it ->
-            taken(history, which, arguments)), `UNITS` of what is taken, and `function`, which gives a measurement by name.
-        views: a subclass of `viewing.domain_views.Views`: what a scene shows beside the generic parts.
-        contacts: contacts(points, displacement, read), what the views know of the contacts between points, see
+        watch: a class of observers with a `history`, constructed with the time between two frames [s].
+        columns: a module with the sweep columns of this history: `MEASUREMENTS` (measurement -> column name ->
+            taken(history, which, arguments)), `UNITS` of the columns, and `function`, which returns a measurement by name.
+        views: a subclass of `viewing.domain_views.Views`, which adds domain-specific parts to a scene.
+        contacts: contacts(points, displacement, read), which returns the quantity shown at the contacts between points, see
             `chain.viewing.contact_quantity`.
-        remark: remark(parameters), what pictures of such a component have to say beside what they show; "" for nothing.
+        remark: remark(parameters), a note to print below pictures of the component; "" for none.
     """
 
     environments: str | None = None
@@ -55,7 +55,7 @@ class Domain:
     remark: str | None = None
 
     def load(self, offer: str) -> Any:
-        """Return what an attribute of this domain names; None where the domain does not have it."""
+        """Import and return the object that an attribute of this domain names, or None if the attribute is None."""
         name = getattr(self, offer)
         return None if name is None else load(name)
 
@@ -85,17 +85,17 @@ _NOTHING = Domain()
 
 
 def domain_of(component: str) -> Domain:
-    """Return what the domain of a component offers, by the component's name; nothing where it has no domain."""
+    """Return the domain of a component by the component's name, or an empty domain if it has none."""
     return DOMAINS.get(component, _NOTHING)
 
 
 def gradient_domains() -> str:
-    """Return the names of the components that have gradients, for messages."""
+    """Return the names of the components that have gradients, as text for messages."""
     return ", ".join(name for name, domain in DOMAINS.items() if domain.gradients is not None)
 
 
 def find_environment(name: str) -> str | None:
-    """Return the registered name of an environment, from that or from its last part; None where there is none."""
+    """Return the registered name of an environment, given in full or by its last part; None if it is unknown."""
     return next((known for known in environments() if name in (known, known.rpartition("/")[2])), None)
 
 
@@ -105,7 +105,7 @@ def environments() -> dict[str, Environment]:
 
 
 def load(name: str) -> Any:
-    """Import "module:attribute", or a module."""
+    """Import and return "module:attribute" or a module."""
     module, _, attribute = name.partition(":")
     found = import_module(module)
     return getattr(found, attribute) if attribute else found

@@ -1,6 +1,6 @@
-"""Gymnasium environments: any component with a task. Importing this package registers those that the domains offer.
+"""Gymnasium environments of any component with a task. Importing this package registers the environments of all domains.
 
-An environment of your own is a component, a `Task` and ``ComponentEnv(component, task)``.
+A custom environment consists of a component and a `Task`: ``ComponentEnv(component, task)``.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 for _name, _one in environments().items():
     if _name not in registry:
-        # No time limit: the environment ends its episodes itself, at its deadline.
+        # No time limit, because the environment ends its episodes at its deadline.
         register(
             _name,
             entry_point=_one.entry_point,

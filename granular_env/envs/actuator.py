@@ -1,6 +1,6 @@
-"""Actuators: from an agent's action to the inputs of a component, clipped, limited in rate, delayed and scaled.
+"""Actuators: conversion of an agent's action to inputs of a component, with clipping, rate limit, delay and scaling.
 
-Commands are in units of the task's scales. Arrays may have a leading axis: one row for each environment of a batch.
+Commands are in units of the task's scales. Arrays may have a leading axis with one row per environment of a batch.
 """
 
 from __future__ import annotations
@@ -24,21 +24,21 @@ class Actuator:
     """The effect of actions on inputs.
 
     Args:
-        task: gives the driven inputs and their scales.
-        component: has them.
+        task: defines the driven inputs and their scales.
+        component: component with these inputs.
         action_rate: largest change of an entry in a control step, in scales; None for no limit.
         control_delay: control steps between an action and its effect.
 
     Attributes:
-        driven: inputs or elements of them, their entries in the action, and the shape of the whole input.
+        driven: inputs or input elements, their entries in the action, and the shape of the whole input.
         size: entries of the action.
-        scales: the input at action 1, for each entry of the action.
-        rate: largest change in a control step, in scales; infinite where there is no limit.
+        scales: input value at action 1, for each entry of the action.
+        rate: largest change in a control step, in scales; infinite for no limit.
         delay: control steps between an action and its effect.
-        memory_size: numbers that it remembers, 1 + delay commands, the newest first, the one that acts last.
+        memory_size: size of the memory: 1 + delay commands, from the newest to the acting command.
 
     Raises:
-        ParameterError: the component lacks an input, the rate is not above 0, or the delay is no whole number from 0.
+        ParameterError: the component lacks an input, the rate is not above 0, or the delay is not a whole number >= 0.
     """
 
     def __init__(self, task: Task, component: Component, action_rate: float | None = None, control_delay: int = 0) -> None:
@@ -55,16 +55,16 @@ class Actuator:
             raise ParameterError(f"got {self.rate:g}", expected="more than 0, or None for no limit", at="action_rate")
         self.delay = whole_number("control_delay", control_delay, 0, _LONGEST_DELAY)
         self.memory_size = self.size * (1 + self.delay)
-        # Numbers alone take the shortest way.
+        # Fast path for scalar inputs only.
         self._names = None if any(shape for *_, shape in self.driven) else [element.name for element, *_ in self.driven]
 
     def begin(self, component: Component) -> FloatArray:
-        """Return the memory as if the inputs that hold at the start had always been commanded."""
+        """Return the memory for the case that the start inputs had always been commanded."""
         held = [np.ravel(element.of(component.get(element.name))) for element, *_ in self.driven]
         return np.tile(np.concatenate(held) / self.scales, 1 + self.delay)
 
     def act(self, actions: FloatArray, memory: FloatArray) -> FloatArray:
-        """Return the memory after a control step with some actions, shape (..., entries)."""
+        """Return the memory after a control step with given actions, shape (..., entries)."""
         commands = np.minimum(np.maximum(actions, self._low), self._high)
         if self.rate < math.inf:
             newest = memory[..., : self.size]
@@ -72,9 +72,9 @@ class Actuator:
         return np.concatenate([commands, memory[..., : -self.size]], axis=-1) if self.delay else commands
 
     def inputs(self, memory: FloatArray) -> dict[str, Any]:
-        """Return the inputs by name that follow from a memory; elements that are not driven are 0.
+        """Return the inputs by name for a memory; elements that are not driven are 0.
 
-        Inputs are floats or arrays of their shape. With a leading axis, all inputs are numbers, and there are arrays of them.
+        Inputs are floats or arrays of their shape. With a leading axis, all inputs are scalars, returned as arrays.
         """
         values = memory[..., -self.size :] * self.scales
         if self._names is not None:

@@ -1,4 +1,4 @@
-"""Registered environments as text and as facts: for `granular-env describe`."""
+"""Registered environments as text and as data for `granular-env describe`."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ def describe_environment(name: str, arguments: Mapping[str, Any]) -> str:
     """Describe an environment: its facts, and the sections of its docstring.
 
     Args:
-        name: under which it is registered.
-        arguments: those that differ from the defaults; spaces may depend on them.
+        name: registered name.
+        arguments: arguments that differ from the defaults; spaces may depend on them.
     """
     facts = environment_facts(name, arguments)
     shown = {**facts, "control_step": f"{facts['control_step']:.6g} s"}
@@ -35,7 +35,7 @@ def describe_environment(name: str, arguments: Mapping[str, Any]) -> str:
 
 
 def environment_facts(name: str, arguments: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what there is to know of an environment as JSON values; `arguments` as for `describe_environment`."""
+    """Return the properties of an environment as JSON values; `arguments` as for `describe_environment`."""
     env, registered = gymnasium.make(name, disable_env_checker=True, **arguments).unwrapped, environments()[name]
     assert isinstance(env, ComponentEnv)
     make, space = load(registered.entry_point), env.sensors.space
@@ -61,7 +61,7 @@ def _unit(env: ComponentEnv, name: str) -> str:
 
 
 def _arguments(make: Any) -> dict[str, str]:
-    """Return the arguments of a factory by name, with their defaults as Python writes them."""
+    """Return the arguments of a factory by name, with the repr of their defaults."""
     parameters = inspect.signature(make).parameters.values()
     named = {one.name: repr(one.default) for one in parameters if one.kind is not one.VAR_KEYWORD}
     return {**named, "...": "options of the environment, see Arguments below"}

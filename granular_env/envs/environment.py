@@ -27,56 +27,55 @@ Ready = tuple[Component, Task, Drawn]
 
 
 class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
-    """A component driven by an agent, as a task sees it.
+    """The environment of a component that an agent drives, and a task.
 
     ## Action space
-    `Box(-1, 1, (entries,), float32)`: an entry for each input that is a number, one for each element of an array, row by row,
-    and one for an element such as `force[3,0]`; elements that are not driven are 0. Each entry is clipped, limited in rate,
+    `Box(-1, 1, (entries,), float32)`: an entry for each scalar input, for each element of an array (row by row), and for a
+    single element such as `force[3,0]`; elements that are not driven are 0. Each entry is clipped, limited in rate,
     delayed, multiplied by the task's scale (`env.unwrapped.task.actions`, in the input's unit), and held over `hold` control
-    steps. NaN, infinity and wrong shapes are refused with `ParameterError`, and nothing has moved.
+    steps. NaN, infinity and wrong shapes are refused with `ParameterError`, without a change of state.
 
     ## Observation space
-    `Box(-limit, limit, (size,), float32)`: the outputs of the task, or those that `observe` chooses, one after the other,
-    arrays row by row, each divided by its scale (`env.unwrapped.task.observations`), with noise, clipped to +-
-    `task.observation_limit`; then the goal, where the task draws one; then the clock, whose readings lie in [-1, 1].
+    `Box(-limit, limit, (size,), float32)`: the outputs of the task, or the outputs selected by `observe`, concatenated (arrays
+    row by row), each divided by its scale (`env.unwrapped.task.observations`), with noise, clipped to +-
+    `task.observation_limit`; then the goal, if the task samples one; then the clock, with readings in [-1, 1].
 
     ## Info
-    "time" [s], the task's outputs, unscaled in float64 and without noise (not with `info="brief"`), the inputs that the action
-    drives as they were applied, the task's counters, and the parameters that were drawn ("drawn_radius" and so on). Arrays are
-    fresh.
+    "time" [s], the task's outputs, unscaled in float64 and without noise (not with `info="brief"`), the applied values of the
+    driven inputs, the task's counters, and the sampled parameters ("drawn_radius" and so on). Arrays are new copies.
 
     ## Rewards, start and end
-    The task's. A step that the component refuses (`StepError`: the physics would break down) ends the episode: the reward is
-    `step_error_reward`, `terminated` is true, `info["step_error"]` holds the message, the state is that from before the step.
-    After `deadline` control steps the episode ends: with a clock it is `terminated`, because the agent has seen the end come,
-    without one it is `truncated`.
+    Rewards, start and end are those of the task. A step that the component refuses (`StepError`: the physics would break
+    down) ends the episode: the reward is `step_error_reward`, `terminated` is true, `info["step_error"]` holds the message, and
+    the state is that before the step. After `deadline` control steps the episode ends: it is `terminated` with a clock, because
+    the agent observes the deadline, and `truncated` without a clock.
 
     ## Arguments
     * `component`: any `Component`.
-    * `task`: any `Task` whose inputs and outputs the component has, or a function that makes one for a component: it is called
-      for each component that is drawn. A task holds the counters of an episode: give each environment another one.
+    * `task`: any `Task` with inputs and outputs of the component, or a function that makes a task for a component, which is
+      called for each sampled component. A task holds the counters of an episode, so each environment needs its own task.
     * `internal_steps` (3): internal steps of the component in a control step.
     * `deadline` (None): control steps of an episode; None for no end.
     * `hold` (1): control steps for which an action is held (frame skip); the reward of a step is the sum of theirs. Rates,
       delays and noise count control steps.
     * `clock` (0): numbers at the end of the observation that show the time, cos(pi k t / deadline), k = 1 to `clock`.
     * `observe` ("full"): the task's outputs; or output -> places along its first axis, or "all":
-      `{"velocity": [0, 31], "right_wall_force": "all"}`. Outputs that the task does not name take the scale of their unit.
+      `{"velocity": [0, 31], "right_wall_force": "all"}`. Outputs that the task does not name use the scale of their unit.
     * `noise` (0.0): standard deviation of the noise on each reading, in units of its scale. It is a function of the episode's
       seed, the control step and the reading, nearly normal (a sum of twelve uniform numbers, within 6 deviations).
     * `action_rate` (None): largest change of an entry of the action in a control step, in scales; None for no limit.
-      It begins at the input that holds at the start.
-    * `control_delay` (0): control steps between an action and its effect; before, the start's input holds.
-    * `randomise` (None): `{"radius": (low, high)}` draws a parameter of the component for each episode, and
+      It starts from the input held at the start.
+    * `control_delay` (0): control steps between an action and its effect; until then, the start's input is held.
+    * `randomise` (None): `{"radius": (low, high)}` samples a parameter of the component for each episode, and
       `{"velocity": (low, high)}` the start value of a state variable; see `granular_env.envs.randomization`.
     * `info` ("full"): "full" or "brief".
-    * `step_error_reward` (-10.0): reward of a step that the component refuses. An episode that it does not refuse can return
+    * `step_error_reward` (-10.0): reward of a step that the component refuses. Episodes without a refused step can return
       less.
     * `render_mode` (None): None or "rgb_array".
 
-    `reset(options={"velocity": {0: 5.0}})` gives start values, as `Component.reset` takes them; `{"snapshot": state}` continues
-    from a state of the component, such as `granular_env.open_log(path).branch(at).component.save()`. `copy.deepcopy`, pickle
-    and cloudpickle give an independent environment that continues with the same bits; a recording stays with the original.
+    `reset(options={"velocity": {0: 5.0}})` sets start values, as for `Component.reset`; `{"snapshot": state}` continues from a
+    state of the component, such as `granular_env.open_log(path).branch(at).component.save()`. `copy.deepcopy`, pickle and
+    cloudpickle give an independent environment that continues with the same bits; a recording stays with the original.
     """
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 30}  # noqa: RUF012
@@ -113,7 +112,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         self._acting = action_rate, control_delay
         self._sensing = observe, noise, clock, self.deadline
         self.drawn: Drawn = {}
-        # As it is at the first save of an episode: only a start draws random numbers.
+        # State at the first save of an episode; only a start draws random numbers.
         self._origin: Origin | None = None
         self._fit()
         self.clock = self.sensors.clock
@@ -126,14 +125,14 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             redrawn(component, drawn)
 
     def _fit(self) -> None:
-        """Take the parts that depend on the component and its task."""
+        """Set the parts that depend on the component and its task."""
         self.task.hold, self.task.counters = self.hold, {}
         self.actuator = Actuator(self.task, self.component, *self._acting)
         self.sensors = Sensors(self.task, self.component, *self._sensing)
         self._elements = [(name, parse_element(name)) for name in self.task.observations]
 
     def bind(self) -> None:
-        """Divide the memory, and show the component to a task that judges rows."""
+        """Partition the memory, and wrap the component for a row-based task."""
         self._row, self._commands, self._bytes = self.memory[None], self.memory[COMMANDS:], self.memory.data.cast("B")
         self._rows: Any = None
         if isinstance(self.task, RowTask):
@@ -144,7 +143,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             self._rows = native([self.component])
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave out the attributes that `bind` makes: a copy has other memory."""
+        """Omit the attributes made by `bind`, because a copy has different memory."""
         return {name: value for name, value in vars(self).items() if name not in ("_row", "_commands", "_bytes", "_rows")}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -157,11 +156,11 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         """Start an episode; see the class.
 
         Args:
-            seed: decides what is drawn.
-            options: start values; or "snapshot": the state that the component continues from, such as one of a log.
+            seed: seed of all random samples.
+            options: start values; or "snapshot": a state from which the component continues, such as a state in a log.
 
         Raises:
-            ParameterError: an option is not valid.
+            ParameterError: an option is invalid.
         """
         if not isinstance(options or {}, Mapping):
             raise ParameterError(f"got {one_line(options)}", expected="a mapping of start values", at="options")
@@ -173,7 +172,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             numbers = task.given_goal(given.pop("goal")) if "goal" in given else task.goal(self.np_random)
             goal = dict(zip(task.goal_names, numbers, strict=True))
         number = int(self.np_random.integers(2**31))
-        # Options that are not valid are refused before anything is replaced.
+        # Refuse invalid options before replacing anything.
         if "snapshot" in given:
             snapshot = given.pop("snapshot")
             if given or self.randomization.parameters:
@@ -187,10 +186,10 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         return self.observe()
 
     def step(self, action: npt.ArrayLike) -> tuple[Observation, SupportsFloat, bool, bool, dict[str, Any]]:
-        """Advance by one action: `hold` control steps, or fewer where the episode ends; see the class.
+        """Advance by one action: `hold` control steps, or fewer if the episode ends; see the class.
 
         Raises:
-            ParameterError: the action is not one, or the episode is over.
+            ParameterError: the action is invalid, or the episode is over.
         """
         memory, task, actuator = self.memory, self.task, self.actuator
         if not memory[RUNNING]:
@@ -219,7 +218,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             if over or late:
                 memory[RUNNING] = 0.0
                 break
-        # An agent that has seen the end come has reached it.
+        # With a clock the agent observes the deadline, which therefore terminates the episode.
         terminated = bool(over or (late and self.clock > 0))
         return self._observation(seen), total, terminated, late and not terminated, self._info(seen, inputs)
 
@@ -231,21 +230,21 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             return None
         return draw(self.component, self.task, self.task.wanted(int(self.memory[ELAPSED])))
 
-    # -- mid-episode ------------------------------------------------------------------------------------------------
+    # -- saved states -----------------------------------------------------------------------------------------------
 
     def observe(self) -> tuple[Observation, dict[str, Any]]:
-        """Return the present observation and info, as `reset` gives them; after `restore`, for instance."""
+        """Return the present observation and info in the form returned by `reset`, for instance after `restore`."""
         seen = self._see()
         return self._observation(seen), self._info(seen, self.actuator.inputs(self._commands))
 
     def save(self) -> EnvState:
-        """Return everything that changes in an episode; restoring it gives the same bits from there on."""
+        """Return the complete changing state of an episode; a restored episode continues bitwise identically."""
         if self._origin is None:
             self._origin = self.task.name, self.np_random.bit_generator.state, self.drawn
         return EnvState(self.component.save(), bytes(self._bytes), dict(self.task.counters), self._origin)
 
     def restore(self, state: EnvState) -> None:
-        """Continue from a saved state, of this environment or of one made in the same way; `observe` returns what is seen.
+        """Continue from a saved state of this or an equally built environment; `observe` returns the observation.
 
         Raises:
             ParameterError: the state belongs to another component or task; nothing has changed.
@@ -266,7 +265,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
     # -- details ----------------------------------------------------------------------------------------------------
 
     def _redraw(self, drawn: Drawn) -> Ready:
-        """Return the component and the task for parameters that were drawn."""
+        """Return the component and the task for sampled parameters."""
         if drawn == self.drawn:
             return self.component, self.task, self.drawn
         if drawn.keys() != self.randomization.parameters.keys():
@@ -302,11 +301,11 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         self._settle_counters()
 
     def _settle_counters(self) -> None:
-        """Keep the task's counters as numbers: those of rows may be views of the component's memory."""
+        """Convert the task's counters to numbers, because counters of rows may be views of the component's memory."""
         self.task.counters = {name: float(value) for name, value in self.task.counters.items()}
 
     def _see(self) -> dict[str, Any]:
-        """Return the task's outputs, fresh; none where nothing needs them."""
+        """Return new values of the task's outputs, or an empty mapping if they are not needed."""
         if self._rows is not None and self.info == "brief":
             return {}
         return {name: element.of(self.component.get(element.name)) for name, element in self._elements}
@@ -329,7 +328,7 @@ def validate_actions(actions: npt.ArrayLike, shape: tuple[int, ...], at: str) ->
     """Return actions as finite numbers of a shape; `ParameterError` for anything else."""
     try:
         numbers = np.asarray(actions, dtype=np.float64)
-    except (TypeError, ValueError):  # words, or rows of unlike length
+    except (TypeError, ValueError):  # text, or rows of unequal length
         numbers = np.zeros(0)
     if numbers.shape != shape:
         raise ParameterError(f"got {one_line(actions)}", expected=f"numbers from -1 to 1 of shape {shape}", at=at)

@@ -1,4 +1,4 @@
-"""Factories of environments: functions that build a component and a task, and return the environment of both."""
+"""Factories of environments: functions that build a component and a task, and return their environment."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Options(TypedDict, total=False):
 
 
 def environment_factory(make: Callable[Given, Env]) -> Callable[Given, Env]:
-    """Decorate a function that returns the environment of one task: unknown arguments are refused with the nearest name."""
+    """Decorate a function that returns the environment of a task: refuse unknown arguments and suggest the nearest name."""
 
     @wraps(make)
     def make_checked(*arguments: Given.args, **keywords: Given.kwargs) -> Env:
@@ -47,7 +47,7 @@ def environment_factory(make: Callable[Given, Env]) -> Callable[Given, Env]:
 
 
 def refuse_unknown(make: Callable[..., Any], given: Mapping[str, Any]) -> None:
-    """Raise `ParameterError` for an argument that a function does not take, if its options are declared."""
+    """Raise `ParameterError` for an argument that a function with declared options does not accept."""
     known: list[str] = []
     for name, parameter in inspect.signature(make).parameters.items():
         if parameter.kind is not parameter.VAR_KEYWORD:
@@ -62,7 +62,7 @@ def refuse_unknown(make: Callable[..., Any], given: Mapping[str, Any]) -> None:
 
 
 def refuse_given_twice(given: Mapping[str, Any]) -> None:
-    """Raise `ParameterError` for parameters of a component that are no mapping, or are arguments of the factory too."""
+    """Raise `ParameterError` for component parameters that are not a mapping or duplicate arguments of the factory."""
     for component in (name for name in own_names() if given.get(name) is not None):
         if not isinstance(given[component], Mapping):
             raise ParameterError(f"got {one_line(given[component])}", expected="a mapping of its parameters", at=component)
@@ -72,13 +72,13 @@ def refuse_given_twice(given: Mapping[str, Any]) -> None:
 
 
 def refuse_early(deadline: int | None, least: int, duration: float, reason: str, at: str = "deadline") -> None:
-    """Refuse a deadline by which nothing that the agent does can have arrived; None is no deadline.
+    """Refuse a deadline before the earliest possible effect of the agent; None is no deadline.
 
     Args:
         deadline: control steps of an episode.
-        least: control steps that the fastest arrival takes.
+        least: control steps until the earliest arrival.
         duration: of a control step [s].
-        reason: what takes so many.
+        reason: reason for this number of steps.
         at: argument at fault.
 
     Raises:

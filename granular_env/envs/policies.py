@@ -1,4 +1,4 @@
-"""Policies: callables (observation, info) -> action with a memory that `reset` clears."""
+"""Policies: callables (observation, info) -> action, with a memory that `reset` clears."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Policy(Protocol):
 
 
 class OpenLoop:
-    """A drive that looks at nothing: its rows one after the other, then zero.
+    """A drive without feedback: its rows in sequence, then zero.
 
     Args:
         drive: shape (steps, actions) or (steps,), from -1 to 1.
@@ -35,7 +35,7 @@ class OpenLoop:
         self.step = 0
 
     def reset(self) -> None:
-        """Begin with the first row again."""
+        """Restart with the first row."""
         self.step = 0
 
     def __call__(self, observation: Any, info: Mapping[str, Any]) -> FloatArray:
@@ -48,7 +48,7 @@ class Constant(OpenLoop):
     """The same action at every step.
 
     Args:
-        action: numbers from -1 to 1; zero is doing nothing.
+        action: numbers from -1 to 1; zero for no action.
     """
 
     def __init__(self, action: npt.ArrayLike = 0.0) -> None:
@@ -62,11 +62,11 @@ class Constant(OpenLoop):
 def play(
     env: Any, policy: Policy, *, seed: int | None = None, options: dict[str, Any] | None = None
 ) -> tuple[float, Mapping[str, Any]]:
-    """Play one episode, from its reset to its end; return its return, and the last ``info``.
+    """Play one episode from reset to end; return its return and the last ``info``.
 
     Args:
         env: a Gymnasium environment.
-        policy: chooses its actions.
+        policy: policy that selects the actions.
         seed: of the reset.
         options: of the reset.
     """

@@ -1,11 +1,11 @@
-"""Domain randomisation: parameters of the component and start values that are drawn for each episode.
+"""Domain randomisation: component parameters and start values sampled for each episode.
 
-`randomise` is a mapping. A parameter that is a number -> (low, high), drawn evenly. A parameter that holds a distribution ->
-that distribution without its seed, which is drawn, such as "radius" -> {"low": 2e-3, "high": 3e-3}. A state variable ->
-(low, high), the start value of its first element, or {index: (low, high)}.
+`randomise` is a mapping. A scalar parameter maps to (low, high), the range of a uniform sample. A parameter with a distribution
+maps to this distribution without its seed, which is sampled, such as "radius" -> {"low": 2e-3, "high": 3e-3}. A state variable
+maps to (low, high), the range of the start value of its first element, or to {index: (low, high)}.
 
-Everything is drawn from the environment's own random numbers (`np_random`) at each reset, so a seed decides the component, in
-single environments and in batches of any kind alike.
+All samples come from the environment's random generator (`np_random`) at each reset. A seed therefore determines the component,
+in single environments and in all kinds of batches.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ from .state import Drawn
 
 
 class Randomization:
-    """The draws of an environment at a reset.
+    """The random samples of an environment at a reset.
 
     Args:
         randomise: see the module; None for nothing.
-        component: whose parameters and start values are drawn.
+        component: component with the sampled parameters and start values.
 
     Attributes:
         parameters: name -> (low, high), or a distribution without a seed.
         starts: (state variable, index, (low, high)) of each start value.
 
     Raises:
-        ParameterError: a name, a range or an index is not valid.
+        ParameterError: a name, a range or an index is invalid.
     """
 
     def __init__(self, randomise: Mapping[str, Any] | None, component: Component) -> None:
@@ -45,7 +45,7 @@ class Randomization:
         self.starts: list[tuple[str, tuple[int, ...], tuple[float, float]]] = []
         self._whole = {name for name in fields if fields[name].annotation is int}
         numbers = [name for name in fields if name in self._whole or "float" in str(fields[name].annotation)]
-        # In the order of the names: a draw must not depend on how the mapping was written.
+        # Sort by name, so that samples do not depend on the order of the mapping.
         for name, bounds in sorted((randomise or {}).items()):
             if name in shapes:
                 shape = shapes[name]
@@ -58,11 +58,11 @@ class Randomization:
                 raise ParameterError(f"{one_line(name)} is nothing that can be drawn", hint=hint, at="randomise")
 
     def draw(self, random: Generator) -> Drawn:
-        """Draw the parameters of an episode."""
+        """Sample the parameters of an episode."""
         return {name: self._draw_one(name, bounds, random) for name, bounds in self.parameters.items()}
 
     def ends(self) -> list[Drawn]:
-        """Return the parameters at the lower and at the upper ends of their ranges; none where no parameter is drawn."""
+        """Return the parameters at the lower and at the upper ends of their ranges; empty if no parameter is sampled."""
 
         def at(end: int, name: str, bounds: Any) -> Any:
             if isinstance(bounds, dict):
@@ -79,7 +79,7 @@ class Randomization:
         return int(random.integers(low, high + 1)) if name in self._whole else low + (high - low) * float(random.random())
 
     def add_starts(self, start: Mapping[str, Any], random: Generator) -> dict[str, Any]:
-        """Return a task's start values with those drawn, which count more."""
+        """Return a task's start values updated with the sampled start values."""
         found = dict(start)
         for name, index, (low, high) in self.starts:
             value = low + (high - low) * float(random.random())
@@ -90,7 +90,7 @@ class Randomization:
 
 
 def redrawn(component: Component, drawn: Drawn) -> Component:
-    """Return a component like this one, at its start, with other values of the parameters that are drawn."""
+    """Return a new component in its start state, with new values of the sampled parameters."""
     parameters: dict[str, Any] = component.parameters.model_dump()  # type: ignore[attr-defined]
     if "step_size" in parameters:
         parameters["step_size"] = component.step_size
@@ -101,7 +101,7 @@ def redrawn(component: Component, drawn: Drawn) -> Component:
 
 
 def info_of_draws(drawn: Drawn) -> dict[str, float]:
-    """Return what ``info`` shows of drawn parameters: "drawn_radius" and so on; of a distribution its seed."""
+    """Return the entries of ``info`` for sampled parameters ("drawn_radius" and so on; for a distribution its seed)."""
     seeds = {f"drawn_{name}_seed": float(one["seed"]) for name, one in drawn.items() if isinstance(one, Mapping)}
     return seeds | {f"drawn_{name}": float(one) for name, one in drawn.items() if not isinstance(one, Mapping)}
 
@@ -111,7 +111,7 @@ def _state_shapes(component: Component) -> dict[str, tuple[int, ...]]:
 
 
 def _index(name: str, given: Any, shape: tuple[int, ...]) -> tuple[int, ...]:
-    """Return an index of a state variable, counted from the start; empty for a single number."""
+    """Return a non-negative index of a state variable; empty for a scalar."""
     index = () if given is None else parse_index(given)
     check_index(("randomise", name), index, shape)
     return tuple(number % size for number, size in zip(index, shape, strict=True))

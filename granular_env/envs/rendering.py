@@ -1,8 +1,8 @@
-"""A small picture of a component: its particles, what colours them, and the inputs it feels.
+"""A small picture of a component: its particles, their colouring quantity, and its inputs.
 
-From the top: time and inputs in words; the particles in true size and place, coloured by velocity (blue to the left, red to the
-right); and a graph of these values, with what is wanted of them as dark dots. Particles in a plane, and cells, are seen from
-above. A component without either shows a graph of its observed outputs.
+From the top: time and inputs as text; the particles to scale, coloured by velocity (blue to the left, red to the right); and a
+graph of these values, with target values as dark dots. Particles in a plane and cells are seen from above. A component
+without particles and cells shows a graph of its observed outputs.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ def draw(component: Component, task: Task, wanted: FloatArray | None = None) -> 
     """Return a picture of the present state, shape (360, 960, 3), uint8.
 
     Args:
-        component: to draw.
-        task: gives names and scales.
-        wanted: of each particle, what its coloured quantity should be now; None where nothing is wanted.
+        component: component to draw.
+        task: supplies names and scales.
+        wanted: target value of the colouring quantity of each particle; None without targets.
     """
     image = Image.new("RGB", (WIDTH, HEIGHT), _PAPER)
     pen = ImageDraw.Draw(image)
@@ -71,7 +71,7 @@ def _caption(component: Component, task: Task) -> str:
 def _draw_bodies(
     pen: ImageDraw.ImageDraw, component: Component, task: Task, points: list[Points], cells: list[Cells], row: int
 ) -> FloatArray:
-    """Draw points and cells as seen from above, about a row of the picture; return the columns of the points at rest."""
+    """Draw points and cells from above, centred on a row of the picture; return the columns of the points at rest."""
     corners = [one.nodes[:, :2] for one in cells]
     for one in points:
         corners += [one.reference[:, :2] - one.radius[:, None], one.reference[:, :2] + one.radius[:, None]]
@@ -98,14 +98,14 @@ def _draw_bodies(
 
 
 def _scaled(component: Component, task: Task, name: str, values: FloatArray) -> FloatArray:
-    """Return values in units of the task's scale of an output; of its largest magnitude, where it is not observed."""
+    """Return values in units of the task's scale of an output or, if it is not observed, of its largest magnitude."""
     return values / (task.observations.get(name) or float(np.abs(component.get(name)).max()) or 1.0)
 
 
 def _draw_graph(
     pen: ImageDraw.ImageDraw, columns: FloatArray, values: FloatArray, colours: list[Colour], radius: float
 ) -> None:
-    """Draw a dot for each value, in units of the scale, and lines at 0 and at the scale."""
+    """Draw a dot for each value in units of the scale, and lines at 0 and at the scale."""
     for level, colour in ((-1, _PALE), (0, _INK), (1, _PALE)):
         row = _GRAPH_ROW - level * _GRAPH_REACH
         pen.line((_MARGIN, row, WIDTH - _MARGIN, row), colour)
@@ -122,6 +122,6 @@ def _draw_discs(pen: ImageDraw.ImageDraw, places: FloatArray, radii: FloatArray,
 
 def colours_of(values: FloatArray) -> list[Colour]:
     """Return blue at -1, grey at 0, red at 1."""
-    # The root lets weak motion show.
+    # The root makes weak motion visible.
     strength = np.sign(values) * np.sqrt(np.clip(np.abs(values), 0.0, 1.0))
     return [tuple(colour) for colour in diverging(strength, 1.0, _ZERO).tolist()]

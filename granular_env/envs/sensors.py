@@ -1,6 +1,6 @@
-"""Sensors: from a component's outputs to an observation, with noise, a goal and a clock where they are wanted.
+"""Sensors: conversion of a component's outputs to an observation, optionally with noise, a goal and a clock.
 
-Arrays have a leading axis: one row for each environment; a single environment has one row.
+Arrays have a leading axis with one row per environment; a single environment has one row.
 """
 
 from __future__ import annotations
@@ -27,24 +27,24 @@ _EVERYTHING = "all"
 
 
 class Sensors:
-    """A plan for observations: readings, then a goal, then a clock.
+    """The layout of observations: readings, then a goal, then a clock.
 
     Args:
-        task: gives outputs and scales.
-        component: has them.
-        observe: "full" for the outputs of the task, or output -> places: indices along its first axis, or "all".
+        task: defines the outputs and their scales.
+        component: component with these outputs.
+        observe: "full" for the outputs of the task, or output -> indices along its first axis, or "all".
         noise: standard deviation of the noise on each reading, in units of its scale.
         clock: readings of the clock.
-        deadline: control steps that the clock counts to; infinite for no end.
+        deadline: control steps of an episode, for the clock; infinite for no end.
 
     Attributes:
-        readings: of the outputs: name, index of the elements or None for all, place in the observation, value observed as 1.
-        size: how many numbers they are.
-        goal: counter of the task -> its value that is observed as 1, for each number of the goal.
+        readings: of the outputs: name, index of the elements or None for all, slice of the observation, value observed as 1.
+        size: number of readings.
+        goal: counter of the task -> value observed as 1, for each number of the goal.
         space: the observation space.
 
     Raises:
-        ParameterError: an output or a place is not there, an output has no scale, noise is below 0, or the clock has no
+        ParameterError: an unknown output or index, an output without a scale, noise below 0, or a clock without a
             deadline.
     """
 
@@ -71,10 +71,10 @@ class Sensors:
         self.space = gymnasium.spaces.Box(-high, high, dtype=np.float32)
 
     def observe(self, read: Callable[[str], Any], memories: FloatArray, goals: npt.ArrayLike) -> npt.NDArray[np.float32]:
-        """Return observations, one row for each environment.
+        """Return observations, one row per environment.
 
         Args:
-            read: gives an output by name, with a leading axis.
+            read: returns an output by name, with a leading axis.
             memories: of the environments, see `EnvState`.
             goals: in units of their scales, shape (environments, goal), or (goal,) for one environment.
         """
@@ -95,14 +95,14 @@ class Sensors:
 
 
 def _choose(observe: Any, component: Component, task: Task) -> Iterator[tuple[str, Any, float]]:
-    """Yield name, index and scale of the outputs that are observed."""
+    """Yield name, index and scale of the observed outputs."""
     own = element_scales("observations", task.observations, component, "output")
     if isinstance(observe, str) and observe == "full":
         yield from ((element.name, element.index or None, scale) for element, scale in own)
         return
     if not isinstance(observe, Mapping) or not observe:
         raise ParameterError(f"got {one_line(observe)}", expected='"full", or output -> places, at least one', at="observe")
-    # Another output has the scale of its unit.
+    # Outputs that the task does not name use the scale of their unit.
     units = {component.variables[element.name].unit: scale for element, scale in own} | dict(task.unit_scales)
     outputs = [variable for variable in component.variables.values() if variable.causality == "output"]
     scales = {one.name: units[one.unit] for one in outputs if one.unit in units}
@@ -133,21 +133,21 @@ def _scale(values, factor, limit, out):
 
 
 def _blur_rows(readings, noise, limit, seeds, elapsed):
-    """Add noise to readings, a function of the episode's seed, the control step and the reading, and clip them."""
+    """Add noise (a function of episode seed, control step and reading) to readings, and clip them."""
     for k in range(readings.shape[0]):
         key = stream_key(seeds[k], elapsed[k])
         for i in range(readings.shape[1]):
             readings[k, i] = min(max(readings[k, i] + noise * normal(key, i), -limit), limit)
 
 
-# With the JIT off, numpy's scalars would warn of the wrapping products of the noise.
+# With the JIT off, NumPy scalars would warn about the overflowing products of the noise.
 _blur = jit(_blur_rows) if JIT else np.errstate(over="ignore")(_blur_rows)
 
 
 @jit
 def _show_clocks(elapsed, steps, out):
-    """Write cos(pi k elapsed / steps), k = 1, 2, ...; an agent without the time is blind to a deadline (Pardo et al. 2018)."""
-    # cos((k + 1) x) = 2 cos(x) cos(k x) - cos((k - 1) x): one cosine instead of many, to 1e-14.
+    """Write cos(pi k elapsed / steps), k = 1, 2, ...; without the time an agent cannot know a deadline (Pardo et al. 2018)."""
+    # cos((k + 1) x) = 2 cos(x) cos(k x) - cos((k - 1) x) needs only one cosine; accurate to 1e-14.
     for row in range(out.shape[0]):
         cosine = math.cos(math.pi * (elapsed[row] / steps))
         before, now = 1.0, cosine

@@ -1,4 +1,4 @@
-"""An environment in mid-episode, as one small object from which any process can continue."""
+"""The state of an environment within an episode, from which any process can continue."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 from ..components.snapshot import Snapshot
 
-# The memory of an environment: control steps done, whether the episode is running, the seed of its noise, then the actuator's
-# commands.
+# Layout of an environment's memory: elapsed control steps, whether the episode is running, seed of the noise, then the
+# actuator's commands.
 ELAPSED, RUNNING, SEED, COMMANDS = range(4)
 
 Drawn = Mapping[str, Any]
@@ -19,12 +19,12 @@ Origin = tuple[str, Mapping[str, Any], Drawn]
 
 
 class EnvState(NamedTuple):
-    """The state that `ComponentEnv.save` gives and `restore` takes; never changed by what follows, and pickled as it is.
+    """The state returned by `ComponentEnv.save` and accepted by `restore`; immutable, and can be pickled.
 
     Attributes:
         snapshot: the component's state.
-        memory: the environment's own numbers, as bytes of float64.
-        counters: the task's.
+        memory: memory of the environment, as bytes of float64.
+        counters: counters of the task.
         origin: the start of the episode.
     """
 

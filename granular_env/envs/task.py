@@ -1,6 +1,6 @@
 """Tasks: the actions of an agent, its observations and its rewards.
 
-A task knows a component by its contract, and knows nothing of Gymnasium. Tasks live one a file in ``tasks/``.
+A task uses a component through its contract and does not depend on Gymnasium. Tasks are in ``tasks/``, one per file.
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ class Task:
 
     Attributes:
         name: for messages and pictures.
-        actions: input, or an element of one such as "force[3,0]" -> its value at action 1, in the unit of the input; action -1
-            is the opposite. The order is that of the action's entries.
-        observations: output, or an element of one -> its value that is observed as 1, in the unit of the output. The order is
-            that of the observation's parts.
-        unit_scales: unit -> value that is observed as 1, for further outputs that an environment's `observe` may choose.
-        observation_limit: observations are clipped to +- this.
-        lowest_action: actions are clipped to this and 1; the action space reaches from -1 to 1 all the same.
-        counters: what the task remembers of the episode, name -> number; empty before `begin`. The environment saves and
-            restores them, and shows them in ``info``. Anything else that a task remembers is lost by `restore`.
+        actions: input or input element (such as "force[3,0]") -> its value at action 1, in the unit of the input; action -1 is
+            the opposite. The order is that of the action's entries.
+        observations: output or output element -> its value observed as 1, in the unit of the output. The order is that of
+            the observation's parts.
+        unit_scales: unit -> value observed as 1, for further outputs that an environment's `observe` may select.
+        observation_limit: observations are clipped to +- this value.
+        lowest_action: actions are clipped to this value and 1; the action space is always -1 to 1.
+        counters: state of the task in the episode, name -> number; empty before `begin`. The environment saves and restores
+            counters, and shows them in ``info``. `restore` loses any other state of a task.
         hold: control steps for which an action is held; set by the environment.
     """
 
@@ -52,15 +52,15 @@ class Task:
     hold: int = 1
 
     def start(self, random: Generator) -> Mapping[str, Any]:
-        """Return start values for `Component.reset`; the default is the component's own start."""
+        """Return start values for `Component.reset`; default: the component's default start."""
         return {}
 
     def inputs(self, component: Component, driven: dict[str, Any]) -> dict[str, Any]:
-        """Return the inputs of a control step, from those that the action drives; the default is these."""
+        """Return the inputs of a control step, given the driven inputs; default: the driven inputs."""
         return driven
 
     def begin(self, component: Component, seen: Seen) -> None:
-        """Set the counters at the start of an episode; there are none before."""
+        """Set the counters at the start of an episode; they are empty before."""
 
     def judge(self, component: Component, seen: Seen, duration: float) -> tuple[float, bool]:
         """Return the reward of a control step that lasted `duration` [s], and whether the episode has reached its end."""
@@ -69,11 +69,11 @@ class Task:
     def objective(self, component: Any, steps: int) -> Any:
         """Return the smooth counterpart of minus the return over `steps` control steps, for gradients.
 
-        A task may have further keyword arguments with defaults: a study gives them in stages. One that
-        draws goals has `goal`, and is given that of the episode.
+        A task may have further keyword arguments with defaults, which a study sets in stages. A task that
+        samples goals has the argument `goal` for the goal of the episode.
 
         Raises:
-            ParameterError: this task has none.
+            ParameterError: the task has no objective.
         """
         raise ParameterError(
             f"task {self.name!r} has no objective with a gradient",
@@ -85,22 +85,22 @@ class Task:
         return None
 
     def baselines(self) -> Mapping[str, Policy]:
-        """Return policies to compare with, by name: "nothing", "theory" (made by hand), "best" (best known); here none."""
+        """Return reference policies by name: "nothing", "theory" (from theory), "best" (best known); default: none."""
         return {}
 
 
 class RowTask(Task):
-    """Base of tasks that judge many episodes at once: a native batch runs them, with the bits of single environments.
+    """Base of tasks that judge many episodes at once, for native batches, bitwise identical to single environments.
 
-    The arguments of `begin_rows` and `judge_rows` are those of one episode, or have one row for each of many: `rows` are the
-    components, as their domain's native batch shows them (`Domain.rows`); `constants` are the task's; `counters` are numbers
-    by name, to be replaced by new ones; `elapsed` are control steps done. Expressions of numpy serve both.
+    The arguments of `begin_rows` and `judge_rows` belong to one episode, or have one row per episode: `rows` are the
+    components as presented by their domain's native batch (`Domain.rows`), `constants` belong to the task, `counters` are
+    numbers by name, to be replaced, and `elapsed` is the number of control steps done. NumPy expressions handle both cases.
 
     Attributes:
-        counter_names: what the counters hold, in order; each is shown in ``info``.
+        counter_names: names of the counters in order; ``info`` shows all counters.
         constants: a `NamedTuple` of numbers and one-dimensional arrays that depend on the component; None for none.
-        goal_scales: of a goal that is drawn for each episode: what of each of its numbers is observed as 1. The goal is in the
-            first counters.
+        goal_scales: for a goal sampled in each episode, the values of its numbers that are observed as 1. The first counters
+            hold the goal.
     """
 
     counter_names: tuple[str, ...] = ()
@@ -109,25 +109,25 @@ class RowTask(Task):
 
     @property
     def goal_names(self) -> tuple[str, ...]:
-        """Return the counters that hold the goal."""
+        """Return the names of the counters with the goal."""
         return self.counter_names[: len(self.goal_scales)]
 
     def begin_rows(self, rows: Any, constants: Any, counters: dict[str, Any]) -> None:
-        """Set the counters at the start of episodes; they are 0 before, but for a goal."""
+        """Set the counters at the start of episodes; they are 0 before, except for a goal."""
 
     def judge_rows(self, rows: Any, constants: Any, counters: dict[str, Any], elapsed: Any) -> tuple[Any, Any]:
-        """Return the rewards of a control step, and which episodes have reached their end; False for none."""
+        """Return the rewards of a control step, and a mask of the episodes that have reached their end (False for none)."""
         raise NotImplementedError(f"task {self.name!r} has no judge_rows")
 
     def goal(self, random: Generator) -> FloatArray:
-        """Return the goal of an episode, as many numbers as `goal_scales`; drawn after `start`."""
+        """Return the goal of an episode, one number per entry of `goal_scales`; sampled after `start`."""
         return np.zeros(0)
 
     def given_goal(self, given: Any) -> FloatArray:
-        """Return the goal that `reset(options={"goal": ...})` asks for, in the form of `goal`.
+        """Return the goal given to `reset(options={"goal": ...})`, in the form of `goal`.
 
         Raises:
-            ParameterError: it is no goal, or this task has none.
+            ParameterError: not a valid goal, or the task has no goal.
         """
         raise ParameterError(f"task {self.name!r} draws no goal, and takes none", at="options.goal")
 
@@ -145,7 +145,7 @@ def stack_constants(constants: list[Any]) -> Any:
 
 
 def element_scales(what: str, scales: Mapping[str, float], component: Component, causality: str) -> list[tuple[Element, float]]:
-    """Return a task's actions or observations with their scales; `ParameterError` where the component has none such."""
+    """Return a task's actions or observations with their scales; `ParameterError` if the component lacks one."""
     checked = []
     for name, scale in scales.items():
         try:

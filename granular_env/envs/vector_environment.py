@@ -1,4 +1,4 @@
-"""Many environments of one component and task, advanced together."""
+"""A batch of environments of one component and task, advanced together."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ def make_batch(
     info: str = "brief",
     **arguments: Any,
 ) -> SyncVectorEnv:
-    """Return a batch of environments: native where the task judges rows, Gymnasium's `SyncVectorEnv` otherwise.
+    """Return a batch of environments: native for a row-based task, Gymnasium's `SyncVectorEnv` otherwise.
 
     Args:
-        environment: what makes a `ComponentEnv`.
-        num_envs: how many.
+        environment: factory of a `ComponentEnv`.
+        num_envs: number of environments.
         autoreset_mode: any `gymnasium.vector.AutoresetMode`.
         info: "brief" or "full", as for the single environment.
         **arguments: of the single environment.
@@ -50,19 +50,19 @@ def make_batch(
 
 
 class ComponentVectorEnv(SyncVectorEnv):
-    """Many environments whose task judges rows side by side, advanced by one call of compiled code.
+    """A batch of environments with a row-based task, advanced by one call of compiled code.
 
-    `gymnasium.make_vec("granular_env/Protection-v1", num_envs=256)` makes one. It gives what `SyncVectorEnv` of the single
-    environment gives, bit for bit: observations, rewards, ends and infos. Environment i is the single one reset with seed + i.
-    `copy.deepcopy`, pickle and cloudpickle give an independent batch that continues with the same bits. `call` and `get_attr`
-    show the environments as they are; `envs` alone may lag behind. To record an environment, restore its saved state in a
-    single one.
+    `gymnasium.make_vec("granular_env/Protection-v1", num_envs=256)` makes one. Observations, rewards, ends and infos are
+    bitwise identical to `SyncVectorEnv` of the single environment. Environment i equals the single environment reset with
+    seed + i. `copy.deepcopy`, pickle and cloudpickle give an independent batch that continues with the same bits. `call` and
+    `get_attr` return current environments; `envs` may be out of date. To record an environment, restore its saved state in
+    a single environment.
 
     Args:
-        environment: all are like this one, which becomes the first; its task is a `RowTask`.
-        num_envs: how many.
+        environment: template of all environments, which becomes the first; its task is a `RowTask`.
+        num_envs: number of environments.
         autoreset_mode: any `gymnasium.vector.AutoresetMode`. With `DISABLED`, `reset(options={"reset_mask": mask})` resets
-            those that have ended.
+            ended environments.
     """
 
     envs: list[ComponentEnv]  # type: ignore[assignment]
@@ -74,7 +74,7 @@ class ComponentVectorEnv(SyncVectorEnv):
         self._gather()
 
     def _gather(self) -> None:
-        """Let the memories of the environments, and their components, lie in arrays of the batch."""
+        """Move the memories of the environments and their components into arrays of the batch."""
         first = self.envs[0]
         self._task = cast(RowTask, copy.copy(first.task))
         self._memories = np.stack([one.memory for one in self.envs])
@@ -88,13 +88,13 @@ class ComponentVectorEnv(SyncVectorEnv):
         self._take_back()
 
     def _stack(self) -> None:
-        """Lay the numbers of the tasks side by side, which depend on the component."""
+        """Stack the component-dependent constants of the tasks."""
         tasks = [cast(RowTask, one.task) for one in self.envs]
         self._constants = stack_constants([task.constants for task in tasks])
         self._goal_scales = np.array([task.goal_scales for task in tasks], dtype=np.float64)
 
     def _hand_out(self, numbers: Iterable[int] | None = None) -> list[ComponentEnv]:
-        """Return environments as the batch has left them, all by default."""
+        """Return environments updated to the state of the batch, all by default."""
         chosen = range(self.num_envs) if numbers is None else list(numbers)
         for k in chosen:
             self._rows.hand_out(k)
@@ -102,7 +102,7 @@ class ComponentVectorEnv(SyncVectorEnv):
         return [self.envs[k] for k in chosen]
 
     def _take_back(self, numbers: Iterable[int] | None = None) -> None:
-        """Continue from what environments did one by one, all by default; they may have another component."""
+        """Update the batch from the states of single environments, all by default; their components may have changed."""
         is_redrawn = False
         for k in range(self.num_envs) if numbers is None else numbers:
             one = self.envs[k]
@@ -116,7 +116,7 @@ class ComponentVectorEnv(SyncVectorEnv):
             self._stack()
 
     def __getstate__(self) -> dict[str, Any]:
-        """Keep the single environments, from which `_gather` makes the rest."""
+        """Keep the single environments, from which `_gather` rebuilds the rest."""
         self._hand_out()
         made = ("_task", "_memories", "_commands", "_counters", "_rows", "_constants", "_goal_scales")
         return {name: value for name, value in vars(self).items() if name not in made}
@@ -128,10 +128,10 @@ class ComponentVectorEnv(SyncVectorEnv):
     # -- Gymnasium --------------------------------------------------------------------------------------------------
 
     def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> tuple[npt.NDArray[np.float32], Infos]:
-        """Start episodes in all environments, or in those of `options["reset_mask"]`.
+        """Start episodes in all environments, or in the environments of `options["reset_mask"]`.
 
         Args:
-            seed: environment i gets seed + i, or the i-th of a list.
+            seed: environment i gets seed + i, or entry i of a list.
             options: as for the single environment.
         """
         self._hand_out()
@@ -140,10 +140,10 @@ class ComponentVectorEnv(SyncVectorEnv):
         return self._observations_now(), infos
 
     def step(self, actions: npt.ArrayLike) -> tuple[npt.NDArray[np.float32], np.ndarray, np.ndarray, np.ndarray, Infos]:  # type: ignore[override]
-        """Advance all environments by one action; those that have ended are treated as `autoreset_mode` says.
+        """Advance all environments by one action; ended environments are treated according to `autoreset_mode`.
 
         Raises:
-            ParameterError: the actions are none, or an environment's episode is over, or has not begun, and is not to be reset.
+            ParameterError: invalid actions, or an environment without a running episode that is not to be reset.
         """
         wished = validate_actions(actions, cast(tuple[int, ...], self.action_space.shape), "actions")
         begin = self._autoreset_envs & (self.autoreset_mode == AutoresetMode.NEXT_STEP)
@@ -194,17 +194,17 @@ class ComponentVectorEnv(SyncVectorEnv):
         return rewards, terminated, late & ~terminated, errors
 
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
-        """Return an attribute of every environment, or the result of its call, in a tuple."""
+        """Return an attribute of every environment, or the result of its call, as a tuple."""
         self._hand_out()
         found = super().call(name, *args, **kwargs)
         self._take_back()
         return found
 
     def set_attr(self, name: str, values: Any) -> None:
-        """Set an attribute of all environments, to one value or to a list of values.
+        """Set an attribute of all environments to one value or to a list of values.
 
         Raises:
-            ParameterError: the environments of a batch have the attribute in common.
+            ParameterError: the environments of a batch share the attribute.
         """
         if name not in _OWN:
             expected = " or ".join(map(repr, _OWN))
@@ -212,21 +212,21 @@ class ComponentVectorEnv(SyncVectorEnv):
         super().set_attr(name, values)
 
     def render(self) -> tuple[Any, ...]:
-        """Return the present state of each environment as a picture."""
+        """Return a picture of the present state of each environment."""
         return self.call("render")
 
-    # -- mid-episode ------------------------------------------------------------------------------------------------
+    # -- saved states -----------------------------------------------------------------------------------------------
 
     def save(self, environments: Iterable[int] | None = None) -> list[EnvState]:
-        """Return the states of the environments with these numbers, or of all; single environments understand them too."""
+        """Return the states of the environments with these numbers, or of all; single environments also accept these states."""
         return [one.save() for one in self._hand_out(environments)]
 
     def restore(self, states: Sequence[EnvState], environments: Iterable[int] | None = None) -> None:
-        """Let the environments with these numbers, or all, continue from saved states; `observe` returns what is seen.
+        """Continue the environments with these numbers, or all, from saved states; `observe` returns the observations.
 
         Raises:
-            ParameterError: there are more or fewer states than environments, or one belongs to another component or task; those
-                before it have been restored.
+            ParameterError: the numbers of states and environments differ, or a state belongs to another component or task;
+                earlier states have been restored.
         """
         numbers = list(range(self.num_envs) if environments is None else environments)
         if len(states) != len(numbers):
@@ -237,7 +237,7 @@ class ComponentVectorEnv(SyncVectorEnv):
             self._autoreset_envs[k] = not self._memories[k, RUNNING]
 
     def observe(self) -> tuple[npt.NDArray[np.float32], Infos]:
-        """Return the present observations and infos, as `reset` gives them."""
+        """Return the present observations and infos, in the form returned by `reset`."""
         return self._observations_now(), self._infos()
 
     # -- details ----------------------------------------------------------------------------------------------------
@@ -247,7 +247,7 @@ class ComponentVectorEnv(SyncVectorEnv):
         return self.envs[0].sensors.observe(self._rows.read, self._memories, goals)
 
     def _infos(self) -> Infos:
-        """Return infos as fresh arrays, and for each which environments they are of."""
+        """Return infos as new arrays, each with a mask of its environments."""
         first, shown = self.envs[0], {"time": self._rows.time}
         for name in first.task.observations if first.info == "full" else ():
             element = parse_element(name)
@@ -262,7 +262,7 @@ class ComponentVectorEnv(SyncVectorEnv):
 
 
 def __getattr__(name: str) -> Any:
-    """Return the batch of a registered environment, by the name of its factory: Gymnasium wants an attribute for each."""
+    """Return the batch of a registered environment by the name of its factory; Gymnasium needs an attribute for each."""
     for one in environments().values():
         if one.entry_point.partition(":")[2] == name:
             return partial(make_batch, load(one.entry_point))

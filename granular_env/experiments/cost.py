@@ -11,7 +11,7 @@ from granular_env.recording.schedule import estimated_bytes, make_schedule, name
 
 from .preparation import Prepared
 
-# `check` notes longer runs [s] and larger logs [bytes]; `run` notes logs from the second size on, on a terminal.
+# `check` reports longer runs [s] and larger logs [bytes]; `run` reports logs above the second size on a terminal.
 _LONG, LARGE_LOG, NOTED_LOG = 60.0, 200_000_000, 10_000_000
 _MEASURED = 0.02  # wall time of the measured steps [s]
 _LESS = "record less often (record.every), fewer variables (record.variables) or fewer snapshots (record.snapshot_every)"
@@ -19,7 +19,7 @@ _UNITS = ((86400.0, "days"), (3600.0, "h"), (60.0, "min"), (1.0, "s"))
 
 
 def cost_note(ready: Prepared) -> str:
-    """Return a sentence on the wall time and the size of the log if these are large, else "". Steps the component."""
+    """Return a sentence on the wall time and the log size if they are large, else ""; steps the component."""
     size = log_bytes(ready)
     seconds = ready.ticks * _seconds_per_tick(ready)
     if seconds < _LONG and size < LARGE_LOG:
@@ -33,7 +33,7 @@ def _seconds_per_tick(ready: Prepared) -> float:
     component, ticks = ready.component, 1
     component.wake()
     try:
-        # Not timed: the first step may compile.
+        # Do not time the first step, which may compile.
         component.step(None, **ready.inputs)
         first, begin = component.tick, perf_counter()
         while perf_counter() - begin < _MEASURED and component.tick < ready.ticks:
@@ -45,7 +45,7 @@ def _seconds_per_tick(ready: Prepared) -> float:
 
 
 def log_bytes(ready: Prepared) -> int:
-    """Return about the largest size of the log of an experiment before compression [bytes]."""
+    """Return an estimate of the largest log size of an experiment before compression [bytes]."""
     component, record, duration = ready.component, ready.experiment.record, {"duration": ready.experiment.duration}
     names = names_to_record(component, record.variables)
     schedule = make_schedule(component, record.every, record.hash_every, record.snapshot_every, duration, names)
@@ -53,7 +53,7 @@ def log_bytes(ready: Prepared) -> int:
 
 
 def announce_log(ready: Prepared, at_once: bool) -> None:
-    """Print a note on a log of 10 MB or more, where `at_once` is set; else warn of a log of 200 MB or more."""
+    """Print a note on a log of 10 MB or more if `at_once` is set; otherwise warn about a log of 200 MB or more."""
     size = log_bytes(ready)
     note = f"the log takes up to {readable_bytes(size)} before compression, and on the disk at most two thirds of that"
     if size >= LARGE_LOG:

@@ -1,14 +1,14 @@
-"""Experiment files: their content, and how one is found and read.
+"""Experiment files: their content, and finding and reading them.
 
 name = "my-pulse"
-description = "what it shows"   # optional, as is source: the citation
+description = "..."             # optional, as is source: the citation
 duration = 5.45e-4              # s
 
-[component]                     # type: a catalogue name; the rest are its parameters
+[component]                     # type: a catalogue name; other keys are its parameters
 [start]                         # start values of state variables: a number, a list, or { index = value }
-[input.left_force]              # for each input a number, a list, or a table with a profile (inputs.py)
+[input.left_force]              # per input a number, a list, or a table with a profile (inputs.py)
 [[stop]]                        # rules that end the run early (stop_rules.py)
-[record]                        # what the log keeps besides the inputs and the hashes
+[record]                        # content of the log in addition to inputs and hashes
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from .stop_rules import StopRule
 
 
 class ComponentTable(Table):
-    """The `[component]` table: the type, and that type's parameters."""
+    """The `[component]` table: the type and its parameters."""
 
     model_config = ConfigDict(extra="allow")
 
@@ -40,7 +40,7 @@ class ComponentTable(Table):
 
     @property
     def parameters(self) -> dict[str, Any]:
-        """Everything but the type."""
+        """All keys except the type."""
         return dict(self.model_extra or {})
 
     @model_validator(mode="after")
@@ -76,7 +76,7 @@ class RecordTable(Table):
 
 
 class Experiment(Document):
-    """One experiment, checked as far as that is possible without building its component."""
+    """An experiment, validated as far as possible without building its component."""
 
     kind: ClassVar[str] = "experiment"
     shelf: ClassVar[str] = "experiments"
@@ -96,7 +96,7 @@ class Experiment(Document):
 
     @classmethod
     def advice_for_unknown(cls, key: str, given: Mapping[str, Any]) -> str:
-        """Return the whole key where one such as grains belongs into a table."""
+        """Return the full key for a key such as grains that belongs in a table."""
         for table, fields in (("component", _parameters(given.get("component"))), ("record", RecordTable.model_fields)):
             if key in fields:
                 return f"did you mean {f'{table}.{key}'!r}?"
@@ -114,16 +114,16 @@ def _parameters(component: Any) -> Mapping[str, Any]:
 
 
 def shipped_experiments() -> list[str]:
-    """Return the names of the experiments that come with the package, such as ``nesterenko-1983/3.4-piston``."""
+    """Return the names of the shipped experiments, such as ``nesterenko-1983/3.4-piston``."""
     return list(shipped_files(Experiment.shelf))
 
 
 def load_experiment(source: Source, overrides: Overrides = (), folder: Path | None = None) -> Experiment:
-    """Return an experiment, checked as far as that goes without building its component; see `documents.load`.
+    """Return an experiment, validated as far as possible without building its component; see `documents.load`.
 
         load_experiment("nesterenko-1983/3.4-piston", {"component.grains": 500, "duration": 1e-3})
 
     Raises:
-        ExperimentError: file, table, key, the value received and the expected one; unknown keys with the nearest right one.
+        ExperimentError: names file, table, key, received and expected value; for unknown keys the nearest valid key.
     """
     return load(Experiment, source, overrides, folder)

@@ -4,9 +4,9 @@
     profile = "triangle"      # constant, triangle, half_sine, table, csv, piecewise, sum
     peak = 2000.0
     duration = 1e-4
-    pattern = [1.0, 0.5]      # for an input of several elements: what each of them gets of it
+    pattern = [1.0, 0.5]      # for an input of several elements: factor of each element
 
-Times are in seconds, values in the input's own SI unit; only a CSV file declares other units.
+Times are in seconds, values in the input's SI unit; only a CSV file declares other units.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from granular_env.documents import ByKey, Table
 
 
 def csv_tables(content: Any) -> Iterator[dict[str, Any]]:
-    """Yield the tables of CSV files in the inputs of an experiment's content, also those in sums."""
+    """Yield the tables of CSV files in the inputs of an experiment's content, including tables in sums."""
     if isinstance(content, dict) and content.get("profile") == "csv":
         yield content
     elif isinstance(content, dict | list):
@@ -35,7 +35,7 @@ def csv_tables(content: Any) -> Iterator[dict[str, Any]]:
 
 
 def _array(given: Any) -> list[Any]:
-    """Return a list of numbers, or of rows of equal length, as it is; a fault where it is none."""
+    """Return a list of numbers, or of rows of equal length, unchanged; anything else is a fault."""
     expected = "numbers, in a list or in rows of equal length"
     array = number_array((), given, expected)
     if not isinstance(given, list) or not array.size:
@@ -44,7 +44,7 @@ def _array(given: Any) -> list[Any]:
 
 
 def _by_index(given: Any) -> dict[str, Any] | None:
-    """Return {index: value or row} with texts as keys; None where it is none."""
+    """Return {index: value or row} with texts as keys; None for anything else."""
     if isinstance(given, Mapping) and given and all(map(is_index, given)):
         return {str(key): value for key, value in given.items()}
     return None
@@ -55,7 +55,7 @@ def _pattern(given: Any) -> list[Any] | dict[str, Any]:
 
 
 class ProfileTable(Table):
-    """One profile as a table: its field `profile` names the function of `Profile`, the other fields are the arguments."""
+    """A profile as a table: its field `profile` names the function of `Profile`; the other fields are the arguments."""
 
     profile: Any
 
@@ -66,11 +66,11 @@ class ProfileTable(Table):
 
     @classmethod
     def advice_for_unknown(cls, key: str, given: Mapping[str, Any]) -> str:
-        """Return how one element of an input is set where a profile drives it."""
+        """Return advice on setting one element of an input that a profile drives."""
         return f"an element of a profile is set in its pattern: pattern[{key}]" if is_index(key) else ""
 
     def build(self, folder: Path, unit: str) -> Profile:
-        """Return the profile, for an input of that unit; paths are relative to `folder`."""
+        """Return the profile for an input with this unit; paths are relative to `folder`."""
         return getattr(Profile, self.profile)(**self.model_dump(exclude={"profile", "pattern"}))
 
 
@@ -156,7 +156,7 @@ class SumTable(ProfileTable):
     @field_validator("profiles")
     @classmethod
     def _refuse_patterns(cls, profiles: list[ProfileTable]) -> list[ProfileTable]:
-        """Profiles of time are added before the pattern of the sum multiplies them."""
+        """Refuse patterns in the terms, because the pattern of the sum multiplies the sum of the time profiles."""
         for index, table in enumerate(profiles):
             if table.pattern is not None:
                 raise ParameterError(
@@ -177,7 +177,7 @@ SumTable.model_rebuild()
 
 
 def _parse_input(given: Any) -> float | list[Any] | dict[str, Any] | ProfileTable:
-    """Return an input as a float, a list of finite numbers, {index: value or row}, or a profile; else it is a fault."""
+    """Return an input as a float, a list of finite numbers, {index: value or row}, or a profile; else raise a fault."""
     if isinstance(given, list):
         return _array(given)
     if isinstance(given, int | float) and not isinstance(given, bool):

@@ -1,4 +1,4 @@
-"""An experiment held against its component: everything that can be wrong is found before anything is written."""
+"""Validation of an experiment against its component: all errors are found before anything is written."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from .stop_rules import StopWatch
 
 InputValue = float | FloatArray | Profile
 
-# A run that ends before this part of an input's signal causes a warning.
+# Warn if a run ends before this fraction of an input's signal.
 _SHORT_RUN = 0.5
 
 
@@ -32,11 +32,11 @@ class Prepared:
     """An experiment that is ready to run.
 
     Attributes:
-        experiment: where it came from.
-        component: at its start state.
-        inputs: for its first step; they hold from then on.
-        ticks: the run's length in internal steps.
-        stops: the stop rules on this component's ticks.
+        experiment: the experiment.
+        component: in its start state.
+        inputs: of the first step, held afterwards.
+        ticks: length of the run in internal steps.
+        stops: the stop rules on the component's ticks.
     """
 
     experiment: Experiment
@@ -47,14 +47,14 @@ class Prepared:
 
 
 def prepare(experiment: Experiment, trial: bool = True) -> Prepared:
-    """Build the component, the start, the inputs; check names, units and times.
+    """Build the component, its start and inputs; check names, units and times.
 
     Args:
-        experiment: which one.
-        trial: make one step with the inputs, and reset: only the component itself knows all that it refuses.
+        experiment: the experiment to prepare.
+        trial: make one step with the inputs and reset, to find refusals that only a step detects.
 
     Raises:
-        ExperimentError: file, table and key, the value received and the expected one.
+        ExperimentError: names file, table and key, the received and the expected value.
     """
     locate = experiment.locate
     with locate("component"):
@@ -75,14 +75,14 @@ def prepare(experiment: Experiment, trial: bool = True) -> Prepared:
         stops = StopWatch(experiment.stop, component, experiment.record.every)
     if trial:
         with locate("input"):
-            with suppress(StepError):  # the run reports it, with its log open
+            with suppress(StepError):  # the run reports the error, with its log open
                 component.step(component.step_size, **inputs)
             reset(component, experiment)
     return Prepared(experiment, component, inputs, ticks, stops)
 
 
 def reset(component: Component, experiment: Experiment) -> None:
-    """Put a component at the experiment's start."""
+    """Reset a component to the experiment's start."""
     states = [v.name for v in component.variables.values() if v.state]
     for name in experiment.start:
         if name not in states:
@@ -92,12 +92,12 @@ def reset(component: Component, experiment: Experiment) -> None:
 
 
 def branch_inputs(overrides: Overrides, component: Component) -> dict[str, InputValue]:
-    """Return the inputs that ``{"input.left_force": 100.0}`` and the like set, for a component that runs.
+    """Return the inputs of overrides such as ``{"input.left_force": 100.0}`` for a running component.
 
-    CSV files are looked for in the current folder.
+    CSV files are searched in the current folder.
 
     Raises:
-        ExperimentError: another key than an input's, an unknown input, or one that is not valid.
+        ExperimentError: a key that is not an input, an unknown input, or an invalid value.
     """
     branch = load(_Branch, {}, overrides)
     found = {}
@@ -108,7 +108,7 @@ def branch_inputs(overrides: Overrides, component: Component) -> dict[str, Input
 
 
 class _Branch(Document):
-    """The document of a branch: inputs alone."""
+    """The document of a branch, with inputs only."""
 
     kind: ClassVar[str] = "branch"
 
@@ -116,7 +116,7 @@ class _Branch(Document):
 
     @classmethod
     def advice_for_unknown(cls, key: str, given: Mapping[str, Any]) -> str:
-        """Return what may be set."""
+        """Return advice on the permitted keys."""
         return "a branch changes inputs only; expected input.NAME=VALUE"
 
 
@@ -133,13 +133,13 @@ def _input(folder: Path, component: Component, name: str, value: Any) -> InputVa
     profile = value.build(folder, known[name].unit)
     if value.pattern is not None:
         profile = profile * _pattern(("input", name, "pattern"), value.pattern, known[name].shape)
-    # Compiled once, here, so that warnings come before anything is written.
+    # Compile once here, so that warnings come before anything is written.
     profile.compile(component.step_size, f"input.{name}")
     return profile
 
 
 def _elements(component: Component, variable: Variable, value: dict[str, Any]) -> InputValue:
-    """Return an input of which some elements are given; the others stay as the component holds them."""
+    """Return an input with some elements given; the other elements keep the component's values."""
     at = ("input", variable.name)
     if isinstance(component.held_inputs[variable.name], CompiledProfile):
         hint = f"set it as a whole, input.{variable.name}=..."
@@ -157,7 +157,7 @@ def _array(at: Location, value: list[Any], shape: tuple[int, ...]) -> FloatArray
 
 
 def _tell_of_a_short_run(where: str, value: InputValue, duration: float) -> None:
-    """Warn where a run ends long before its signal: mostly a wrong unit of the time."""
+    """Warn if a run ends long before its signal, which usually means a wrong time unit."""
     end = float(value.starts[-1]) if isinstance(value, Profile) else 0.0
     if duration < _SHORT_RUN * end:
         caution(

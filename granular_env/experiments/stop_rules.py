@@ -1,13 +1,13 @@
-"""Stop rules: when a run ends before its duration.
+"""Stop rules, which end a run before its duration.
 
     [[stop]]
-    variable = "velocity[99]"   # one element, of several axes velocity[3,1]; or velocity, and
+    variable = "velocity[99]"   # one element (velocity[3,1] for several axes); or velocity, with
     reduce = "max"              # "max", "min" or "any" (the default) of all elements
     above = 1.0                 # or below
     every = 1e-6                # s
 
-A rule is looked at whenever `every` seconds have passed, never at time 0, and it looks only: it never changes the steps, so
-a run with a rule has the bits of one without, up to the moment where it ends.
+A rule is evaluated every `every` seconds, but not at time 0. It never changes the steps, so a run with a rule is bitwise
+identical to a run without the rule up to its end.
 """
 
 from __future__ import annotations
@@ -48,17 +48,17 @@ class StopRule(Table):
 
     @property
     def element(self) -> Element:
-        """The variable and, where it names one, the index of an element."""
+        """The variable and, if given, the index of an element."""
         return self._element
 
     @property
     def sentence(self) -> str:
-        """The rule in words, such as ``velocity[99] above 1``."""
+        """The rule as text, such as ``velocity[99] above 1``."""
         limit = f"above {self.above:g}" if self.above is not None else f"below {self.below:g}"
         return f"{self.element}{f' ({self.reduce})' if self.reduce else ''} {limit}"
 
     def is_met(self, value: Any) -> bool:
-        """Return whether a value of the variable, a number or an array, ends the run."""
+        """Return whether a value of the variable (a number or an array) ends the run."""
         array = np.asarray(self.element.of(value), dtype=np.float64)
         if self.reduce == "max" or (self.reduce != "min" and self.above is not None):
             chosen = array.max()
@@ -68,10 +68,10 @@ class StopRule(Table):
 
 
 class StopWatch:
-    """The stop rules of a run on the ticks of its component."""
+    """The stop rules of a run, on the ticks of its component."""
 
     def __init__(self, rules: list[StopRule], component: Component, default_every: float | None) -> None:
-        """Check the rules against the component's variables; `ParameterError` names what does not fit."""
+        """Check the rules against the component's variables; `ParameterError` names the mismatch."""
         self._rules = []
         for place, rule in enumerate(rules):
             _check(rule, component, place)
@@ -79,7 +79,7 @@ class StopWatch:
             self._rules.append((rule, 1 if every is None else component.ticks_in(every, ("stop", place, "every"))))
 
     def next_tick(self, tick: int) -> int | None:
-        """Return the next tick after `tick` at which a rule has to be evaluated; None without rules."""
+        """Return the next tick after `tick` at which a rule must be evaluated; None without rules."""
         return min((every * (tick // every + 1) for _, every in self._rules), default=None)
 
     def stop_reason(self, component: Component) -> str | None:

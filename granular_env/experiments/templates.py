@@ -1,4 +1,4 @@
-"""Experiment files to start from: a copy of an experiment, or every parameter of a component with its default."""
+"""Template experiment files: a copy of an experiment, or all parameters of a component with their defaults."""
 
 from __future__ import annotations
 
@@ -29,15 +29,15 @@ _KEY_WIDTH = 40
 
 
 def template(name: str, new_name: str | None = None, others: Iterable[str] = ()) -> str:
-    """Return the text of an experiment file: a component's with all parameters, or a shipped experiment's.
+    """Return the text of an experiment file for a component with all parameters, or of a shipped experiment.
 
     Args:
         name: a component, a shipped experiment, or a TOML file.
-        new_name: what an experiment's copy is called.
-        others: names that may have been meant too.
+        new_name: name of an experiment's copy.
+        others: further names for suggestions.
 
     Raises:
-        ExperimentError: there is nothing of that name; the nearest is named.
+        ExperimentError: unknown name; the message suggests the nearest name.
     """
     if name in catalogue.names():
         return _of_component(name)
@@ -54,16 +54,16 @@ def template(name: str, new_name: str | None = None, others: Iterable[str] = ())
 
 
 def write(name: str, target: Path, force: bool = False, text: str = "") -> list[Path]:
-    """Write a file to start from, all of it or nothing; nothing is replaced without `force`.
+    """Write a template file completely or not at all; replace nothing without `force`.
 
     Args:
         name: of a template; the CSV files that an experiment names are copied next to the new file.
         target: the file.
         force: replace files.
-        text: its content, where it is of no template.
+        text: its content, if not from a template.
 
     Returns:
-        The files that were written.
+        The written files.
     """
     copies = {} if text or name in catalogue.names() else _data_files(name, target.parent)
     text = text or template(name, target.stem)
@@ -76,11 +76,11 @@ def write(name: str, target: Path, force: bool = False, text: str = "") -> list[
 
 
 def of_log(path: str, new_name: str | None = None) -> str:
-    """Return the experiment that a log was recorded of, as the text of a file.
+    """Return the experiment of a log as the text of a file.
 
     Raises:
-        LogError: it is no log.
-        ExperimentError: a script's log, that holds no experiment.
+        LogError: not a log.
+        ExperimentError: the log of a script, without an experiment.
     """
     from granular_env.recording import open_log
 
@@ -99,7 +99,7 @@ def is_log(path: str) -> bool:
 
 
 def _data_files(name: str, folder: Path) -> dict[Path, Path]:
-    """Return where each CSV file of an experiment goes -> where it is; those named by absolute paths stay where they are."""
+    """Return target -> source of each CSV file of an experiment; files with absolute paths are not copied."""
     experiment = load_experiment(name)
     named = [table["path"] for table in csv_tables(experiment.to_dict().get("input", {}))]
     found = {folder / path: experiment.folder / path for path in named if not Path(path).is_absolute()}
@@ -107,7 +107,7 @@ def _data_files(name: str, folder: Path) -> dict[Path, Path]:
 
 
 def _of_component(name: str) -> str:
-    """Return a commented experiment file with every parameter of a component, its inputs and its state variables."""
+    """Return a commented experiment file with all parameters, inputs and state variables of a component."""
     kind = catalogue.component_class(name)
     component = example_of(name, {})
     step = component.step_size
@@ -128,7 +128,7 @@ def _of_component(name: str) -> str:
     lines += [_line(f"# {v.name} = {_some_elements(v)}", f"{v.unit}, {v.description}") for v in states]
     inputs = [v for v in component.variables.values() if v.causality == "input"]
     for number, variable in enumerate(inputs):
-        # The first one is set, so that there is something to see.
+        # Set the first input, so that there is some motion.
         lines += ["", *_profile_lines(variable, step, "" if number == 0 else "# ")]
     kept = [v.name for v in states]
     lines += [
@@ -145,18 +145,18 @@ def _of_component(name: str) -> str:
 
 
 def _parameter_lines(model: type[BaseModel], example: Mapping[str, Any], table: str) -> list[str]:
-    """Return the keys of a table of parameters, those of its parts as tables below.
+    """Return the keys of a table of parameters, with the keys of its parts as tables below.
 
     Args:
         model: of the table.
-        example: the keys that are set; other keys are comments that hold their defaults.
+        example: the keys that are set; other keys are comments with their defaults.
         table: its name.
     """
     lines: list[str] = []
     parts = parts_of(model)
     for key, field in model.model_fields.items():
         if key not in parts:
-            # A value that is computed has no default to show.
+            # A computed value has no default to show.
             has_no_value = not field.is_required() and field.default is None
             value = f"# {key}{':' if has_no_value else ' ='} {default_of(field)}"
             value = f"{key} = {toml_value(example[key])}" if key in example else value
@@ -170,7 +170,7 @@ def _parameter_lines(model: type[BaseModel], example: Mapping[str, Any], table: 
 
 
 def parts_of(model: type[BaseModel]) -> dict[str, type[BaseModel]]:
-    """Return the parameters of a model that are tables of parameters themselves, such as those of a coupled part."""
+    """Return the parameters of a model that are tables of parameters, such as those of a coupled part."""
     chosen = tables(model)
     return {
         key: field.annotation
@@ -180,7 +180,7 @@ def parts_of(model: type[BaseModel]) -> dict[str, type[BaseModel]]:
 
 
 def _profile_lines(variable: Variable, step: float, mark: str) -> list[str]:
-    """Return an input that is a profile of time; with `mark` before each of its lines."""
+    """Return the lines of an input with a time profile, each preceded by `mark`."""
     peak = _tidy(variable.nominal)
     lines = [
         _line(f"{mark}[input.{variable.name}]", f"{variable.unit}, {variable.description}: a profile of time, or"),
@@ -196,7 +196,7 @@ def _profile_lines(variable: Variable, step: float, mark: str) -> list[str]:
 
 
 def _some_elements(variable: Variable, value: float = 0.0) -> str:
-    """Return an example of a variable's values: a number, or a row of the first index where there are several axes."""
+    """Return an example of a variable's values: a number, or a row of the first index for several axes."""
     if not variable.shape:
         return toml_value(value)
     if len(variable.shape) == 1:
@@ -211,12 +211,12 @@ def _line(text: str, comment: str) -> str:
 
 
 def _tidy(number: float) -> str:
-    """Format a float without the tail that decimal fractions have in binary."""
+    """Format a float without the rounding tail of binary fractions."""
     return f"{number:.12g}"
 
 
 def default_of(field: FieldInfo) -> str:
-    """Return a parameter's default as TOML writes it, or in words where there is none or it is computed."""
+    """Return a parameter's default as TOML, or a text if there is none or it is computed."""
     if field.is_required():
         return "required"
     if field.default is not None:
@@ -225,12 +225,12 @@ def default_of(field: FieldInfo) -> str:
 
 
 def value_text(value: Any) -> str:
-    """Return a value of a parameter as TOML writes it."""
+    """Return a parameter's value as TOML."""
     return toml_value(_plain(value))
 
 
 def _plain(value: Any) -> Any:
-    """Return a value with the tables in it as mappings; a table with a name alone becomes that name."""
+    """Return a value with its tables as mappings; a table that has only a name becomes this name."""
     if isinstance(value, BaseModel):
         value = value.model_dump(exclude_none=True)
         if value.keys() == {"name"}:
@@ -241,17 +241,17 @@ def _plain(value: Any) -> Any:
 
 
 def example_of(name: str, parameters: dict[str, Any]) -> Component:
-    """Return a component of that type, with examples of the parameters that have no default or give one."""
+    """Return a component of the type, with examples for parameters that have no default or provide an example."""
     return catalogue.make(name, **{**example_values(catalogue.component_class(name).Parameters), **parameters})
 
 
 def example_values(model: type[BaseModel]) -> dict[str, Any]:
-    """Return examples of the parameters that have no default, or give an example."""
+    """Return examples for the parameters that have no default or provide an example."""
     return {key: _smallest(field) for key, field in model.model_fields.items() if field.is_required() or field.examples}
 
 
 def _smallest(field: FieldInfo) -> Any:
-    """Return the first example that a field gives, else the smallest number from 1 that its lower bound admits."""
+    """Return a field's first example, else the smallest number from 1 that satisfies its lower bound."""
     if field.examples:
         return field.examples[0]
     number = int if int in (field.annotation, *get_args(field.annotation)) else float

@@ -1,6 +1,6 @@
-"""Logs: record a component, open the log, re-run it, branch off it, repair it."""
+"""Logs: record a component, open a log, replay, branch and repair it."""
 
 import lazy_loader
 
-# The names of __init__.pyi: what records a run does not read logs.
+# Load the names of __init__.pyi lazily, because recording a run needs no code that reads logs.
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,4 +1,4 @@
-"""The data that a recorder has gathered since the last write, and the records made of it."""
+"""The data that a recorder has collected since the last write, and the records made from it."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from ..components.snapshot import Snapshot
 from .records import END, EVENTS, FRAMES, HASHES, INCIDENTS, KEY, SNAPSHOTS, START, STEPS, Record, nanoseconds
 from .writer import CHUNK_BYTES, LogWriter
 
-# Compiled profiles that are remembered by object, so that one that is used again is stored once.
+# Number of compiled profiles cached by object, so that a reused profile is stored once.
 _KNOWN_PROFILES = 256
 
 
 class Place(NamedTuple):
-    """A segment's place in the log.
+    """The position of a segment in the log.
 
     Attributes:
         segment: its number.
         start: its first tick.
-        before: ticks of the whole log, and of its parents, before it.
+        before: ticks of the whole log, and of its parents, before the segment.
     """
 
     segment: int
@@ -40,18 +40,18 @@ class Place(NamedTuple):
 
 @dataclass(slots=True)
 class Batch:
-    """Everything of one segment between two writes, or the observations of a step under way.
+    """All data of a segment between two writes, or the observations of the current step.
 
     Attributes:
         place: of the segment.
         first: tick before the first step.
-        steps: the tick after each step and the inputs that it set, in turns.
+        steps: alternating tick after each step and inputs set by the step.
         frames: (tick, one value for each recorded variable).
         hashes: (tick, one row).
         snapshots: (tick, START, KEY or END, snapshot).
         events: rows of events, shape (events, 5) each.
         incidents: (tick, content).
-        size: bytes of the observations, about.
+        size: approximate size of the observations [bytes].
     """
 
     place: Place = Place(-1, 0, 0)
@@ -71,7 +71,7 @@ class Batch:
 
     @property
     def is_bare_start(self) -> bool:
-        """Return whether it holds the start of a segment and no step."""
+        """Return whether the batch contains the start of a segment and no step."""
         return not self.steps and any(why == START for _, why, _ in self.snapshots)
 
     def take(self, samples: Batch) -> None:
@@ -82,7 +82,7 @@ class Batch:
 
 
 class Profiles:
-    """Numbers of compiled profiles, `count` of which the log has: a remembered object keeps its number."""
+    """Numbers of compiled profiles, `count` of which are in the log; a cached object keeps its number."""
 
     def __init__(self, count: int = 0) -> None:
         self._known: dict[int, tuple[CompiledProfile, int]] = {}
@@ -90,7 +90,7 @@ class Profiles:
         self._new: list[CompiledProfile] = []
 
     def number(self, profile: CompiledProfile) -> int:
-        """Return a profile's number; a new one is stored with the next batch."""
+        """Return a profile's number; a new profile is stored with the next batch."""
         known = self._known.get(id(profile))
         if known is None:
             if len(self._known) >= _KNOWN_PROFILES:
@@ -101,7 +101,7 @@ class Profiles:
         return known[1]
 
     def new(self) -> dict[str, np.ndarray]:
-        """Return the profiles not stored yet, end to end, and the pattern of each that has one, by its position."""
+        """Return the profiles not yet stored, concatenated, and position -> pattern of the profiles that have one."""
         profiles, self._new = self._new, []
         patterns = {f"pattern.{place}": p.pattern for place, p in enumerate(profiles) if p.pattern is not None}
         return patterns | {
@@ -119,7 +119,7 @@ def write_batch(
     inputs: Mapping[str, tuple[int, ...]],
     step_size: float,
 ) -> None:
-    """Write all that a batch holds; `inputs` are the shapes of the inputs by name, `step_size` is in seconds."""
+    """Write a batch; `inputs` are the shapes of the inputs by name, `step_size` is in seconds."""
 
     def add(kind: int, detail: int, ticks: Any, arrays: Mapping[str, Any], header: Mapping[str, Any] | None = None) -> None:
         span = int(ticks[0]), int(ticks[-1]), len(ticks)
@@ -148,7 +148,7 @@ def write_batch(
     for tick, content in batch.incidents:
         add(INCIDENTS, 0, [tick], {}, content)
     if batch.steps:
-        # After the observations made in them, so that a cut file is complete up to its last steps.
+        # Write steps after their observations, so that a truncated file is complete up to its last steps.
         header, arrays = _steps(batch, profiles, inputs)
         record = Record(STEPS, 0, batch.place.segment, batch.first, batch.last, len(arrays["durations"]), 0, header, arrays)
         writer.add(record, nanoseconds(batch.place.age(batch.last), step_size))
@@ -161,7 +161,7 @@ def _steps(
     """Return header and arrays of the record of a batch's steps."""
     ends, sets = batch.steps[::2], batch.steps[1::2]
     arrays: dict[str, np.ndarray] = {"durations": np.diff(np.array([batch.first, *ends], dtype=np.int64))}
-    # Each input as a whole: there may be hundreds of thousands of steps a second, and the stepping thread waits for this one.
+    # Process each input as a whole: there may be hundreds of thousands of steps per second, and the stepping thread waits.
     for name in dict.fromkeys(chain.from_iterable(sets)):
         values: list[Held | None] = [newly_held.get(name) for newly_held in sets]
         kinds, places = set(map(type, values)), np.arange(len(values))

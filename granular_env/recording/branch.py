@@ -1,4 +1,4 @@
-"""Branches: the component of a log, stepped on from any instant with other inputs, or with the same ones for the same bits."""
+"""Branches: continuations of a log's component from any time with other inputs, or with the same inputs and bits."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True)
 class Branch:
-    """A component in the state at one instant of a log.
+    """A component in its state at a time of a log.
 
     Attributes:
         parent: the log.
-        segment, tick: where in it.
-        component: step it as you like, or let `run` do it.
-        remaining: the inputs that the log set from there on, by tick.
+        segment, tick: position in the log.
+        component: the component, to be stepped directly or by `run`.
+        remaining: tick -> inputs that the log set from there on.
     """
 
     parent: Log
@@ -41,7 +41,7 @@ class Branch:
 
     @property
     def facts(self) -> dict[str, Any]:
-        """Return the facts on its parent in the header of a child log."""
+        """Return the data on the parent for the header of a child log."""
         name = os.path.basename(str(self.parent.path))
         return {"file": name, "log": self.parent.identity, "identity": self.component.identity, "segment": self.segment.number,
                 "tick": self.tick}  # fmt: skip
@@ -56,22 +56,22 @@ class Branch:
         variables: list[str] | None = None,
         overwrite: bool = False,
     ) -> Log:
-        """Step and record the component with the inputs of the log, except for those given.
+        """Step and record the component with the inputs of the log, except for the given inputs.
 
         Args:
             log: path of the new log.
-            inputs: values or profiles that hold from here on instead of the log's own.
-            until: time at which to stop, on the component's clock [s]; default where the log's segment ends. Later than that,
-                the inputs last held are kept.
-            every: as for `record`; by default frames are taken where the parent's are.
-            variables: as for `record`; by default the parent's.
+            inputs: values or profiles from here on, instead of the log's inputs.
+            until: end time on the component's clock [s]; default the end of the log's segment. Beyond it, the last inputs are
+                held.
+            every: as for `record`; default: the frame times of the parent.
+            variables: as for `record`; default: the variables of the parent.
             overwrite: whether an existing file may be replaced.
 
         Returns:
             The new log, opened.
 
         Raises:
-            ParameterError: an argument is not valid; nothing has been written.
+            ParameterError: an argument is invalid; nothing has been written.
             StepError: the physics would break down with these inputs; the log until then is complete.
         """
         given, end = dict(inputs or {}), self.end(until)
@@ -80,17 +80,17 @@ class Branch:
         return type(self.parent)(recorder.path, self.parent.limits.lifted)
 
     def end(self, until: float | None = None) -> int:
-        """Return the tick at which to stop; by default where the log's segment ends. `ParameterError` where it has passed."""
+        """Return the tick at which to stop, by default the end of the log's segment; `ParameterError` if it has passed."""
         end = self.segment.end if until is None else self.component.ticks_in(until, "until")
         if end < self.component.tick:
             raise ParameterError(f"got {until:g} s, the branch begins at {self.component.time:g} s", at="until")
         if until is None:
-            # How far a log goes is its own word; how far somebody asks for is theirs.
+            # The end of the log is untrusted; a requested end is the user's responsibility.
             check_work(end - self.component.tick, self.component, self.parent.limits)
         return end
 
     def changes(self, inputs: Mapping[str, Any]) -> dict[int, dict[str, Any]]:
-        """Return the inputs to set at each tick from here on: those given, and the log's for all others."""
+        """Return the inputs to set at each tick from here on: the given inputs, and the log's for all others."""
         found = {self.tick: dict(inputs)}
         for tick, sets in self.remaining.items():
             found.setdefault(tick, {}).update({name: value for name, value in sets.items() if name not in inputs})
@@ -111,7 +111,7 @@ class Branch:
             schedule = schedule_from(header.get("options"))
         else:
             schedule = make_schedule(component, every, None, None, None, names)
-        # The parent's age counts on: frames fall where the parent's do.
+        # Count from the parent's age, so that frame times match the parent's.
         elapsed = self.parent.elapsed + self.segment.elapsed + self.tick - self.segment.start
         return begin_log(
             component, LogWriter(target, overwrite), names, schedule, header.get("experiment"), self.facts, elapsed
@@ -119,7 +119,7 @@ class Branch:
 
 
 def branch_of(log: Log, at: float) -> Branch:
-    """Return the branch at a time [s] of a log: from the nearest snapshot before it, re-run to that instant."""
+    """Return the branch at a time [s] of a log, run again from the nearest earlier snapshot."""
     segment, tick = log.locate(at)
     component = log.component()
     snapshot, steps = log.snapshot(segment, tick), log.steps_of(segment)

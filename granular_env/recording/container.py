@@ -1,11 +1,11 @@
-"""The MCAP container of a log: the `mcap` package reads it, behind a guard for files from strangers.
+"""The MCAP container of a log, read by the `mcap` package with checks against untrusted files.
 
-The package believes the sizes that a file declares, so the guard checks each before memory is allocated: no read goes beyond
-the end of the file, a chunk is decompressed only up to the size that it declares, and that size and the number of its records
-are limited. `allow_large=True` (``--allow-large``) lifts the limits.
+The package trusts the sizes declared in a file, so each size is checked before memory is allocated: no read exceeds the end of
+the file, a chunk is decompressed only up to its declared size, and this size and the number of records are limited.
+`allow_large=True` (``--allow-large``) lifts the limits.
 
 A *complete* file ends in a summary, which lists its chunks. A file whose end is missing (the process was killed, the disk was
-full) is scanned from the front to the first record that is cut off or damaged.
+full) is scanned from the front to the first truncated or damaged record.
 """
 
 from __future__ import annotations
@@ -33,24 +33,24 @@ NOT_A_LOG = "an MCAP file but no log of granular-env, or its first record is los
 _RECORD = struct.Struct("<BQ")
 _FOOTER_BYTES = _RECORD.size + 20 + len(MCAP0_MAGIC)
 _RECOVER = "`granular-env recover` saves what is intact"
-# Decompressed size of a chunk [bytes], or part of the memory of the machine: our chunks are near 1 MB or hold one array.
+# Limit on the decompressed size of a chunk [bytes], or fraction of the memory: our chunks are near 1 MB or hold one array.
 _CHUNK_BYTES, _CHUNK_SHARE = 256 << 20, 4
-# Records in a chunk for each byte of it in the file, and whatever its size: each becomes an object, however small.
+# Limits on the records of a chunk, per byte in the file and independent of its size, because each record becomes an object.
 _BYTES_A_RECORD, _RECORDS = 4, 1000
-# JSON text of one record [bytes], and for each byte of the file: parsed, it takes up to forty times its length.
+# Limits on the JSON text of a record [bytes], absolute and per byte of the file: parsing takes up to forty times its length.
 _TEXT_BYTES, _TEXT_SHARE = 16 << 20, 8
-# Decompressed chunks that are kept at hand, and the overhead of a message [bytes].
+# Cache of decompressed chunks, and overhead of a message [bytes].
 _CACHE_BYTES, _OBJECT_BYTES = 64 << 20, 200
 _FAULTS = (McapError, struct.error, ValueError, RuntimeError, OverflowError)
 
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """Limits for one log; each check raises `LogError` with both numbers.
+    """Limits for a log; each check raises `LogError` with both numbers.
 
     Attributes:
         path: of the log.
-        lifted: whether its owner trusts where it comes from.
+        lifted: whether the user trusts the origin of the log.
     """
 
     path: str
@@ -75,17 +75,17 @@ class Limits:
             refuse_beyond(size, f"{self.source}: a chunk", LogError)
 
     def check_records(self, number: int, size: int) -> None:
-        """Refuse too many records in a part of the file of that size [bytes]."""
+        """Refuse too many records in a part of the file of a given size [bytes]."""
         if number > _RECORDS + size // _BYTES_A_RECORD:
             self.check(f"the number of records in {size} bytes", number, _RECORDS + size // _BYTES_A_RECORD)
 
     def text(self, file_size: int) -> int | None:
-        """Return how many bytes of JSON one record of a file of that size may hold; None for any number."""
+        """Return the limit on a record's JSON for a file of a given size [bytes]; None for no limit."""
         return None if self.lifted else max(_TEXT_BYTES, _TEXT_SHARE * file_size)
 
 
 class _BoundedFile:
-    """A file for the `mcap` package that never reads, and so never allocates, beyond its end."""
+    """A file for the `mcap` package that never reads (and allocates) beyond its end."""
 
     def __init__(self, file: IO[bytes], size: int) -> None:
         self._file, self.size = file, size
@@ -110,18 +110,18 @@ class Container:
     Attributes:
         path: the file.
         size: its bytes.
-        most_text: limit on the bytes of JSON in one message; None where there is none.
+        most_text: limit on the JSON in a message [bytes]; None for no limit.
         complete: whether it ends in a summary.
-        places: offset and length of each chunk that can be read [bytes].
-        damage: for an incomplete file: what stopped the scan.
-        bytes_lost: for an incomplete file: how much follows after that.
+        places: offset and length of each readable chunk [bytes].
+        damage: for an incomplete file, the reason that stopped the scan.
+        bytes_lost: for an incomplete file, number of bytes after this point.
     """
 
     def __init__(self, path: Path, limits: Limits, scan: bool = False) -> None:
-        """Find the chunks; with `scan`, go through the file even where it has a summary.
+        """Find the chunks; with `scan`, scan the file even if it has a summary.
 
         Raises:
-            LogError: it is no log, cannot be read, or is a complete file whose summary is damaged.
+            LogError: not a log, an unreadable file, or a complete file with a damaged summary.
         """
         self.path, self.limits = path, limits
         self.complete, self.damage, self.bytes_lost = False, "", 0
@@ -150,7 +150,7 @@ class Container:
         self._file.close()
 
     def messages(self, chunk: int) -> list[Entry]:
-        """Return the messages of one chunk; `LogError` where it is damaged or too large."""
+        """Return the messages of a chunk; `LogError` if it is damaged or too large."""
         if chunk not in self._cache:
             offset, length = self.places[chunk]
             try:
@@ -206,12 +206,12 @@ class Container:
         return self._file.read(length)
 
     def _records(self, offset: int) -> Iterator[McapRecord]:
-        """Yield the records from a place in the file on, chunks as they are."""
+        """Yield the records from a position in the file on, without unpacking chunks."""
         self._file.seek(min(max(offset, 0), self.size))
         return StreamReader(self._bounded, skip_magic=True, emit_chunks=True).records  # type: ignore[arg-type]
 
     def _scan(self, offset: int) -> None:
-        """Find the chunks from the front, as long as they are whole."""
+        """Find the chunks from the front up to the first incomplete chunk."""
         while offset < self.size:
             try:
                 opcode, length = _RECORD.unpack(self._read(offset, _RECORD.size))
@@ -230,7 +230,7 @@ class Container:
             offset = end
 
     def _read_chunk(self, offset: int, length: int) -> list[Entry]:
-        """Return the messages of a chunk; one of `_FAULTS` where it is damaged, `LogError` where it is too large."""
+        """Return the messages of a chunk; raise one of `_FAULTS` if it is damaged, `LogError` if it is too large."""
         chunk = next(self._records(offset))
         if not isinstance(chunk, Chunk) or self._file.tell() != offset + length:
             raise ValueError("no chunk")
@@ -245,11 +245,11 @@ class Container:
         return found
 
     def _decompress(self, chunk: Chunk) -> Chunk:
-        """Return a chunk with its content decompressed, after checking how large that is and how many records it holds."""
+        """Return a chunk with decompressed content, after checking its size and number of records."""
         size, content = chunk.uncompressed_size, chunk.data
         self.limits.check_chunk(size)
         if chunk.compression == "lz4":
-            # One byte more than declared is enough to notice a bomb, and all that it may unfold to.
+            # Allow one byte more than declared, which suffices to detect a decompression bomb.
             content = lz4.frame.LZ4FrameDecompressor().decompress(content, max_length=size + 1)
         elif chunk.compression:
             raise ValueError("another compression than lz4")

@@ -34,9 +34,9 @@ def dataset_of(log: Log) -> Any:
 
 
 def _dimensions(variable: Variable, sizes: dict[str, int], taken: Iterable[str]) -> list[str]:
-    """Return the names of a variable's own dimensions, and note their sizes.
+    """Return the names of a variable's dimensions (except time), and store their sizes.
 
-    A dimension of another size, or whose name a variable has, is named after the variable and the axis.
+    A dimension with a conflicting size or with the name of a variable is named after the variable and the axis.
     """
     names = []
     for axis, size in enumerate(variable.shape):

@@ -1,4 +1,4 @@
-"""Drawables of a component, in the header of a log and out of it again."""
+"""Conversion of a component's drawables to and from the header of a log."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ _ARRAYS = {
     "reference": (np.float64, 2), "radius": (np.float64, 1), "pairs": (np.int64, 2), "nodes": (np.float64, 2),
     "connectivity": (np.int64, 2), "coordinate": (np.float64, 1), "period": (np.float64, 1),
 }  # fmt: skip
-# Roles and arrays that are written only where a drawable has them.
+# Optional roles and arrays, written only if a drawable has them.
 _OF_SOME = ((Cells, "state"), (Points, "period"))
-# Places beyond this are nowhere [m]: squares of distances have to be finite as well.
+# Largest accepted coordinate [m]: squares of distances must be finite.
 _FARTHEST = 1e100
-# The arrays of places, and for each output the arrays of which one has as many rows as it has values.
+# Arrays that place each drawable; then, for each output, the arrays of which one must have a row per value.
 _PLACES = {Points: ("reference", "radius"), Links: ("pairs",), Cells: ("nodes",), Curve: ("coordinate",)}
 _COUNTED: dict[type[Drawable], dict[str, tuple[str, ...]]] = {
     Points: {"displacement": ("radius",), "colour": ("radius",), "rotation": ("radius",)},
@@ -34,7 +34,7 @@ _COUNTED: dict[type[Drawable], dict[str, tuple[str, ...]]] = {
 
 
 def drawable_facts(drawables: Iterable[Drawable]) -> tuple[list[dict[str, str]], dict[str, np.ndarray]]:
-    """Return the header's JSON values and arrays; array 1.radius is that of the second drawable."""
+    """Return the header's JSON values and arrays; array 1.radius belongs to the second drawable."""
     facts, arrays = [], {}
     for place, drawable in enumerate(drawables):
         texts = {"kind": next(kind for kind, one in _KINDS.items() if type(drawable) is one)}
@@ -51,12 +51,12 @@ def drawable_facts(drawables: Iterable[Drawable]) -> tuple[list[dict[str, str]],
 
 
 def drawables_from(facts: Any, arrays: Mapping[str, np.ndarray], variables: Mapping[str, Variable]) -> tuple[Drawable, ...]:
-    """Return the drawables from what `drawable_facts` gave; `LogError` for anything else.
+    """Return the drawables from the output of `drawable_facts`; `LogError` for anything else.
 
     Args:
         facts: the header's JSON values.
         arrays: the header's arrays.
-        variables: those recorded, by name; the outputs of a drawable have to fit it.
+        variables: recorded variables by name; the outputs of a drawable must fit it.
     """
     if not isinstance(facts, list):
         raise damage("it does not say what can be drawn", "header.drawables")
@@ -115,13 +115,13 @@ def _is_consistent(drawable: Drawable) -> bool:
 
 
 def _unfit_output(drawable: Drawable, variables: Mapping[str, Variable]) -> str | None:
-    """Return the first output of a drawable that has another number of values than it needs; None where all fit."""
+    """Return the first output of a drawable with a wrong number of values; None if all match."""
     for role, counted in _COUNTED[type(drawable)].items():
         name = getattr(drawable, role)
         shape = variables[name].shape if name in variables else None
         if shape is None:
             continue
-        # A displacement has up to three components, any other output one number for each thing drawn.
+        # A displacement has up to three components; any other output has one number per element.
         is_vector = role == "displacement" and len(shape) == 2 and 1 <= shape[1] <= 3
         if not (len(shape) == 1 or is_vector) or shape[0] not in [len(getattr(drawable, one)) for one in counted]:
             return name

@@ -1,4 +1,4 @@
-"""Places of events: which elements of a drawable an index counts, and where they were before anything moved."""
+"""Places of events: the elements of a drawable for an index, and their initial positions."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class EventPlace:
-    """The elements that an event concerns, and their place.
+    """The elements of an event, and their position.
 
     Attributes:
         elements: their names, such as "automata 12 and 13" for a link.
-        position: the middle of these before anything moved [m].
+        position: initial midpoint of the elements [m].
     """
 
     elements: str
@@ -29,11 +29,11 @@ class EventPlace:
 
 
 def place_of(index: int | None, detail: EventDetail | None, drawables: Sequence[Drawable]) -> EventPlace | None:
-    """Return the place of events with an index; None if their kind names no drawable.
+    """Return the place of events with an index; None if the kind of event has no drawable.
 
     Args:
         index: of the events; None for none.
-        detail: that of their kind.
+        detail: details of the kind of event.
         drawables: of the component.
     """
     by_name = {one.name: one for one in drawables}
@@ -55,15 +55,15 @@ def place_of(index: int | None, detail: EventDetail | None, drawables: Sequence[
 
 
 def listed_events(found: Sequence[Event], earlier: Sequence[Event], most: int) -> Sequence[Event]:
-    """Return the `most` events that a table shows, of those in a log and before: of too many, the first of those in the log."""
+    """Return at most `most` events for a table, from the log and before; if there are more, the first events of the log."""
     every = [*earlier, *found]
     return every if len(every) <= most else (found or every)[:most]
 
 
 def event_table(events: Sequence[Event], log: Log) -> tuple[list[str], list[list[Any]]]:
-    """Return the heads and the rows of a table of events: when, what, with which numbers, and where.
+    """Return headings and rows of a table of events: time, kind, values and place.
 
-    Columns of which nothing is known are left out.
+    Empty columns are omitted.
     """
     heads, details = ["time [s]", "event", "index", "value", "limit", "unit", "of", "at [m]"], log.event_details
     rows: list[list[Any]] = []
@@ -78,12 +78,12 @@ def event_table(events: Sequence[Event], log: Log) -> tuple[list[str], list[list
 
 
 def position_words(position: Sequence[float]) -> str:
-    """Return coordinates for people."""
+    """Return coordinates as text."""
     return f"({', '.join(f'{one:.4g}' for one in position)})"
 
 
 def refuse_unknown_place(log: Log, kind: str | None, index: int | None) -> None:
-    """Raise `ParameterError` where events of a kind, or of any, count nothing that has such an index."""
+    """Raise `ParameterError` if an index is invalid for a kind of event (or for all kinds)."""
     details, sizes = log.event_details, {one.name: element_count(one) for one in log.drawables}
     counted = {details[one].counts if one in details else "" for one in log.event_kinds if kind in (None, one)}
     if index is not None and counted and counted <= sizes.keys() and index >= max(sizes[name] for name in counted):

@@ -30,13 +30,13 @@ _VARIABLES = ("header", "variables")
 
 
 def versions() -> dict[str, str]:
-    """Versions of Python and of the packages that decide what bits come out."""
+    """Return the versions of Python and of the packages that affect the bits of results."""
     return {"python": platform.python_version(), **{name: _package_version(name) for name in _PACKAGES}}
 
 
 @cache
 def _package_version(name: str) -> str:
-    # Finding one reads files of the installation, which takes longer than all else that opens a log.
+    # Looking up a version reads files of the installation, which takes longer than the rest of opening a log.
     try:
         return version(name)
     except PackageNotFoundError:
@@ -44,7 +44,7 @@ def _package_version(name: str) -> str:
 
 
 def machine() -> dict[str, Any]:
-    """CPU and threads."""
+    """Return the CPU and the number of threads."""
     return {
         "cpu": _cpu_model(),
         "architecture": platform.machine(),
@@ -87,7 +87,7 @@ def variable_from(facts: Mapping[str, Any]) -> Variable:
 
 
 def table_of(value: Any) -> dict[str, Any]:
-    """Return a table of a header; an empty one where something else is in its place."""
+    """Return a table of a header, or an empty table if the value is not a table."""
     return dict(value) if isinstance(value, dict) else {}
 
 
@@ -124,7 +124,7 @@ def header_of(
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class BalanceNames:
-    """The names behind a balance, in the order of `balances.Balance`; all have one unit."""
+    """The names of the variables of a balance, in the order of `balances.Balance`; all have the same unit."""
 
     quantity: str
     unit: str
@@ -139,12 +139,12 @@ class BalanceNames:
 
     @property
     def entries(self) -> tuple[str, ...]:
-        """All names but the residual's."""
+        """All names except the residual's."""
         return (*self.stored, *self.lost, *self.supplied)
 
 
 def balance_names_from(facts: Any) -> tuple[BalanceNames, ...]:
-    """Return the names from what `balance_facts` gave for each balance; `LogError` for anything else."""
+    """Return the names from the output of `balance_facts` for each balance; `LogError` for anything else."""
     try:
         found = [
             BalanceNames(one["quantity"], one["unit"], *(tuple(one[part]) for part in ("stored", "lost", "supplied")))
@@ -158,13 +158,13 @@ def balance_names_from(facts: Any) -> tuple[BalanceNames, ...]:
 
 
 def balance_facts(balance: Balance) -> dict[str, Any]:
-    """Return the names behind a balance as JSON values."""
+    """Return the names of a balance's variables as JSON values."""
     parts = {name: list(getattr(balance, name)) for name in ("stored", "lost", "supplied")}
     return {"quantity": balance.quantity, "unit": balance.unit, **parts}
 
 
 def closing_facts(component: Component) -> dict[str, Any]:
-    """Return the end of a log: the component's report, conclusions and cautions."""
+    """Return the closing data of a log: the component's report, conclusions and cautions."""
     report = {name: float(value) for name, value in component.report().items()}
     return {
         "report": {name: value if math.isfinite(value) else str(value) for name, value in report.items()},
@@ -174,7 +174,7 @@ def closing_facts(component: Component) -> dict[str, Any]:
 
 
 def plain_json(name: str, value: Any) -> Any:
-    """Return the value as JSON holds it, or raise `ParameterError`."""
+    """Return the value converted to JSON types, or raise `ParameterError`."""
     try:
         return json.loads(json.dumps(value, allow_nan=False))
     except (TypeError, ValueError, RecursionError) as error:
@@ -184,14 +184,14 @@ def plain_json(name: str, value: Any) -> Any:
 def metadata_of(header: Mapping[str, Any]) -> dict[str, str]:
     """Return the texts of the MCAP Metadata record, which stock tools show: the entries of the header, as JSON.
 
-    A long text, such as the radius of each of many grains, is cut; the header has it whole.
+    Long texts, such as the radii of many grains, are truncated; the header has the full text.
     """
     texts = {name: value if isinstance(value, str) else json.dumps(value) for name, value in header.items()}
     return {name: text if len(text) <= _LONGEST else f"{text[:_LONGEST]}\u2026" for name, text in texts.items()}
 
 
 def title_of(header: Mapping[str, Any]) -> str:
-    """Return the name of the experiment, else of the component."""
+    """Return the name of the experiment or, without one, of the component."""
     experiment = header.get("experiment")
     named = experiment.get("name") if isinstance(experiment, Mapping) else None
     return str(named or header.get("component") or "run")

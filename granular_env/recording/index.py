@@ -1,4 +1,4 @@
-"""The index of a log: one row a message; read from the closing record, or made by going through the file."""
+"""The index of a log with one row per message, read from the closing record or made by scanning the file."""
 
 from __future__ import annotations
 
@@ -26,20 +26,20 @@ from .records import (
     kind_of,
 )  # fmt: skip
 
-# Whole numbers of ticks beyond this are not told apart by a time in float64.
+# Beyond this, whole ticks are not distinguishable as float64.
 _MOST_TICKS = 2**53
-# The columns of a row in the file, and one that is computed: the message's place in its chunk.
+# The columns of a row in the file, and a computed column: the message's position in its chunk.
 KIND, DETAIL, SEGMENT, FIRST, LAST, COUNT, NUMBER, CHUNK, PLACE = range(len(COLUMNS) + 1)
 
 
 @dataclass(frozen=True, slots=True)
 class Segment:
-    """An unbroken history, from a reset or a restore on.
+    """An uninterrupted history, starting with a reset or a restore.
 
     Attributes:
-        number: place in the log.
-        start, end: its first and last tick.
-        elapsed: ticks of the log before it.
+        number: position in the log.
+        start, end: first and last tick.
+        elapsed: ticks of the log before the segment.
     """
 
     number: int
@@ -49,10 +49,10 @@ class Segment:
 
 
 class Index:
-    """Rows of all messages of the exact content, in the order they were written, and the segments."""
+    """The rows of all messages of the exact content in the order of writing, and the segments."""
 
     def __init__(self, path: str, rows: np.ndarray) -> None:
-        """Check that nothing is missing, doubled or out of order."""
+        """Check that no row is missing, duplicated or out of order."""
         self.path = path
         self._check_order(rows)
         chunks = rows[:, CHUNK]
@@ -66,10 +66,10 @@ class Index:
         self.segments = lived or self.all_segments[-1:]
 
     def select(self, kind: int, detail: int | None = None, segment: int | None = None) -> np.ndarray:
-        """Return the rows of one kind, in the order in which they were written."""
+        """Return the rows of a kind in the order of writing."""
         rows = self._by_kind[kind]
         if segment is not None:
-            # They are in the order of segments, so looking one up takes no pass over all of them.
+            # Rows are sorted by segment, so a lookup needs no pass over all rows.
             first, last = np.searchsorted(rows[:, SEGMENT], [segment, segment + 1])
             rows = rows[first:last]
         return rows if detail is None else rows[rows[:, DETAIL] == detail]
@@ -102,7 +102,7 @@ class Index:
         return segments
 
     def _check_places(self, segments: list[Segment]) -> None:
-        """Refuse records of a segment that has no start, or of ticks outside of their segment."""
+        """Refuse records of a segment without a start, or with ticks outside their segment."""
         numbers = self.rows[1:, SEGMENT]
         if (numbers < 0).any() or (numbers >= max(len(segments), 1)).any():
             raise damage("a record belongs to a segment that has no start", "index", self.path)
@@ -117,7 +117,7 @@ def find_index(container: Container) -> tuple[Index, Record | None]:
     """Return the index, and the closing record if there is one.
 
     Raises:
-        LogError: a complete file has no closing record, or an index describes no log.
+        LogError: a complete file has no closing record, or the index is invalid.
     """
     path, closing = str(container.path), _closing_record(container)
     if container.complete and closing is None:
@@ -135,7 +135,7 @@ def find_index(container: Container) -> tuple[Index, Record | None]:
 
 
 def _certain_rows(rows: np.ndarray, closed: bool) -> np.ndarray:
-    """Return the rows up to the last steps, and the start of a segment after these: a kill may have cut off the rest."""
+    """Return the rows up to the last steps, plus the start of a segment after them; a kill may have truncated the rest."""
     if closed:
         return rows
     written = np.flatnonzero(rows[:, KIND] == STEPS)
@@ -154,7 +154,7 @@ def _closing_record(container: Container) -> Record | None:
 
 
 def all_records(container: Container) -> Iterator[tuple[int, int, Record]]:
-    """Yield the records of the exact content in order, each with the number of its chunk and the time of its message [ns]."""
+    """Yield the records of the exact content in order, each with its chunk number and message time [ns]."""
     for chunk, (topic, message) in container.all_messages():
         if (kind := kind_of(topic)) is not None:
             yield chunk, message.log_time, decode(message.data, kind, container.most_text)

@@ -1,4 +1,4 @@
-"""A log opened for reading: recorded variables, events, steps, snapshots, and the program that it is."""
+"""A log opened for reading: recorded variables, events, steps, snapshots, and the recorded program."""
 
 from __future__ import annotations
 
@@ -37,15 +37,15 @@ _MOST_BYTES = 8 << 30
 def open_log(
     path: str | os.PathLike[str], *, allow_large: bool = False, components: Mapping[str, type[Component]] | None = None
 ) -> Log:
-    """Open a log; nothing but its index is read until it is asked for.
+    """Open a log; only its index is read until data are requested.
 
     Args:
-        path: an MCAP file that `record` wrote; one whose writer was killed opens as far as it is intact.
-        allow_large: lift the limits on sizes, for a file whose origin you trust.
-        components: classes of components that are not ours, by name: a log alone never loads them.
+        path: an MCAP file written by `record`; a file of a killed writer opens up to its intact part.
+        allow_large: lift the limits on sizes, for a file of trusted origin.
+        components: component classes outside this package, by name; a log never loads them itself.
 
     Raises:
-        LogError: it is no log, or it is damaged.
+        LogError: not a log, or a damaged log.
     """
     log = Log(as_path(path), allow_large)
     log.components = components or {}
@@ -53,20 +53,20 @@ def open_log(
 
 
 class Log(RecordReader):
-    """A log, as `open_log` gives it: the recorded variables by time, and the program that it is.
+    """A log returned by `open_log`: the recorded variables over time, and the recorded program.
 
-    Times are those of the component. Where it was reset or restored in between, the log has several *segments*, laid end
-    to end: times continue from segment to segment, so every moment of the run has a time.
+    Times are those of the component. Resets and restores divide a log into several *segments*, which are concatenated:
+    times continue from segment to segment, so every moment of the run has a unique time.
 
     Attributes:
-        path, size: the file, and its bytes.
-        complete: False where the writer was killed before it could close the file.
-        identity: eight bytes, in hex, that no other log shares; a branch names its parent by it.
+        path, size: the file, and its size [bytes].
+        complete: False if the writer was killed before it closed the file.
+        identity: eight unique bytes in hex, by which a branch names its parent.
         variables: recorded name -> `Variable`.
-        input_variables: the same of all inputs.
+        input_variables: input name -> `Variable`.
         step_size: length of a tick [s].
-        start_tick, end_tick: where its time begins (0, or later for a branch) and ends, segments laid end to end.
-        components: classes of components that are not ours, by name, which it may be re-run with.
+        start_tick, end_tick: start (0, or later for a branch) and end of the log's time, with concatenated segments.
+        components: component classes outside this package, by name, for running the log again.
     """
 
     components: Mapping[str, type[Component]] = MappingProxyType({})
@@ -86,12 +86,12 @@ class Log(RecordReader):
 
     @property
     def complete(self) -> bool:
-        """Return whether the log was closed; else its writer was killed."""
+        """Return whether the log was closed; otherwise its writer was killed."""
         return self.container.complete
 
     @property
     def metadata(self) -> dict[str, Any]:
-        """Component, parameters, experiment, versions, machine, options, kinds of events; at its end report and conclusions."""
+        """Component, parameters, experiment, versions, machine, options, kinds of events; if closed, report and conclusions."""
         closing = self.closing.header if self.closing is not None else {}
         found = {**self.header, "complete": self.complete, "damage": self.container.damage, "report": closing.get("report")}
         found |= {name: table_of(found.get(name)) for name in ("parameters", "versions", "machine", "report")}
@@ -104,24 +104,24 @@ class Log(RecordReader):
     def incidents(self) -> list[dict[str, Any]]:
         """Return the incidents of the recording.
 
-        Each has a kind under "incident": "failed" and "interrupted", a step was undone; "unrecorded", steps are not in the log;
-        "recovered" and "resumed", the log was.
+        The key "incident" holds the kind: "failed" and "interrupted" (a step was undone), "unrecorded" (steps are not in the
+        log), "recovered" and "resumed" (the log was recovered or resumed).
         """
         return [dict(self.read(row).header) for row in self.index.select(INCIDENTS, 0)]
 
     @property
     def segments(self) -> list[Segment]:
-        """Unbroken histories in which something happened."""
+        """The segments that are not empty."""
         return self.index.segments
 
     @property
     def calls(self) -> int:
-        """Number of calls of `step` that it holds."""
+        """Number of calls of `step` in the log."""
         return int(self.rows(STEPS)[:, COUNT].sum())
 
     @property
     def duration(self) -> float:
-        """Simulated time that it holds [s]."""
+        """Simulated time in the log [s]."""
         return (self.end_tick - self.start_tick) * self.step_size
 
     @cached_property
@@ -132,19 +132,19 @@ class Log(RecordReader):
 
     @cached_property
     def balances(self) -> tuple[BalanceNames, ...]:
-        """The names behind each balance; each is a recorded variable."""
+        """The variable names of each balance; all are recorded variables."""
         with self.name_file_in_errors():
             return balance_names_from(self.header.get("balances"))
 
     def events(self, kind: str | None = None, index: int | None = None) -> list[Event]:
-        """Return the events of this log in the order of time, in its ticks; see `earlier_events`.
+        """Return the events of the log in the order of time, in ticks of the log; see `earlier_events`.
 
         Args:
-            kind: only of this kind; see `event_kinds`.
-            index: only of this link, cell, ...
+            kind: only events of this kind; see `event_kinds`.
+            index: only events of this link, cell, ...
 
         Raises:
-            ParameterError: there is no such kind, or the index is none.
+            ParameterError: an unknown kind, or an invalid index.
         """
         parts = [np.zeros((0, 5))]
         for row in self.rows(EVENTS):
@@ -153,12 +153,12 @@ class Log(RecordReader):
         return decode_events(np.concatenate(parts), self.event_kinds, kind, index, "")
 
     def earlier_events(self, kind: str | None = None, index: int | None = None) -> list[Event] | None:
-        """Return the events before this log begins, such as before a branch; see `events`.
+        """Return the events before the start of the log, such as before a branch; see `events`.
 
-        Its component, in the state at the log's start, knows them.
+        They come from the component in the state at the log's start.
 
         Returns:
-            None where the component cannot be made here.
+            None if the component cannot be built here.
         """
         refuse_unknown_events(self.event_kinds, kind, index, "")
         if self._earlier_events is None:
@@ -176,7 +176,7 @@ class Log(RecordReader):
 
     @property
     def event_details(self) -> dict[str, EventDetail]:
-        """Units of some or all of these kinds, and what their indices count; see `events.EventDetail`."""
+        """Kind of event -> its details (unit, counted elements), if given; see `events.EventDetail`."""
         details = self.header.get("event_details", {})
         try:
             found = {kind: EventDetail(**detail) for kind, detail in details.items()}
@@ -189,7 +189,7 @@ class Log(RecordReader):
     # -- frames -----------------------------------------------------------------------------------------------------
 
     def ticks(self, name: str) -> np.ndarray:
-        """Ticks of the frames of a variable, in the log's time, shape (frames,), int64."""
+        """Return the ticks of the frames of a variable in the log's time, shape (frames,), int64."""
         parts = [self.log_tick(row[SEGMENT], self.frames(row, name)[0]) for row in self.frame_rows(name)]
         return np.concatenate([np.zeros(0, np.int64), *parts])
 
@@ -198,7 +198,7 @@ class Log(RecordReader):
         return self.ticks(name) * self.step_size
 
     def series(self, name: str, segment: Segment | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Return times (frames,) [s] and values (frames, ...) of a variable; of one segment, where one is given."""
+        """Return times (frames,) [s] and values (frames, ...) of a variable, optionally of one segment."""
         if not isinstance(name, str):
             raise ParameterError(f"got {one_line(name)}", expected="the name of one variable", at="name")
         rows = self.frame_rows(name)
@@ -210,10 +210,10 @@ class Log(RecordReader):
         return ticks * self.step_size, np.concatenate([np.zeros((0, *shape)), *(values for _, values in parts)])
 
     def get(self, name: str, time: float) -> Any:
-        """Return the frame of a variable at a time [s], or the last one before it: a number, or an array of its shape.
+        """Return the last frame of a variable at or before a time [s]: a number, or an array of its shape.
 
         Raises:
-            ParameterError: the variable was not recorded, or the time is outside of the log.
+            ParameterError: the variable was not recorded, or the time is outside the log.
         """
         tick, rows = self._tick_at(time), self.frame_rows(name)
         firsts = [self.log_tick(row[SEGMENT], row[FIRST]) for row in rows]
@@ -230,8 +230,8 @@ class Log(RecordReader):
     def to_xarray(self) -> Any:
         """Return all frames as an `xarray.Dataset` over time.
 
-        Variables that count the same things, such as grains, share that dimension, which has the numbers from 0 as its
-        coordinate: ``data.velocity * data.displacement`` has the dimensions (time, grain). Units and descriptions are in the
+        Variables over the same elements, such as grains, share a dimension with the coordinate 0, 1, 2, ..., so that
+        ``data.velocity * data.displacement`` has the dimensions (time, grain). Units and descriptions are in the
         attributes.
 
         Raises:
@@ -245,18 +245,18 @@ class Log(RecordReader):
     # -- inputs, steps, snapshots -----------------------------------------------------------------------------------
 
     def input_stretches(self, name: str) -> Iterator[Stretch]:
-        """Yield over which ticks an input was held at what, in order; nothing is sampled, whatever the size of the input."""
+        """Yield the intervals and held values of an input in order, without sampling, for inputs of any size."""
         for segment in self.segments:
             held = self.snapshot(segment, segment.start).inputs
             shift = int(self.log_tick(segment.number, 0))
             yield from step_history.stretches(self.steps_of(segment), held, name, segment.end, shift)
 
     def steps_of(self, segment: Segment) -> StepHistory:
-        """Every call of `step` in a segment, exactly."""
+        """Return all calls of `step` in a segment, exactly."""
         return self._steps[segment.number]
 
     def snapshot(self, segment: Segment, tick: int) -> Snapshot:
-        """Return the snapshot of a segment at that tick, or the last one before."""
+        """Return the last snapshot of a segment at or before a tick."""
         rows = self.index.select(SNAPSHOTS, None, segment.number)
         rows = rows[rows[:, FIRST] <= tick]
         if not len(rows):
@@ -264,20 +264,20 @@ class Log(RecordReader):
         return self.snapshot_in(rows[np.argmax(rows[:, FIRST])])
 
     def locate(self, time: float) -> tuple[Segment, int]:
-        """Segment and its own tick at a time [s] of the log; where two segments meet, the later one."""
+        """Return the segment and its tick at a time [s] of the log; at a common boundary, the later segment."""
         tick = self._tick_at(time)
         if not self.start_tick <= tick <= self.end_tick or not self.segments:
             raise self._outside(time)
         segment = next(s for s in reversed(self.segments) if self.log_tick(s.number, s.start) <= tick)
         return segment, tick - self.log_tick(segment.number, 0)
 
-    # -- the program ------------------------------------------------------------------------------------------------
+    # -- running again ----------------------------------------------------------------------------------------------
 
     def component(self) -> Component:
-        """Return a fresh component with the log's parameters, in the state at the log's start.
+        """Return a new component with the log's parameters, in the state at the log's start.
 
         Raises:
-            LogError: the parameters do not give the identity that the log claims.
+            LogError: the parameters do not match the identity stated in the log.
         """
         component = self.rebuilt()
         if component.identity != self.header.get("identity"):
@@ -291,17 +291,17 @@ class Log(RecordReader):
         return component
 
     def rebuilt(self) -> Component:
-        """Return a fresh component with the log's parameters, its identity not compared and its state that of a reset."""
+        """Return a new component with the log's parameters after a reset, without comparing its identity."""
         return build(self.header, self.limits, self.components)
 
     def branch(self, at: float) -> Branch:
-        """Return a component in the state at a time [s] of the log, and the inputs of the log from there on.
+        """Return a branch: a component in the state at a time [s] of the log, with the log's inputs from there on.
 
-        A time between two steps is moved to the nearest; ``.component.time`` is the one that was taken.
+        A time between two steps is rounded to the nearest step; ``.component.time`` is the time used.
 
         Raises:
-            ParameterError: the time is outside of the log.
-            LogError: the log cannot be re-run.
+            ParameterError: the time is outside the log.
+            LogError: the log cannot be run again.
         """
         try:
             return branch_of(self, at)
@@ -322,7 +322,7 @@ class Log(RecordReader):
 
     @cached_property
     def _steps(self) -> dict[int, StepHistory]:
-        """The steps of each segment."""
+        """Return the steps of each segment."""
         check_size(int(self.index.select(STEPS)[:, COUNT].sum()) * 16, self.limits)
         shapes = {name: variable.shape for name, variable in self.input_variables.items()}
         profiles: list[CompiledProfile] = []
@@ -335,6 +335,6 @@ class Log(RecordReader):
 
 
 def check_size(size: int, limits: Limits) -> None:
-    """Refuse to read arrays of more bytes than the limit; a stranger's log declares the size."""
+    """Refuse to read arrays larger than the limit, because the size in an untrusted log is arbitrary."""
     limits.check("the size of what was asked for, in bytes,", size, _MOST_BYTES)
     refuse_beyond(size, f"{limits.source}: what was asked for", LogError)

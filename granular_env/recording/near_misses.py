@@ -1,4 +1,4 @@
-"""Near misses: how near a run came to events that did not happen, found by running its log again."""
+"""Near misses: the largest ratio to the limit for events that did not happen, found by running a log again."""
 
 from __future__ import annotations
 
@@ -13,26 +13,26 @@ from ..components.events import Event, EventDetail
 from .log import Log
 from .rerun import advance, restore
 
-# Besides its frames a run is looked at this many times.
+# Number of times, in addition to the frames, at which a run is examined.
 _INSTANTS = 1000
 
 
 @dataclass(slots=True)
 class EventRatio:
-    """The largest part of its limit that what decides an event reached at one place.
+    """The largest ratio of an event's decisive quantity to its limit at one place.
 
     Attributes:
-        kinds: of the events that it decides.
-        variable: the output that says it; see `events.EventDetail.ratio`.
-        index: of which link, cell, ...
-        time: when [s].
-        ratio: what decided over its limit; 1 is an event.
-        passed: at how many places such an event happened in the run, or before the log begins.
-        instants: how many instants were looked at: those of the frames, the ends of segments, and a thousand more.
-        all_instants: how many there were: the start, and the end of each internal step.
-        nearest: the one of `kinds` that was near; "" where the component does not say.
-        limited: False where it has no limit there, so that such an event cannot happen.
-        events: those at this place, of `kinds` and others, also before the log begins.
+        kinds: kinds of events decided by the quantity.
+        variable: output with the ratio; see `events.EventDetail.ratio`.
+        index: of the link, cell, ...
+        time: time of the largest ratio [s].
+        ratio: decisive quantity divided by its limit; 1 is an event.
+        passed: number of places at which such an event happened in the run or before the log.
+        instants: number of examined times: frames, ends of segments, and a thousand more.
+        all_instants: number of all times: the start, and the end of each internal step.
+        nearest: the nearest of `kinds`; "" if the component does not provide it.
+        limited: False if there is no limit at this place, so that the event cannot happen.
+        events: events at this place, of `kinds` and others, including those before the log.
     """
 
     kinds: tuple[str, ...]
@@ -49,25 +49,25 @@ class EventRatio:
 
 
 def kinds_by_ratio(details: Mapping[str, EventDetail]) -> dict[str, tuple[str, ...]]:
-    """Return the outputs that say how near an event is -> the kinds of events that each decides."""
+    """Return output with the ratios -> kinds of events that it decides."""
     outputs = dict.fromkeys(detail.ratio for detail in details.values() if detail.ratio)
     return {name: tuple(kind for kind, detail in details.items() if detail.ratio == name) for name in outputs}
 
 
 def nearest_to_events(log: Log, index: int | None = None, kind: str | None = None) -> list[EventRatio]:
-    """Return how near the run came to the events that did not happen: the nearest place of each output that has ratios.
+    """Return the nearest misses of a run: for each output with ratios, the place closest to an event that did not happen.
 
     Args:
-        log: an open log; its run is repeated.
-        index: of the link, cell, ... that is asked about; default: the nearest of those to which no such event happened.
-        kind: only of the output that decides on this kind of event.
+        log: an open log; it is run again.
+        index: of a link, cell, ...; default: the nearest element without such an event.
+        kind: only the output that decides this kind of event.
 
     Returns:
-        One for each output with ratios that has such a place.
+        One result per output with ratios and such a place.
 
     Raises:
-        LogError: the log cannot be run again here, or holds no step.
-        ParameterError: no output has such an index.
+        LogError: the log cannot be run again here, or contains no step.
+        ParameterError: no output has this index.
     """
     component = log.component()
     # A parent need not have all outputs of its parts.
@@ -76,7 +76,7 @@ def nearest_to_events(log: Log, index: int | None = None, kind: str | None = Non
     sizes = {name: int(np.prod(component.variables[name].shape)) for name in kinds}
     if index is not None and sizes and not 0 <= index < max(sizes.values()):
         raise ParameterError(f"got {index}", expected=f"0 to {max(sizes.values()) - 1}", at="index")
-    # The component is in the state at the log's start, which holds the events before it.
+    # The component is in the state at the log's start, which contains the earlier events.
     happened = [*component.events(), *log.events()]
     searches: list[tuple[EventRatio, np.ndarray]] = []
     for name, names in kinds.items():
@@ -101,7 +101,7 @@ def nearest_to_events(log: Log, index: int | None = None, kind: str | None = Non
     for found, _ in searches:
         found.instants, found.all_instants = instants, sum(one.end - one.start + 1 for one in log.segments)
         found.limited = component.has_limit(found.variable, found.index)
-        # Also what happened there of other kinds, whose indices count the same.
+        # Include events of other kinds whose indices count the same elements.
         details, counts = component.event_details, component.event_details[found.kinds[0]].counts
         alike = {*found.kinds, *(kind for kind, detail in details.items() if counts and detail.counts == counts)}
         found.events = tuple(event for event in happened if event.index == found.index and event.kind in alike)
@@ -110,7 +110,7 @@ def nearest_to_events(log: Log, index: int | None = None, kind: str | None = Non
 
 
 def _instants(log: Log, component: Component) -> Iterator[int]:
-    """Run the log again; yield each tick of the log at which the component is to be looked at, once it is there."""
+    """Run the log again, and yield each tick of the log at which the component must be examined."""
     frames = np.unique(np.concatenate([log.ticks(name) for name in log.variables] or [np.zeros(0, np.int64)]))
     for segment in log.segments:
         start = log.snapshot(segment, segment.start)

@@ -1,4 +1,4 @@
-"""The records of a log, found by its index: each is checked and decoded."""
+"""The records of a log, found by its index, checked and decoded."""
 
 from __future__ import annotations
 
@@ -21,28 +21,28 @@ from .records import FORMAT, FRAMES, HEADER, INCIDENTS, PROFILE, Record, damage,
 
 
 class RecordReader:
-    """The records of a log: what its header says, and what each row of its index points at.
+    """A reader of a log's header and of the records listed in its index.
 
     Attributes:
         path: the file.
         source: name of the log in messages.
         limits: on sizes in the file.
         container: the MCAP file.
-        size: its bytes.
-        identity: eight bytes, in hex, that no other log shares; a branch names its parent by it.
-        header, header_arrays: the content of the first record, checked only where an attribute below is made of it.
+        size: size of the file [bytes].
+        identity: eight unique bytes in hex, by which a branch names its parent.
+        header, header_arrays: content of the first record; only the parts used for the attributes below are checked.
         step_size: length of a tick [s].
-        elapsed: age of the parent where a branch begins, in ticks; 0 where there is no parent.
+        elapsed: age of the parent at the start of a branch, in ticks; 0 without a parent.
         variables: recorded name -> `Variable`.
-        input_variables: the same of all inputs.
-        index: a row for each record.
-        closing: the last record of a log that was closed; else None.
-        start_tick: where the log's time begins: 0, or later for a branch.
-        end_tick: where it ends, segments laid end to end.
+        input_variables: input name -> `Variable`.
+        index: one row per record.
+        closing: the last record of a closed log; else None.
+        start_tick: start of the log's time: 0, or later for a branch.
+        end_tick: end of the log's time, with concatenated segments.
     """
 
     def __init__(self, path: Path, allow_large: bool = False, scan: bool = False) -> None:
-        """Open the file; with `scan`, go through it from the front even where it has a summary."""
+        """Open the file; with `scan`, scan it from the front even if it has a summary."""
         self.path, self.limits = path, Limits(str(path), allow_large)
         self.source = self.limits.source
         self.container = Container(path, self.limits, scan)
@@ -89,7 +89,7 @@ class RecordReader:
 
     @contextmanager
     def name_file_in_errors(self) -> Iterator[None]:
-        """Add the name of the log to errors of the block."""
+        """Add the name of the log to errors raised in the block."""
         try:
             yield
         except GranularError as error:
@@ -97,7 +97,7 @@ class RecordReader:
 
     @property
     def event_kinds(self) -> dict[str, str]:
-        """Kind -> description of the events that can happen."""
+        """Kind -> description of the possible events."""
         kinds = self.header.get("event_kinds")
         if not isinstance(kinds, dict) or not all(isinstance(text, str) for text in kinds.values()):
             raise damage("it does not say what can happen", "header.event_kinds", self.path)
@@ -106,23 +106,23 @@ class RecordReader:
     # -- rows and times ---------------------------------------------------------------------------------------------
 
     def log_tick(self, segment: int, tick: Any) -> Any:
-        """Return the tick in the log's time, which lays segments end to end, of one or more ticks of a segment."""
+        """Return the tick in the log's time (concatenated segments) for one or more ticks of a segment."""
         own = self.index.all_segments[int(segment)]
         return tick - own.start + own.elapsed + self.start_tick
 
     def nanoseconds(self, tick: int) -> int:
-        """Return the time of a message at a tick of the log's time; a branch counts on from its parent's age."""
+        """Return the message time at a tick of the log's time; a branch counts from its parent's age."""
         return nanoseconds(tick - self.start_tick + self.elapsed, self.step_size)
 
     def rows(self, kind: int) -> np.ndarray:
-        """Return the rows of a kind, in segments where something happened; of incidents, all."""
+        """Return the rows of a kind in non-empty segments; for incidents, all rows."""
         rows = self.index.select(kind)
         if kind == INCIDENTS:
             return rows
         return rows[np.isin(rows[:, SEGMENT], [segment.number for segment in self.index.segments])]
 
     def frame_rows(self, name: str) -> np.ndarray:
-        """Return the rows of the frames of a variable; `ParameterError` where it was not recorded."""
+        """Return the rows of the frames of a variable; `ParameterError` if it was not recorded."""
         names = list(self.variables)
         if name not in names:
             hint = nearest(str(name), names)
@@ -130,10 +130,10 @@ class RecordReader:
         rows = self.rows(FRAMES)
         return rows[rows[:, DETAIL] == names.index(name)]
 
-    # -- what rows point at -----------------------------------------------------------------------------------------
+    # -- records of rows --------------------------------------------------------------------------------------------
 
     def read(self, row: np.ndarray) -> Record:
-        """Return the record that a row of the index points at; `LogError` where the file holds another one there."""
+        """Return the record of an index row; `LogError` if the file contains a different record there."""
         entries, place = self.container.messages(int(row[CHUNK])), int(row[PLACE])
         if place >= len(entries):
             raise damage("records are missing", "index", self.path)
@@ -146,7 +146,7 @@ class RecordReader:
         return record
 
     def frames(self, row: np.ndarray, name: str) -> tuple[np.ndarray, np.ndarray]:
-        """Return ticks, shape (frames,), and values, shape (frames, ...), of the frames of a variable in one record."""
+        """Return ticks, shape (frames,), and values, shape (frames, ...), of a variable's frames in a record."""
         record, shape = self.read(row), self.variables[name].shape
         ticks, values = record.arrays["ticks"], record.arrays["values"]
         sound = ticks.shape == (record.count,) and len(values) == record.count * math.prod(shape)
@@ -155,7 +155,7 @@ class RecordReader:
         return ticks, values.reshape(record.count, *shape)
 
     def event_rows(self, row: np.ndarray) -> np.ndarray:
-        """Return the events of one record, shape (events, 5), as `events.event_rows` says."""
+        """Return the events of a record, shape (events, 5), in the layout of `events.event_rows`."""
         record = self.read(row)
         rows = record.arrays.get("rows")
         if rows is None or rows.dtype != np.float64 or rows.shape != (record.count, 5):
@@ -168,7 +168,7 @@ class RecordReader:
         return rows
 
     def hash_rows(self, row: np.ndarray, width: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return ticks, shape (hashes,), and digests, shape (hashes, width), of one record."""
+        """Return ticks, shape (hashes,), and digests, shape (hashes, width), of a record."""
         record = self.read(row)
         ticks, rows = record.arrays.get("ticks"), record.arrays.get("rows")
         if ticks is None or rows is None or rows.shape != (record.count, width) or ticks.shape != (record.count,):
@@ -178,7 +178,7 @@ class RecordReader:
         return ticks, rows
 
     def snapshot_in(self, row: np.ndarray) -> Snapshot:
-        """Return the snapshot that a row points at."""
+        """Return the snapshot of an index row."""
         data = self.read(row).arrays.get("snapshot")
         if data is None or data.dtype != np.uint8 or data.ndim != 1:
             raise damage("one has the wrong form", "snapshots", self.path)

@@ -1,7 +1,7 @@
 """The recorder: an observer that writes the history of a component and never changes it.
 
-The stepping thread appends to a batch in memory. One daemon thread writes the batches, every few hundredths of a second, also
-while the script sits idle, so a killed process loses at most the last tenth of a second.
+The stepping thread appends to a batch in memory. A daemon thread writes the batches every few hundredths of a second, also if
+the script is idle, so a killed process loses at most the last tenth of a second.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ from .records import END, HEADER, KEY, START, Record, hash_row, nanoseconds
 from .schedule import Schedule, make_schedule, names_to_record, values_in
 from .writer import LogWriter, as_path
 
-# Age at which gathered data is written [s], and at which a step waits until it has been: a stepping thread that never pauses
-# leaves the writing thread too little of the interpreter, and a kill may cost less than 100 ms.
+# Age at which collected data are written, and at which a step waits for the writing thread [s]. Without the wait, a busy
+# stepping thread would starve the writing thread; a kill must lose less than 100 ms.
 _WRITE_SECONDS, _WAIT_SECONDS, _LONGEST_WAIT = 0.03, 0.045, 0.5
-# Gathered bytes at which a part of a long step is handed over and the writing thread is woken, and bytes on their way to the
-# file at which the stepping thread waits.
+# Collected bytes at which a part of a long step is handed over and the writing thread is woken, and queued bytes at which the
+# stepping thread waits.
 _WAKE_BYTES, _WAIT_BYTES = 4 << 20, 64 << 20
 
 
@@ -38,8 +38,8 @@ class Recorder:
     """See `record`. Use it as a context manager, or call `close`.
 
     Attributes:
-        path: where the log is.
-        next_tick: the tick at which it wants to look next.
+        path: path of the log.
+        next_tick: tick of the next observation.
     """
 
     def __init__(
@@ -53,17 +53,17 @@ class Recorder:
         profiles: int = 0,
         key: int | None = None,
     ) -> None:
-        """Begin to look; the writer has written the header.
+        """Start to observe, after the writer has written the header.
 
         Args:
-            component: the one to record.
+            component: the component to record.
             writer: of the log.
             names: the variables of each frame.
-            schedule: when frames, hashes and snapshots are taken.
-            preview: takes the frames that stock viewers show.
+            schedule: times of frames, hashes and snapshots.
+            preview: collects the frames for stock viewers.
             place: of the segment that a reset ends, or that is continued.
             profiles: number of compiled profiles in the log.
-            key: where a segment is continued, the tick of the last snapshot in the log.
+            key: for a continued segment, the tick of the last snapshot in the log.
         """
         self.path, self.next_tick = writer.path, 0
         self._component, self._names, self._schedule, self._preview = component, list(names), schedule, preview
@@ -73,15 +73,15 @@ class Recorder:
         self._has_events = bool(component.event_kinds)
         # The next tick for a frame, a hash and a snapshot.
         self._frame = self._hash = self._key = 0
-        # Whether a step needs no look: no events, and no inputs that are arrays, whose size counts.
+        # Whether steps need no inspection: no events, and no array inputs, whose size counts.
         self._is_plain = not self._has_events and not any(self._inputs.values())
         self._writer, self._profiles, self._continued_key = writer, Profiles(profiles), key
-        # The lock guards the batches that the writing thread takes, the last of which grows, and their bytes.
+        # The lock protects the queue of batches, the last of which grows, and their size.
         self._lock, self._wake = threading.Lock(), threading.Event()
         self._written = threading.Condition(self._lock)
         self._batches = [Batch(place=place)]
         self._size = self._backlog = 0
-        # The observations of the step under way, and whether a part of it has been handed over.
+        # The observations of the current step, and whether a part of it was handed over.
         self._samples, self._in_parts = Batch(), False
         self._tick = self._event_count = 0
         self._closing = self._closed = False
@@ -104,14 +104,14 @@ class Recorder:
         try:
             self.close()
         except LogError:
-            # The error under way matters more than a log that could not be written.
+            # An error in progress takes precedence over a log that cannot be written.
             if kind is None:
                 raise
         if isinstance(error, GranularError):
             error.add_note(self._state_of_log())
 
     def _state_of_log(self) -> str:
-        """Return a sentence on where the log is, and until when it holds the run."""
+        """Return a sentence with the path of the log and the time up to which it contains the run."""
         if not self._writer.published:
             return f"log: what stood at {str(self.path)!r} is kept"
         if self._error is not None:
@@ -122,7 +122,7 @@ class Recorder:
     # -- observing, in the stepping thread ------------------------------------------------------------------------------
 
     def on_reset(self, component: Component) -> None:
-        """Begin a new segment; where nothing happened in the last one, begin that one again."""
+        """Start a new segment, or restart the last segment if it is empty."""
         with self._lock:
             key, self._continued_key = self._continued_key, None
             if key is None:
@@ -131,10 +131,10 @@ class Recorder:
                 self._continue(component, key)
 
     def on_sample(self, component: Component) -> None:
-        """Take the observations due at this tick; of a step with many, hand over the part that is done.
+        """Take the observations due at this tick; for a step with many observations, hand over the completed part.
 
-        A step of n ticks is n steps of one, so a part is a step like any other. If the rest fails, the component is put back
-        to where the step began, and that is a new segment.
+        A step of n ticks equals n steps of one tick, so a part is a valid step. If the rest fails, the component returns to
+        the start of the step, which starts a new segment.
         """
         tick, into = component.tick, self._samples
         if not self._closed and self._error is None:
@@ -154,7 +154,7 @@ class Recorder:
         self._plan(tick)
 
     def on_step(self, component: Component, ticks: int, inputs: Mapping[str, Held]) -> None:
-        """Note a whole step; raises `LogError` once if the log cannot be written, with the component's step done."""
+        """Store a completed step; raise `LogError` once if the log cannot be written (the component's step is done)."""
         if self._closed:
             return
         now = component.tick
@@ -178,7 +178,7 @@ class Recorder:
                 raise LogError(came, hint="do not repeat this step; later steps are not recorded") from self._error
 
     def on_failure(self, component: Component, error: BaseException) -> None:
-        """Forget the observations of the step that failed, unless its parts were handed over; keep the reason."""
+        """Discard the observations of a failed step, unless parts were handed over; store the reason."""
         with self._lock:
             undone = max(self._tick - component.tick, 0)
             self._samples, self._in_parts = Batch(), False
@@ -203,7 +203,7 @@ class Recorder:
         self._size += size
 
     def _begin(self, component: Component) -> None:
-        """Begin a segment; the last one is begun again where nothing but its start has been noted."""
+        """Start a segment, or restart the last segment if it contains only its start."""
         tick, last = component.tick, self._batches[-1]
         place = Place(last.place.segment + 1, tick, last.place.age(self._tick))
         incidents: list[Any] = []
@@ -221,7 +221,7 @@ class Recorder:
         self._plan(tick, afresh=True)
 
     def _begin_after_gap(self, component: Component) -> None:
-        """Begin a segment where the component is not where the last step has left it: a parent may have stepped it."""
+        """Start a segment if the component has moved since the last step, because a parent may have stepped it."""
         first, last = self._tick, component.tick
         times = sorted(tick * component.step_size for tick in (first, last))
         between = "between {:.12g} s and {:.12g} s of the component's time".format(*times)
@@ -229,14 +229,14 @@ class Recorder:
         self._begin(component)
 
     def _continue(self, component: Component, key: int) -> None:
-        """Continue the segment that the log ends in, after a snapshot at the tick `key`."""
+        """Continue the last segment of the log, after a snapshot at the tick `key`."""
         place, self._tick = self._batches[-1].place, component.tick
         self._batches, self._event_count = [Batch(place=place, first=self._tick)], component.event_count
         self._key = self._schedule.key_after(key, place.age(key))
         self._plan(self._tick)
 
     def _plan(self, tick: int, afresh: bool = False) -> None:
-        """Choose the next ticks for a frame, a hash and a snapshot: for those that are due, or `afresh` for all."""
+        """Set the next ticks for frame, hash and snapshot, for those that are due or, with `afresh`, for all."""
         age, schedule = self._batches[-1].place.age(tick), self._schedule
         if afresh or self._frame <= tick:
             self._frame = schedule.frame_after(tick, age)
@@ -265,10 +265,10 @@ class Recorder:
         return self._error is not None or (perf_counter() <= self._due and self._backlog + self._size <= _WAIT_BYTES)
 
     def close(self) -> None:
-        """Write the rest and the summary that makes the file complete; a second call does nothing.
+        """Write the remaining data and the summary that completes the file; a second call does nothing.
 
         Raises:
-            LogError: something could not be written; the path is named.
+            LogError: the file could not be written; the message names the path.
         """
         if self._closed:
             return
@@ -288,7 +288,7 @@ class Recorder:
         with self._lock:
             if component.tick != self._tick:
                 self._begin_after_gap(component)
-            # Before the state is copied: to draw up the report takes as much memory.
+            # Make the report before the state is copied, because it takes as much memory.
             self._closing_facts = closing_facts(component)
             batch = self._batches[-1]
             if not batch.is_bare_start:
@@ -309,7 +309,7 @@ class Recorder:
             self._writer.finish(place.segment, tick, self._nanoseconds(place, tick), self._closing_facts)
         except GranularError as error:
             self._error = error
-        except Exception as error:  # the stepping thread has to hear of everything that stops this one
+        except Exception as error:  # the stepping thread must learn of any error that stops this thread
             came = f"cannot be written any more: {type(error).__name__}: {error}"
             self._error = LogError(came, source=f"log {str(self.path)!r}")
         finally:
@@ -349,29 +349,29 @@ def record(
     experiment: Mapping[str, Any] | None = None,
     overwrite: bool = False,
 ) -> Recorder:
-    """Record everything that `component` does from now until the recorder is closed.
+    """Record `component` from now until the recorder is closed.
 
         with ge.record(chain, "logs/mine.mcap", every=1e-6, variables=["velocity"]):
             chain.reset(velocity={0: 5.0})
             chain.step(1e-4)
 
-    Every input and the state at the start are kept exactly, so that the log can be re-run; frames are for looking.
+    All inputs and the start state are stored exactly, so that the log can be run again; frames are for display.
 
     Args:
-        component: the one to record.
-        path: the file; by custom it ends in ``.mcap``.
-        every: time between frames [s], a whole number of ticks. Default: for an experiment with a duration 160 to
-            400 frames; otherwise every tick at first, and half as often each time the run has become twice as long.
-        variables: names of outputs or inputs to keep in each frame, in addition to the balances and the inputs that are one
-            number. Default: the state variables, the outputs that viewers draw, and every output that is one number.
-        hash_every: ticks between hashes of the state; 1 lets a verification name the very step. Default: 4096.
-        snapshot_every: time between snapshots [s]. Default: each time the run has become a sixteenth longer, at least 4096
-            ticks apart; fewer where a tick of a large state, or of many steps of a part, takes long.
-        experiment: JSON values to keep with the log.
-        overwrite: whether an existing log may be replaced; it stays until the new one holds its first step.
+        component: the component to record.
+        path: the file; by convention it ends in ``.mcap``.
+        every: time between frames [s], a whole number of ticks. Default: 160 to 400 frames for an experiment with a
+            duration; otherwise every tick at first, with the interval doubled each time the run has doubled in length.
+        variables: names of outputs or inputs for each frame, in addition to the balances and scalar inputs. Default: the
+            state variables, the outputs drawn by viewers, and all scalar outputs.
+        hash_every: ticks between hashes of the state; with 1, a verification can name the exact step. Default: 4096.
+        snapshot_every: time between snapshots [s]. Default: each time the run is longer by a sixteenth, at least 4096 ticks
+            apart; fewer ticks if a tick is costly because of a large state or many steps of a part.
+        experiment: JSON values to store in the log.
+        overwrite: whether an existing log may be replaced; it is kept until the new log contains its first step.
 
     Raises:
-        ParameterError: an argument is not valid, or the file exists, is no log, or is being written by another recorder;
+        ParameterError: an argument is invalid, or the file exists, is not a log, or is being written by another recorder;
             nothing has been written.
         LogError: the file cannot be written.
     """
@@ -393,7 +393,7 @@ def begin_log(
     parent: Any = None,
     elapsed: int = 0,
 ) -> Recorder:
-    """Write the header of a log, which may be a branch of a parent of that age, and return its recorder."""
+    """Write the header of a log (possibly a branch of a parent of age `elapsed`), and return its recorder."""
     try:
         header, arrays = header_of(component, names, asdict(schedule), experiment, parent, elapsed)
         writer.add_header(Record(HEADER, 0, 0, 0, 0, 1, 0, header, arrays))

@@ -1,21 +1,21 @@
-"""The records of a log: the names of its topics, and how each record becomes a message and is read back.
+"""The records of a log: names of topics, and conversion of records to and from messages.
 
-A log is an MCAP file. Its exact content is in the topics ``granular/...``. A *segment* is an unbroken history: it begins with a
-reset or a restore, and with a snapshot.
+A log is an MCAP file. Its exact content is in the topics ``granular/...``. A *segment* is an uninterrupted history that starts
+with a reset or a restore, and with a snapshot.
 
 ====================  =================================================================================================
 granular/header       the first message: component, parameters, experiment, versions, machine, recorded variables
-granular/snapshots    the state at the start of each segment, there with the events before it, at key ticks and at the end
-granular/steps        for many calls of `step`: their lengths in ticks and the inputs that were set
+granular/snapshots    the state at the start of each segment (with the earlier events), at key ticks and at the end
+granular/steps        for many calls of `step`: lengths in ticks and the inputs that were set
 granular/frames/NAME  for one variable: ticks and values
-granular/hashes       at key ticks: a digest of each state variable, of the whole state, and of the inputs then held
+granular/hashes       at key ticks: a digest of each state variable, of the whole state, and of the held inputs
 granular/events       events of the component: rows of tick, kind, index, value and limit
 granular/incidents    incidents of the recording: failures, a recovery; at the end "closed", with the index of all messages
 ====================  =================================================================================================
 
-Frames are protobuf messages ``granular.Frames`` that any protobuf library reads; unit and shape are in the metadata of their
-channel. Every other message is one block of `support.serialization` in a protobuf message ``granular.Block``. Further topics,
-and a Metadata record, are for stock viewers and are not read back: see `preview` and `header.metadata_of`.
+Frames are protobuf messages ``granular.Frames``, readable by any protobuf library; unit and shape are in the metadata of their
+channel. All other messages are a block of `support.serialization` in a protobuf message ``granular.Block``. Further topics and
+a Metadata record are for stock viewers and are not read back: see `preview` and `header.metadata_of`.
 """
 
 from __future__ import annotations
@@ -39,30 +39,30 @@ KINDS = ("header", "snapshots", "steps", "frames", "hashes", "events", "incident
 HEADER, SNAPSHOTS, STEPS, FRAMES, HASHES, EVENTS, INCIDENTS = range(len(KINDS))
 _FRAMES_TOPIC = "granular/frames/"
 _KINDS_BY_TOPIC = {f"granular/{name}": kind for kind, name in enumerate(KINDS)}
-# Column `detail` of the index, for a snapshot; for frames it holds the number of the variable, for incidents CLOSED or 0.
+# Values of the index column `detail` for snapshots; for frames it is the number of the variable, for incidents CLOSED or 0.
 START, KEY, END = 0, 1, 2
 CLOSED = 1
-# Columns of the index, one row a message.
+# Columns of the index, with one row per message.
 COLUMNS = ("kind", "detail", "segment", "first", "last", "count", "number", "chunk")
 _PLACE = COLUMNS[1:7]
 DAMAGED = "the log is damaged"
-# The last time that readers with signed numbers can hold, as a float [ns].
+# The largest time for readers with signed integers, as a float [ns].
 _LAST_NANOSECOND = float(2**63 - 1024)
 
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """One message of the exact content.
+    """A message of the exact content.
 
     Attributes:
         kind: one of the numbers above.
         detail: for frames the number of the variable, for snapshots START, KEY or END, for incidents CLOSED or 0.
-        segment: which unbroken history.
-        first, last: the ticks that it spans.
-        count: how many steps, frames or rows it holds.
-        number: place among the records of its kind; the writer sets it.
-        header: plain JSON values; none of frames.
-        arrays: by name; of frames to be written the values may be a list with one array for each.
+        segment: number of the segment.
+        first, last: first and last tick.
+        count: number of steps, frames or rows.
+        number: position among the records of its kind; set by the writer.
+        header: plain JSON values; none for frames.
+        arrays: by name; the values of frames to be written may be a list with one array per frame.
     """
 
     kind: int
@@ -77,17 +77,17 @@ class Record:
 
     @property
     def row(self) -> tuple[int, ...]:
-        """All columns of the index but the chunk."""
+        """All columns of the index except the chunk."""
         return (self.kind, self.detail, self.segment, self.first, self.last, self.count, self.number)
 
 
 def topic_of(kind: int, variable: str = "") -> str:
-    """Return the topic of records of a kind; `variable` is the one that frames are of."""
+    """Return the topic of records of a kind; `variable` is the variable of frames."""
     return _FRAMES_TOPIC + variable if kind == FRAMES else f"granular/{KINDS[kind]}"
 
 
 def kind_of(topic: str) -> int | None:
-    """Return the kind of the records under a topic; None for topics of the preview."""
+    """Return the kind of the records in a topic; None for topics of the preview."""
     return FRAMES if topic.startswith(_FRAMES_TOPIC) else _KINDS_BY_TOPIC.get(topic)
 
 
@@ -95,7 +95,7 @@ def encode(record: Record) -> bytes:
     """Return a record as the bytes of a message."""
     place = [getattr(record, name) for name in _PLACE]
     if record.kind == FRAMES:
-        # The frames of a recorder are joined here and nowhere before: each copy of large ones takes time.
+        # Frames of a recorder are joined only here, because each copy of large frames takes time.
         values = record.arrays["values"]
         parts: list[Any] = []
         for number, field in enumerate(([np.array(place)], [record.arrays["ticks"]], values), 1):
@@ -111,11 +111,11 @@ def decode(data: bytes, kind: int, most_text: int | None = None) -> Record:
 
     Args:
         data: the message.
-        kind: what its topic says it is.
-        most_text: limit on the bytes of its JSON text.
+        kind: kind of the record according to its topic.
+        most_text: limit on its JSON text [bytes].
 
     Raises:
-        LogError: `encode` did not write that for this kind.
+        LogError: not a message that `encode` writes for this kind.
     """
     header: Any = {}
     if kind == FRAMES:
@@ -137,12 +137,12 @@ def decode(data: bytes, kind: int, most_text: int | None = None) -> Record:
 
 
 def damage(received: str, at: str | Location, log: object = "") -> LogError:
-    """Return the error for a part of a log, at a place in it, that `record` does not write like that."""
+    """Return the error for a part of a log, at a given position, that `record` cannot have written."""
     return LogError(received, hint=DAMAGED, at=at, source=f"log {str(log)!r}" if log else "")
 
 
 def nanoseconds(ticks: int, step_size: float) -> int:
-    """Return the time of a message in an MCAP file: an unsigned 64-bit number, at its end where a time lies beyond."""
+    """Return the time of a message in an MCAP file: an unsigned 64-bit integer, limited to the valid range."""
     return round(min(ticks * step_size * 1e9, _LAST_NANOSECOND))
 
 
@@ -156,12 +156,12 @@ def varint(value: int) -> bytes:
 
 
 def _field_head(number: int, size: int) -> bytes:
-    """Return what precedes the content of a protobuf field of bytes or of packed numbers."""
+    """Return the prefix of a protobuf field of bytes or packed numbers."""
     return varint(number << 3 | 2) + varint(size)
 
 
 def _packed_fields(data: bytes) -> list[np.ndarray]:
-    """Return the contents of the fields of a message, all of bytes or packed numbers, numbered from 1; uint8 each."""
+    """Return the contents of a message's fields (bytes or packed numbers, numbered from 1) as uint8 arrays."""
     view, found, offset = np.frombuffer(data, np.uint8), [], 0
     while offset < len(data):
         tag, length, begin = data[offset], 0, offset + 1
@@ -181,12 +181,12 @@ def _packed_fields(data: bytes) -> list[np.ndarray]:
 
 
 def words(values: np.ndarray | float) -> bytes:
-    """Return the bits of a number or an array, for comparing and hashing."""
+    """Return the bits of a number or an array for comparison and hashing."""
     return np.ascontiguousarray(values).tobytes()
 
 
 def held_word(value: Held) -> int:
-    """Return the bits of a number, so that -0.0 differs from 0.0, or a digest of those of an array or a profile."""
+    """Return the bits of a number (so that -0.0 differs from 0.0), or a digest of an array or a profile."""
     if isinstance(value, CompiledProfile):
         pattern = b"" if value.pattern is None else value.pattern.tobytes()
         return _word(value.ticks.tobytes() + value.coefficients.tobytes() + pattern)
@@ -194,7 +194,7 @@ def held_word(value: Held) -> int:
 
 
 def hash_row(component: Component, state: Iterable[str], inputs: Iterable[str]) -> np.ndarray:
-    """Return one word for each state variable, one for the whole state, one for each input now held; int64."""
+    """Return one int64 word per state variable, one for the whole state, and one per held input."""
     row = [_word(words(component.peek(name))) for name in state]
     row.append(_word(component.state_view()))
     held = component.held_inputs

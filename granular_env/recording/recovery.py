@@ -1,6 +1,6 @@
-"""A log that was not closed, or is damaged: made whole, or continued from where it ends, bit for bit.
+"""Recovery of an unclosed or damaged log, and bitwise continuation from its end.
 
-To continue one, every record up to its last steps is kept as it is; the ticks after the last snapshot are run again and
+For a continuation, all records up to the last steps are kept unchanged. The ticks after the last snapshot are run again and
 compared with the log.
 """
 
@@ -33,10 +33,10 @@ from .writer import LogWriter, as_path
 def recover(
     path: str | os.PathLike[str], out: str | os.PathLike[str], *, allow_large: bool = False, overwrite: bool = False
 ) -> Log:
-    """Write a complete log with everything of `path` that is intact, from the front to the first damage.
+    """Write a complete log with the intact part of `path`, from the front to the first damage.
 
     Args:
-        path: the log of a killed process, or a damaged one; it is only read.
+        path: the log of a killed process, or a damaged log; it is only read.
         out: the new file.
         allow_large: lift the limits on sizes.
         overwrite: whether an existing `out` may be replaced.
@@ -45,8 +45,8 @@ def recover(
         The new log, opened; the last of ``.incidents`` describes the loss.
 
     Raises:
-        LogError: nothing is intact, or `out` cannot be written; nothing is left behind.
-        ParameterError: `out` exists, or is no log that could be replaced, or is the damaged file itself.
+        LogError: nothing is intact, or `out` cannot be written; no file is left.
+        ParameterError: `out` exists, or is not a replaceable log, or is the damaged file.
     """
     source, target = as_path(path), as_path(out)
     with Log(source, allow_large, scan=True) as log:
@@ -70,7 +70,7 @@ def recover(
 
 
 def copy_records(log: Log, writer: LogWriter, count: int) -> None:
-    """Write the first records of a log as they are, but for its closing one."""
+    """Write the first records of a log unchanged, except for its closing record."""
     with log.name_file_in_errors():
         for _, time, record in islice(all_records(log.container), count):
             if record.kind == HEADER:
@@ -80,7 +80,7 @@ def copy_records(log: Log, writer: LogWriter, count: int) -> None:
 
 
 def preview_of(log: Log, end: int | None = None) -> Preview:
-    """Return the preview of the frames of a log, up to a tick of the log's time; default: all."""
+    """Return the preview of the frames of a log up to a tick of the log's time; default: all frames."""
     preview = Preview(title_of(log.header), log.drawables, log.variables)
     for together in zip(*(_frames_of(log, name) for name in log.variables), strict=False):
         tick = together[0][0]
@@ -91,7 +91,7 @@ def preview_of(log: Log, end: int | None = None) -> Preview:
 
 
 def _frames_of(log: Log, name: str) -> Iterator[tuple[int, Any]]:
-    """Yield tick of the log's time and value of each frame of a variable."""
+    """Yield the tick of the log's time and the value of each frame of a variable."""
     for row in log.frame_rows(name):
         ticks, values = log.frames(row, name)
         yield from zip(log.log_tick(row[SEGMENT], ticks).tolist(), values, strict=True)
@@ -99,15 +99,15 @@ def _frames_of(log: Log, name: str) -> Iterator[tuple[int, Any]]:
 
 @dataclass(slots=True)
 class Continuation:
-    """A log of one segment, cut after its last steps.
+    """A log of one segment, truncated after its last steps.
 
     Attributes:
-        log: as it was left.
-        component: at the last tick that is kept.
-        changes: inputs to set from there on, by tick.
-        kept: how many records stay, from the front; the last holds steps.
-        key: tick of the last snapshot that stays.
-        closed: whether the log was closed, so that nothing of it had to be left out.
+        log: the original log.
+        component: in the state at the last kept tick.
+        changes: tick -> inputs to set from there on.
+        kept: number of kept records, from the front; the last contains steps.
+        key: tick of the last kept snapshot.
+        closed: whether the log was closed, so that nothing was dropped.
     """
 
     log: Log
@@ -121,8 +121,8 @@ class Continuation:
         """Return a recorder of the component that continues the log in a new file.
 
         Raises:
-            ParameterError: the file exists, and may not be replaced.
-            LogError: it cannot be written.
+            ParameterError: the file exists and may not be replaced.
+            LogError: the file cannot be written.
         """
         log, component, schedule = self.log, self.component, schedule_from(self.log.header.get("options"))
         writer, tick = LogWriter(path, overwrite), component.tick
@@ -142,10 +142,10 @@ class Continuation:
 
 
 def continuation_of(log: Log) -> Continuation:
-    """Return a log that holds steps, cut after the last of these, and its component there, run again from a snapshot.
+    """Return a log truncated after its last steps, and its component there, run again from a snapshot.
 
     Raises:
-        LogError: it holds several histories; it cannot be run again, or gives other bits now.
+        LogError: the log has several segments, cannot be run again, or gives different bits.
     """
     rows, (segment, *others) = log.index.rows, log.index.all_segments
     if others:

@@ -1,6 +1,6 @@
-"""The component of a log, made again from its header, and brought to the states of the log.
+"""The component of a log, rebuilt from its header, and moved to states of the log.
 
-Nothing of a stranger's is imported or opened, and a log that would keep the machine busy for days is refused.
+Code or files named in an untrusted log are not imported or opened, and a log that would run for days is refused.
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ from .container import Limits
 from .records import damage
 
 Changes = list[tuple[int, dict[str, Held]]]
-# Ticks in one log, and ticks times words of state: about a day's work.
+# Limits on ticks in a log, and on ticks times words of state, for about a day's work.
 _TICKS = 10_000_000_000
 _WORK = 10**14
 
 
 def check_work(ticks: int, component: Component, limits: Limits) -> None:
-    """Refuse to run again more internal steps than about a day's work; a stranger's log declares them."""
+    """Refuse to run more internal steps than about a day's work, because the number in an untrusted log is arbitrary."""
     limits.check("the number of ticks", ticks, _TICKS)
     limits.check("the number of ticks times the words of the state", ticks * max(component.state_bytes // 8, 1), _WORK)
 
 
 def restore(component: Component, snapshot: Snapshot) -> None:
-    """Restore, with `LogError` where a log's snapshot does not fit its component."""
+    """Restore a snapshot; `LogError` if a log's snapshot does not fit its component."""
     try:
         component.restore(snapshot)
     except GranularError as error:
@@ -39,9 +39,9 @@ def restore(component: Component, snapshot: Snapshot) -> None:
 
 
 def advance(component: Component, changes: Changes, tick: int, report: Callable[[int], None] | None = None) -> None:
-    """Run to a tick in as few long steps as the changes of inputs allow; `changes` is reversed, and used up.
+    """Run to a tick in as few steps as the input changes allow; `changes` is in reverse order and is consumed.
 
-    A step of n ticks gives the bits of n steps of one, so this is as exact as the original steps and faster.
+    A step of n ticks is bitwise identical to n steps of one tick, so this is exact and faster than the original steps.
     """
     try:
         step_size = component.step_size
@@ -59,15 +59,15 @@ def advance(component: Component, changes: Changes, tick: int, report: Callable[
         raise LogError.of_content(error, "steps") from error
 
 
-# The largest whole number among a component's parameters (grains, nodes, cells): at least, and at most, by the memory here.
+# Smallest and largest memory-dependent limit on whole numbers among a component's parameters (grains, nodes, cells).
 _COUNT, _MOST = 10_000_000, 100_000_000
-# A log that this machine could record, it may read as well: part of its memory that a component may take, and what one of
-# the things that it counts takes in it, at least [bytes].
+# A machine must accept logs that it could have recorded: fraction of the memory for a component, and least memory per counted
+# element [bytes].
 _COMPONENT_SHARE, _UNIT_BYTES = 2, 160
 
 
 def own_or_given(name: Any, components: Mapping[str, type[Component]] | None) -> type[Component]:
-    """Return the class of a component that a log names: a component of this package, or the class that the caller gives."""
+    """Return the class of the component named in a log: a component of this package, or a class given by the caller."""
     if components and name in components:
         return components[name]
     if not isinstance(name, str) or name not in own_names():
@@ -80,7 +80,7 @@ def own_or_given(name: Any, components: Mapping[str, type[Component]] | None) ->
 
 
 def check_parameters(given: Mapping[str, Any], model: type[Parameters], limits: Limits) -> None:
-    """Refuse too large whole numbers (grains, nodes, cells) among the parameters of a component to be built."""
+    """Refuse excessive whole numbers (grains, nodes, cells) among the parameters of a component."""
     limit = max(_COUNT, min(_MOST, (whole_memory() or 0) // (_COMPONENT_SHARE * _UNIT_BYTES)))
     for name, field in model.model_fields.items():
         value = given.get(name)
@@ -89,7 +89,7 @@ def check_parameters(given: Mapping[str, Any], model: type[Parameters], limits: 
 
 
 def build(header: Mapping[str, Any], limits: Limits, components: Mapping[str, type[Component]] | None) -> Component:
-    """Return a fresh component with the log's parameters, whatever identity the log claims."""
+    """Return a new component with the log's parameters, without checking the log's identity."""
     kind, given = own_or_given(header.get("component"), components), header.get("parameters")
     if not isinstance(given, dict) or not all(isinstance(name, str) for name in given):
         raise damage("missing", "header.parameters", limits.path)

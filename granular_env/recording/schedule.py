@@ -1,4 +1,4 @@
-"""The recorded variables, and the ticks of frames, hashes and snapshots, so that the same run is always recorded alike."""
+"""The recorded variables, and the ticks of frames, hashes and snapshots, which are the same for the same run."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ from ..components.support.validation import whole_number
 from .preview.film import COUNTED, MOST_FRAMES, MOST_PICTURES, MOST_PLACES
 from .records import damage
 
-# Default distance of hashes [ticks]: they cost less than a hundredth of a run of any shipped component.
+# Default distance of hashes [ticks]; they cost less than 1 % of a run for all shipped components.
 HASH_EVERY = 4096
-# A run that was killed continues from its last snapshot. There is one each time the run has become a sixteenth longer, at least
-# this many ticks apart.
+# A killed run continues from its last snapshot. Snapshots are taken each time the run is longer by a sixteenth, at least this
+# many ticks apart.
 _SNAPSHOT_TICKS, _SNAPSHOT_SHIFT = 4096, 4
-# If ticks are costly, 4096 of them may be a whole run: snapshots are this much work apart, or this many steps of the whole
-# state where that is more, since to write one takes as long as 5 to 16 steps of a grid (26 and 104 MB, 2 cores). Work is
-# counted in words of state advanced by a step, which take 3 to 12 ns (grids, shells), and not in seconds: the same run has to
-# have the same snapshots on any machine, and when it is resumed.
+# For costly ticks, 4096 ticks may be a whole run. Snapshots are then this much work apart or, if that is more, this many steps
+# of the whole state, because writing a snapshot takes as long as 5 to 16 steps of a grid (26 and 104 MB, 2 cores). Work is
+# counted in words of state advanced by a step, which take 3 to 12 ns (grids, shells), not in seconds, because a run must
+# have the same snapshots on any machine and after a resumption.
 _SNAPSHOT_WORK, _SNAPSHOT_STEPS = 500_000_000, 1500
-# Most frames of an experiment whose duration is known.
+# Largest number of frames of an experiment with a known duration.
 _FRAMES = 400
-# Frames of more numbers than this cost more than the ticks between them: on a grid of a million nodes (2 cores, a state of
-# 104 MB) a tick takes 0.04 s and a frame of 72 MB 0.8 s. 500 ticks for each frame as large as the state keep it to a twentieth.
+# Frames with more numbers than this cost more than the ticks between them: on a grid of a million nodes (2 cores, a state of
+# 104 MB) a tick takes 0.04 s and a frame of 72 MB 0.8 s. 500 ticks per frame of the state's size limit the cost to a twentieth.
 _HUGE_FRAME, _TICKS_A_FRAME, _FEWEST_FRAMES = 1_000_000, 500, 10
-# Without a known duration: frames between one doubling of the interval and the next, for frames of more numbers than these.
+# Without a known duration: frames between two doublings of the interval, for frames with more numbers than these.
 _FRAMES_A_DOUBLING = ((_HUGE_FRAME, 4), (8192, 16), (-1, 64))
-# Bytes of a small log, and of the preview: of a place in a picture, and of a number with its name.
+# Sizes of a small log, of a place in a preview picture, and of a preview number with its name [bytes].
 _LOG_BYTES, _PLACE_BYTES, _NUMBER_BYTES = 20_000, 16, 30
 
 
@@ -41,12 +41,12 @@ class Schedule:
     """Intervals in ticks.
 
     Attributes:
-        frame_every: ticks between frames; 0 for the doubling rule: one at every tick at first, half as many each time the
-            run has become twice as long.
+        frame_every: ticks between frames; 0 for the doubling rule: a frame at every tick at first, with the interval
+            doubled each time the run has doubled in length.
         doubling: frames per doubling.
         hash_every: ticks between hashes.
-        snapshot_every: ticks between snapshots; 0 for one each time the run has become a sixteenth longer.
-        least_snapshot_interval: ticks between these at least.
+        snapshot_every: ticks between snapshots; 0 for a snapshot each time the run is longer by a sixteenth.
+        least_snapshot_interval: least number of ticks between snapshots.
     """
 
     frame_every: int
@@ -70,7 +70,7 @@ class Schedule:
 
 
 def schedule_from(options: Any) -> Schedule:
-    """Return the schedule that a log's header holds; `LogError` where it holds none."""
+    """Return the schedule in a log's header; `LogError` if there is none."""
     lowest = {"frame_every": 0, "doubling": 1, "hash_every": 1, "snapshot_every": 0, "least_snapshot_interval": 1}
     if not isinstance(options, dict) or options.keys() != lowest.keys() or not all(
         type(options[name]) is int and options[name] >= low for name, low in lowest.items()
@@ -82,8 +82,8 @@ def schedule_from(options: Any) -> Schedule:
 def frame_interval(ticks: int, values: int, state: int) -> int:
     """Return an interval of 1, 2 or 5 x 10^k ticks that gives 160 to 400 frames in a run of `ticks`.
 
-    Huge frames are fewer, but at least ten: to write one takes as long as tens to hundreds of ticks. `values` and `state` are
-    the numbers of a frame and of the state.
+    There are fewer huge frames, but at least ten, because writing one takes as long as tens to hundreds of ticks. `values`
+    and `state` are the sizes of a frame and of the state.
     """
     interval = round_up_to_125(max(ticks / _FRAMES, 1.0))
     if values > _HUGE_FRAME:
@@ -93,11 +93,11 @@ def frame_interval(ticks: int, values: int, state: int) -> int:
 
 
 def least_snapshot_interval(words: int, work: int) -> int:
-    """Return how many ticks snapshots are apart at least: 4096, or fewer where a tick does much work.
+    """Return the least number of ticks between snapshots: 4096, or fewer for costly ticks.
 
     Args:
         words: of the state.
-        work: words that are advanced in a tick, counted again at every step of a part.
+        work: words advanced in a tick, counted for every step of a part.
     """
     wanted = max(_SNAPSHOT_WORK, _SNAPSHOT_STEPS * words)
     return min(_SNAPSHOT_TICKS, max(1, round(wanted / max(work, 1))))
@@ -107,9 +107,9 @@ def least_snapshot_interval(words: int, work: int) -> int:
 
 
 def names_to_record(component: Component, variables: Sequence[str] | None) -> list[str]:
-    """Return the names to record: those given, the balances' entries, and the inputs that are one number.
+    """Return the names to record: the given names, the entries of the balances, and the scalar inputs.
 
-    Default for those given: the state, the outputs of drawables, and every output that is one number.
+    Default for the given names: the state, the outputs of drawables, and all scalar outputs.
     """
     given, all_variables = variables is not None, component.variables.values()
     inputs = [v.name for v in all_variables if v.causality == "input" and v.shape == ()]
@@ -138,7 +138,7 @@ def make_schedule(
     experiment: Any,
     names: list[str],
 ) -> Schedule:
-    """Return when frames, hashes and snapshots are taken; arguments as for `record`, `names` are the recorded variables."""
+    """Return the schedule of frames, hashes and snapshots; arguments as for `record`, `names` are the recorded variables."""
     hashes = HASH_EVERY if hash_every is None else whole_number("hash_every", hash_every)
     duration = experiment.get("duration") if isinstance(experiment, Mapping) else None
     frame_every, values, words = 0, values_in(component, names), component.state_bytes // 8
@@ -153,12 +153,12 @@ def make_schedule(
 
 
 def values_in(component: Component, names: Sequence[str]) -> int:
-    """Return how many numbers a frame of some variables has."""
+    """Return the number of values in a frame of given variables."""
     return sum(math.prod(component.variables[name].shape) for name in names)
 
 
 def estimated_bytes(component: Component, schedule: Schedule, names: Sequence[str], ticks: int) -> int:
-    """Return about how many bytes the recording of a run takes at most, before compression."""
+    """Return an estimate of the largest size of a recording before compression [bytes]."""
     frames, keys, tick = schedule.doubling * (1 + (ticks // schedule.doubling).bit_length()), 0, 0
     if schedule.frame_every:
         frames = ticks // schedule.frame_every + 1
@@ -169,7 +169,7 @@ def estimated_bytes(component: Component, schedule: Schedule, names: Sequence[st
     numbers = sum(component.variables[name].shape == () for name in names)
     drawn = sum(min(len(getattr(one, COUNTED[type(one)])), MOST_PLACES) for one in component.drawables())
     hashed = 2 + sum(variable.state or variable.causality == "input" for variable in component.variables.values())
-    # The drawables in the header take about as much as the state, of which there is a copy at the start and at the end.
+    # The drawables in the header are about as large as the state, which is stored at the start and at the end.
     return (
         _LOG_BYTES
         + (3 + keys) * component.state_bytes

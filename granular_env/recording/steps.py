@@ -1,4 +1,4 @@
-"""The steps of a log as arrays: their lengths, the inputs that they set, and the stretches over which an input is held."""
+"""The steps of a log as arrays: lengths, set inputs, and the intervals over which an input is held."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from ..components.inputs import Held, read_only
 from ..components.profiles import CompiledProfile
 from .records import Record, damage, held_word
 
-# Samples of a profile over the time that it was held, in addition to its breakpoints.
+# Samples of a profile over the interval in which it is held, in addition to its breakpoints.
 _PROFILE_SAMPLES = 201
-# Further samples of each of its pieces; an even number, so that one falls on the peak of a half sine.
+# Further samples per piece; an even number, so that one falls on the peak of a half sine.
 _PIECE_SAMPLES = 32
 
 
 @dataclass(frozen=True, slots=True)
 class StepHistory:
-    """All calls of `step` in one segment.
+    """All calls of `step` in a segment.
 
     Attributes:
         marks: ticks before the first step and after each, shape (steps + 1,).
-        sets: for each input that was set at all: the indices of the steps that set it, and the values.
+        sets: for each input that was set, the indices of the setting steps and the values.
     """
 
     marks: np.ndarray
@@ -35,7 +35,7 @@ class StepHistory:
         return len(self.marks) - 1
 
     def __iter__(self) -> Iterator[tuple[int, dict[str, Held]]]:
-        """For each step its length in ticks and the inputs that it set."""
+        """Yield the length in ticks and the set inputs of each step."""
         found: list[dict[str, Held]] = [{} for _ in range(len(self))]
         for name, (places, values) in self.sets.items():
             for place, value in zip(places.tolist(), values, strict=True):
@@ -43,7 +43,7 @@ class StepHistory:
         return zip(np.diff(self.marks).tolist(), found, strict=True)
 
     def changes(self, held: Mapping[str, Held]) -> list[tuple[int, dict[str, Held]]]:
-        """Return (tick, inputs) for each step at which the bits of an input changed; `held` are the inputs at the start."""
+        """Return (tick, inputs) for each step that changed the bits of an input; `held` are the inputs at the start."""
         found: dict[int, dict[str, Held]] = {}
         for name, (places, values) in self.sets.items():
             before: Held | None = held.get(name)
@@ -58,7 +58,7 @@ class StepHistory:
 
 
 def _comparable(value: Held) -> Any:
-    """Return an object that is equal for equal bits: a number other than zero is one."""
+    """Return an object that is equal for equal bits (numbers other than zero as they are)."""
     return value if type(value) is float and value else (type(value), held_word(value))
 
 
@@ -69,7 +69,7 @@ def steps_of(
     profiles: list[CompiledProfile],
     step_size: float,
 ) -> StepHistory:
-    """Return the steps in the records of one segment that begins at the tick `start`; `profiles`, those of the log, grow.
+    """Return the steps in the records of a segment that starts at tick `start`; append to the log's `profiles`.
 
     `inputs` are the shapes of the inputs by name, `step_size` is in seconds.
     """
@@ -139,12 +139,12 @@ def _array(record: Record, name: str, dtype: type, dimensions: int = 1) -> np.nd
 
 @dataclass(frozen=True, slots=True)
 class Stretch:
-    """A time over which an input was held at one value, or followed one profile.
+    """An interval in which an input was held at a value or followed a profile.
 
     Attributes:
-        begin, end: its ticks, equal where nothing happened before a step set the input.
-        value: the one held.
-        shift: a tick of the component plus this is a tick of the log.
+        begin, end: first and last tick, equal if no tick passed before a step set the input.
+        value: the held value.
+        shift: difference between ticks of the log and ticks of the component.
     """
 
     begin: int
@@ -153,7 +153,7 @@ class Stretch:
     shift: int = 0
 
     def sample_ticks(self) -> list[int]:
-        """Return ticks that show its course: both ends, and of a profile its breakpoints and samples between them."""
+        """Return ticks that resolve the time history: both ends and, for a profile, its breakpoints and samples between."""
         if not isinstance(self.value, CompiledProfile):
             return [self.begin, self.end]
         if self.end <= self.begin:
@@ -163,7 +163,7 @@ class Stretch:
         return grid[(grid >= self.begin) & (grid <= self.end)].tolist()
 
     def _curved_ticks(self, profile: CompiledProfile) -> np.ndarray:
-        """Return ticks within the curved pieces of a profile, so that a short pulse is not missed."""
+        """Return ticks in the curved pieces of a profile, so that a short pulse is not missed."""
         begins = np.clip(profile.ticks, self.begin, self.end)
         ends = np.append(begins[1:], self.end)
         curved = (ends > begins) & profile.coefficients[:, 2:].any(axis=1)
@@ -172,7 +172,7 @@ class Stretch:
 
 
 def stretches(steps: StepHistory, start: Mapping[str, Held], name: str, end: int, shift: int = 0) -> Iterator[Stretch]:
-    """Yield the stretches of one input in one segment; `start` holds the inputs before its first step."""
+    """Yield the stretches of an input in a segment; `start` holds the inputs before the first step."""
     places, values = steps.sets.get(name, (np.zeros(0, np.int64), []))
     begins = [int(steps.marks[0]), *steps.marks[places].tolist()]
     for begin, stop, value in zip(begins, [*begins[1:], end], [start[name], *values], strict=True):

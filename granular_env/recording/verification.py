@@ -1,4 +1,4 @@
-"""Verification: run a log again and compare its frames, hashes, snapshots, inputs and events, bit for bit."""
+"""Verification: run a log again, and compare its frames, hashes, snapshots, inputs and events bitwise."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ Outcome = Literal["identical", "different", "incomplete", "nothing was compared"
 
 @dataclass(slots=True, repr=False)
 class Verification:
-    """The findings of a re-run.
+    """The findings of a verification.
 
     Attributes:
         path: the log.
         complete: whether the log was closed.
-        calls, ticks: calls of `step`, and ticks, that were run again.
-        frames: instants at which the recorded variables were compared.
-        hashes, snapshots: how many of each were compared.
-        variable: name of the first variable that differs, "events" or "identity"; None where nothing does.
-        index: its first element that differs, or None where that is not known.
-        interval: times between which the difference arose: last agreeing, first differing [s]; None for the identity.
-        notes: sentences on the difference and what may explain it, and on pieces of the run that the log does not hold.
-        incidents: those of the recording, such as "failed" or "recovered"; not compared.
+        calls, ticks: numbers of repeated calls of `step` and ticks.
+        frames: number of times at which recorded variables were compared.
+        hashes, snapshots: numbers of compared hashes and snapshots.
+        variable: name of the first differing variable, "events" or "identity"; None without a difference.
+        index: index of the first differing element, or None if unknown.
+        interval: last agreeing and first differing time [s]; None for the identity.
+        notes: sentences on the difference and its possible causes, and on parts of the run missing in the log.
+        incidents: incidents of the recording, such as "failed" or "recovered"; not compared.
     """
 
     path: str
@@ -57,7 +57,7 @@ class Verification:
 
     @property
     def outcome(self) -> Outcome:
-        """The verdict in a word or two."""
+        """The verdict in one or two words."""
         if self.variable is not None:
             return "different"
         if not self.ticks:
@@ -66,12 +66,12 @@ class Verification:
 
     @property
     def identical(self) -> bool:
-        """Return whether the log was closed, holds at least one tick, and every bit that a re-run gives is the same."""
+        """Return whether the log was closed, contains at least one tick, and all bits of the repetition are the same."""
         return self.outcome == "identical"
 
     @property
     def message(self) -> str:
-        """The verdict for people: a line of counts, one for each difference, and one for each gap."""
+        """The verdict as text: a line of counts, one line per difference, and one per gap."""
         hashes = count_of(self.hashes, "hash", "hashes")
         kinds = f"{count_of(self.frames, 'frame')}, {hashes}, {count_of(self.snapshots, 'snapshot')}"
         size = f"{count_of(self.calls, 'call')} of step, {count_of(self.ticks, 'tick')} ({kinds})"
@@ -94,7 +94,7 @@ class Verification:
 
 
 class Difference(Exception):  # noqa: N818 - a finding, carried out of nested loops
-    """Something of the log that the re-run does not give: its name, the tick in its segment, its element, an explanation."""
+    """A difference between log and repetition: name, tick in the segment, element and explanation."""
 
     def __init__(self, variable: str, tick: int, index: int | None = None, reason: str = "") -> None:
         super().__init__(variable)
@@ -108,19 +108,19 @@ def verify(
     allow_large: bool = False,
     components: Mapping[str, type[Component]] | None = None,
 ) -> Verification:
-    """Re-run a log from its parameters, start states and inputs, and compare its records, bit for bit.
+    """Run a log again from its parameters, start states and inputs, and compare its records bitwise.
 
     Titles, dates, descriptions and other texts are not compared.
 
     Args:
         path: the log.
-        progress: show a bar, or call this now and then with the part that is done.
+        progress: show a bar, or call this regularly with the completed fraction.
         allow_large: lift the limits on sizes.
-        components: classes of components that are not ours, by name; an open log has its own.
+        components: component classes outside this package, by name; an open log has its own.
 
     Raises:
-        LogError: the file is no log, or it is damaged, or it cannot be re-run at all. A log that can be re-run but gives
-            other bits is no error: the result names the first variable and the interval.
+        LogError: not a log, a damaged log, or a log that cannot be run again. Different bits are not an error: the result
+            names the first differing variable and the interval.
     """
     log = path if isinstance(path, Log) else open_log(path, allow_large=allow_large, components=components)
     try:
@@ -133,7 +133,7 @@ def verify(
             if incident.get("incident") == "unrecorded":
                 result.notes.append(str(incident.get("message"))[:400])
         with progress_bar(f"verification of {log.path.name}", max(total, 1), show=progress) as bar:
-            # Also segments in which nothing happened: they hold a state, and perhaps a frame.
+            # Include empty segments, which contain a state and possibly a frame.
             for segment in log.index.all_segments:
                 comparison, before = Comparison(log, component, segment, result), result.ticks - segment.start
 
@@ -162,7 +162,7 @@ def verify(
 
 
 def _note_difference(result: Verification, log: Log, segment: Segment, found: Difference, agreed: int) -> None:
-    """Write a difference into the result; `agreed` is the last tick of the segment at which the variable was the same."""
+    """Store a difference in the result; `agreed` is the last tick of the segment at which the variable agreed."""
     first, last = (log.log_tick(segment.number, tick) for tick in (agreed, found.tick))
     result.variable, result.index = found.variable, found.index
     result.interval = (first * log.step_size, last * log.step_size)
@@ -174,10 +174,10 @@ def _note_difference(result: Verification, log: Log, segment: Segment, found: Di
 
 
 class Comparison:
-    """A re-run of a part of a segment, compared with the records of the log.
+    """A repetition of a part of a segment, compared with the records of the log.
 
     Attributes:
-        agreed: the last tick at which each variable was the same.
+        agreed: last tick at which each variable agreed.
     """
 
     def __init__(self, log: Log, component: Component, segment: Segment, result: Verification) -> None:
@@ -191,12 +191,12 @@ class Comparison:
         """Run from a snapshot of the segment to a tick.
 
         Args:
-            start: of this segment; its identity is not compared.
+            start: of the segment; its identity is not compared.
             end: the tick to reach; later records are not compared.
             report: called after each piece with the tick.
 
         Raises:
-            Difference: the log holds something that the re-run does not give.
+            Difference: the log differs from the repetition.
             LogError: the log is damaged, or cannot be run again.
         """
         component, segment, log = self._component, self._segment, self._log
@@ -222,10 +222,10 @@ class Comparison:
             raise Difference(error.variable, at, error.index, reason) from error
 
     def _marks(self, start: int, end: int) -> list[Iterator[tuple[Any, ...]]]:
-        """Return the comparisons of each kind in the order of time: tick, the function that compares, and its arguments."""
+        """Return the comparisons of each kind in the order of time: tick, comparing function and its arguments."""
         index, number = self._log.index, self._segment.number
         frames = index.select(FRAMES, None, number)
-        # At the same tick the inputs come first: a difference in them is the cause of one in the state.
+        # Compare inputs first at each tick, because different inputs cause a different state.
         marks = [
             self._hash_marks(index.select(HASHES, 0, number), self._check_held),
             *(self._frame_marks(frames[frames[:, DETAIL] == n], name) for n, name in enumerate(self._log.variables)),
@@ -287,7 +287,7 @@ class Comparison:
         self._result.snapshots += 1
 
     def _compare_events(self, start: int, end: int, mine: np.ndarray) -> None:
-        """Compare the events of the re-run with those of the log."""
+        """Compare the events of the repetition with the events of the log."""
         log, number = self._log, self._segment.number
         recorded = [log.event_rows(row) for row in log.index.select(EVENTS, None, number) if row[LAST] > start]
         rows = np.concatenate([*recorded, np.zeros((0, 5))])
@@ -302,13 +302,13 @@ class Comparison:
             raise Difference("events", int(mine[count, 0]), None, "the re-run has events that the log does not hold")
 
     def _restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot as one of this component: with changed parameters too, the first difference is of interest."""
+        """Restore a snapshot even if parameters have changed, because the first difference is of interest."""
         snapshot.identity = self._component.identity
         restore(self._component, snapshot)
 
 
 def _refuse_other_declaration(log: Log, component: Component) -> None:
-    """Refuse a log whose variables, inputs or step this program's component does not have."""
+    """Refuse a log with variables, inputs or a step that the component of this version does not have."""
     where = f"this program's {component.name!r}"
     for name, variable in log.variables.items():
         mine = component.variables.get(name)
@@ -322,7 +322,7 @@ def _refuse_other_declaration(log: Log, component: Component) -> None:
 
 
 def _foreign_facts(header: Mapping[str, Any]) -> list[str]:
-    """Return versions and facts of the machine that are not those of the recording, in case they are the reason."""
+    """Return versions and machine data that differ from the recording, as possible reasons."""
     recorded = {**table_of(header.get("versions")), **table_of(header.get("machine"))}
     return [
         f"{name} was {recorded[name]!r} and is {value!r} now"

@@ -1,4 +1,4 @@
-"""The file of a log while it is written: one writer for each file, whole chunks, and an index of every message."""
+"""Writing the file of a log: one writer per file, whole chunks, and an index of all messages."""
 
 from __future__ import annotations
 
@@ -22,32 +22,32 @@ from .preview.film import PreviewMessage, Topic
 from .records import CLOSED, COLUMNS, FRAMES, HEADER, INCIDENTS, KINDS, PROFILE, Record, encode, topic_of
 
 CHUNK_BYTES = 1 << 20
-# The first chunks are smaller, so that a short log whose end is lost is not lost whole [bytes]; later chunks hold an eighth of
-# all before them.
+# Size of the first chunks [bytes], which are small, so that a short truncated log is not lost completely; later chunks hold an
+# eighth of all before them.
 _FIRST_CHUNK_BYTES, _CHUNK_SHARE = 1 << 16, 8
 
 
 class LogWriter:
-    """Writes records to an MCAP file. One thread only; after an error nothing more is written.
+    """A writer of records to an MCAP file, for one thread only; after an error nothing more is written.
 
     A file that replaces an older log is written under a hidden name until `publish` is called.
 
     Attributes:
         path: the log's name once it is published.
-        rows: the index so far, a row for each record.
-        published: whether it has that name.
+        rows: the index so far, one row per record.
+        published: whether the log has this name.
     """
 
     def __init__(self, path: str | os.PathLike[str], overwrite: bool = False, is_hidden: bool = False) -> None:
-        """Begin a file.
+        """Start a file.
 
         Args:
-            path: name of the log; its folder is made if need be.
+            path: name of the log; its folder is created if necessary.
             overwrite: whether an existing log, or an empty file, may be replaced.
-            is_hidden: whether it is written under a hidden name even if `path` does not exist.
+            is_hidden: whether to use a hidden name even if `path` does not exist.
 
         Raises:
-            ParameterError: a file there may not be replaced, or another recorder is writing it.
+            ParameterError: the existing file may not be replaced, or another recorder is writing it.
             LogError: the file cannot be written.
         """
         self.path = as_path(path)
@@ -59,15 +59,15 @@ class LogWriter:
         self._variables: Any = []
         self._chunk = self._unfinished_bytes = self._bytes = self._latest = 0
         self._failed: LogError | None = None
-        # Only `flush` ends a chunk, so that the index knows the chunk of each record.
+        # Only `flush` ends a chunk, so that the chunk of each record is known for the index.
         self._mcap = Writer(self._file, chunk_size=2**62, compression=CompressionType.LZ4)
         with self._guard():
             self._mcap.start(PROFILE, PROFILE)
 
     def add(self, record: Record, nanoseconds: int) -> None:
-        """Write one record; a full chunk is ended and flushed.
+        """Write a record; end and flush a full chunk.
 
-        A record that follows a later one in the file takes that one's time: readers find the messages in the order of time.
+        A record after a record with a later time takes that time, because readers require the order of time.
         """
         record = replace(record, number=self._numbers[record.kind])
         if record.kind == HEADER:
@@ -82,7 +82,7 @@ class LogWriter:
         self._add_message(topic, texts, record.number, encode(record), self._latest, self._latest)
 
     def add_header(self, record: Record) -> None:
-        """Write the first record, and the Metadata record that stock tools show."""
+        """Write the first record, and the Metadata record for stock tools."""
         self.add(record, 0)
         self.flush()
         with self._guard():
@@ -110,7 +110,7 @@ class LogWriter:
             self.flush()
 
     def flush(self) -> None:
-        """End the chunk and hand everything to the operating system: `kill -9` loses nothing that was added before."""
+        """End the chunk and pass all data to the operating system, so that SIGKILL loses nothing added before."""
         if self._unfinished_bytes:
             with self._guard():
                 self._mcap.flush()
@@ -118,7 +118,7 @@ class LogWriter:
             self._unfinished_bytes = 0
 
     def finish(self, segment: int, tick: int, nanoseconds: int, facts: dict[str, Any]) -> None:
-        """Write the closing record and the summary that makes the file complete, wait for the disk, and close it.
+        """Write the closing record and the summary that completes the file, sync the disk, and close the file.
 
         The log ends at a tick of a segment; `facts` are the report, conclusions and cautions of the run.
         """
@@ -141,7 +141,7 @@ class LogWriter:
         return self._part is None
 
     def publish(self) -> None:
-        """Put the file in the place of the older log, if it replaces one."""
+        """Replace the older log, if there is one, by the file."""
         if self._part is not None:
             with self._guard():
                 os.replace(self._part, self.path.resolve())
@@ -149,8 +149,8 @@ class LogWriter:
             self._release_older()
 
     def abandon(self) -> None:
-        """Close the file as it is; one that was not published is removed, and the older log stays."""
-        # The write itself has reported its error.
+        """Close the file in its present state; remove an unpublished file and keep the older log."""
+        # The failed write has already reported its error.
         with contextlib.suppress(OSError):
             self._file.close()
         if self._part is not None:
@@ -164,7 +164,7 @@ class LogWriter:
 
     @contextlib.contextmanager
     def _guard(self) -> Iterator[None]:
-        """Turn the first error of the file into a `LogError` that names it, and raise that again from then on."""
+        """Turn the first error of the file into a `LogError` with its name, and raise the same error from then on."""
         if self._failed is not None:
             raise self._failed
         try:
@@ -179,7 +179,7 @@ class LogWriter:
 
 
 def as_path(path: str | os.PathLike[str]) -> Path:
-    """Return a path argument, or raise where it is not a path."""
+    """Return a path argument, or raise if it is not a path."""
     try:
         return Path(path)
     except TypeError:
@@ -187,7 +187,7 @@ def as_path(path: str | os.PathLike[str]) -> Path:
 
 
 def _create(path: Path, overwrite: bool, is_hidden: bool) -> tuple[IO[bytes], Path | None, IO[bytes] | None]:
-    """Return a fresh file, its hidden name and the older log that it replaces, all locked; see `LogWriter`."""
+    """Return a new file, its hidden name and the older log that it replaces, all locked; see `LogWriter`."""
     source = f"log {str(path)!r}"
     try:
         target = resolve_file(path)
@@ -213,7 +213,7 @@ def _create(path: Path, overwrite: bool, is_hidden: bool) -> tuple[IO[bytes], Pa
 
 
 def _lock(file: IO[bytes], path: Path) -> IO[bytes]:
-    """Lock a file for this writer until it is closed; where the file system knows no locks, leave it so."""
+    """Lock a file for this writer until it is closed, unless the file system does not support locks."""
     try:
         fcntl.flock(file.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:

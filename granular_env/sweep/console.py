@@ -1,4 +1,4 @@
-"""Messages of the command line while a sweep is computed, and after it."""
+"""Messages of the command line during and after a sweep."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from .worker import Result
 
 # Longer tables are not printed.
 _MOST_ROWS = 24
-# The first errors are printed; the table has all of them.
+# Number of printed errors; the table contains all errors.
 _MOST_ERRORS = 3
 
 
 @contextmanager
 def sweep_progress(title: str, size: int, known: int, progress: Progress) -> Iterator[Callable[[Result], None]]:
-    """Show a progress bar: tasks done and failed, their rate, the time left.
+    """Show a progress bar with done and failed tasks, their rate, and the remaining time.
 
     Args:
         title: of the bar.
         size: number of tasks.
-        known: how many have a result already.
+        known: number of tasks that already have a result.
         progress: whether to show it, or a function to call instead.
     """
     with progress_bar(title, size, done=known, show=progress) as shown:
@@ -44,7 +44,7 @@ def sweep_progress(title: str, size: int, known: int, progress: Progress) -> Ite
 
 
 def closing_text(sweep: Sweep, part: str = "") -> str:
-    """Return the counts of tasks, the errors, and the lines that open the table; of a part, what to do when all are done."""
+    """Return the counts of tasks, the errors, and code that opens the table; for a part, the step after all parts."""
     pending = sweep.outcomes.count("pending")
     counts = f"{sweep.done} done, {sweep.failed} failed" + (f", {pending} pending" if pending else "")
     lines = [f"{count_of(sweep.size, 'task')}: {counts}"]
@@ -63,7 +63,7 @@ def closing_text(sweep: Sweep, part: str = "") -> str:
 
 
 def _rows(sweep: Sweep) -> list[list[str]]:
-    """Return headings with units, and the keys that vary, the measures and the outcome of each task."""
+    """Return headings with units, and the varying keys, the measures and the outcome of each task."""
     columns, about = sweep.columns(), sweep.description
     shown = ["task", *about.keys, *about.measures, *(["outcome"] if sweep.done < sweep.size else [])]
     rows = [[columns[name][row] for name in shown] for row in range(sweep.size)]

@@ -1,4 +1,4 @@
-"""Engines: where tasks are computed, in local processes or in this one. `ray_cluster` is the third, with the same interface."""
+"""Engines that compute tasks in local processes or in this process; `ray_cluster` has the same interface."""
 
 from __future__ import annotations
 
@@ -23,25 +23,25 @@ from granular_env.components.support.parts import thread_count
 
 from .worker import Computer, Job, Result, Task, compute_task
 
-# How often a task may lose its process or its node before it is given up.
+# Number of times a task may lose its process or node before it fails.
 _ATTEMPTS = 3
 # Longest wait for a task [s].
 LOOK_SECONDS = 2.0
-# The first task compiles the kernels, which the other processes then load. Longest wait for it [s].
+# Longest wait for the first task [s], which compiles the kernels that the other processes load.
 _ALONE_SECONDS = 60.0
-# One thread in each process: as many processes as cores are at work.
+# One thread per process, because there are as many processes as cores.
 ONE_THREAD = {"GRANULAR_ENV_THREADS": "1", "OMP_NUM_THREADS": "1"}
 
 
 class LostError(Exception):
-    """The process or the node of a task ended; the text says how."""
+    """The process or node of a task ended; the text states how."""
 
 
 class Engine:
-    """The interface of engines, and the engine "serial": one task after the other in this process, for debugging.
+    """The interface of engines, and the engine "serial", which computes tasks sequentially in this process for debugging.
 
     Attributes:
-        capacity: how many tasks may be submitted at a time.
+        capacity: largest number of submitted tasks.
     """
 
     capacity: int = 1
@@ -50,15 +50,15 @@ class Engine:
         self._computer = Computer(job, folder)
 
     def submit(self, task: Task) -> Any:
-        """Begin to compute a task; return a handle of it."""
+        """Start the computation of a task; return its handle."""
         return task
 
     def wait(self, handles: Collection[Any]) -> Collection[Any]:
-        """Wait until some tasks are over, at most for two seconds; return their handles."""
+        """Wait at most two seconds for finished tasks; return their handles."""
         return list(handles)
 
     def result(self, handle: Any) -> Result:
-        """Return the result of a task that is over.
+        """Return the result of a finished task.
 
         Raises:
             LostError: its process or its node ended.
@@ -67,16 +67,16 @@ class Engine:
         return self._computer.compute(handle)
 
     def close(self) -> None:
-        """End the processes that the engine started, in the middle of a task if need be."""
+        """End the engine's processes, if necessary during a task."""
 
 
 def compute_all(engine: Engine, tasks: Sequence[Task], time_limit: float | None = None) -> Iterator[Result]:
-    """Yield the results of tasks as they come; a task whose process or node ended is computed again, a few times.
+    """Yield the results of tasks as they finish; a task whose process or node ended is recomputed a few times.
 
     Args:
-        engine: computes them.
-        tasks: each with another hash.
-        time_limit: wall time of a task [s].
+        engine: the engine.
+        tasks: tasks with distinct hashes.
+        time_limit: wall time limit of a task [s].
     """
     waiting, attempts, alone_until = deque(tasks), Counter[str](), monotonic() + _ALONE_SECONDS
     running: dict[Any, tuple[Task, float]] = {}
@@ -99,32 +99,32 @@ def compute_all(engine: Engine, tasks: Sequence[Task], time_limit: float | None 
 
 
 class Processes(Engine):
-    """Computes tasks in local processes, which are fresh interpreters and stay for the next task; one that ends is replaced.
+    """An engine with local processes (new interpreters), which are reused for further tasks and replaced when they end.
 
-    Each process has its own pool, because a process that ends breaks its pool. The processes watch a pipe whose other end
-    is here alone: they end with this program, even if it is killed.
+    Each process has a separate pool, because a process that ends breaks its pool. The processes watch a pipe whose other end
+    exists only here, so they end with this program, even if it is killed.
     """
 
     def __init__(self, job: Job, folder: Path, workers: int | None) -> None:
         self.capacity = workers or thread_count()
-        self._job, self._folder = replace(job, files={}), folder  # the files are in the folder
-        self._context = get_context("spawn")  # a fork of a process that has run kernels may hang
+        self._job, self._folder = replace(job, files={}), folder  # the folder contains the files
+        self._context = get_context("spawn")  # a forked process may hang after the parent has run kernels
         self._watched, self._lifeline = self._context.Pipe(duplex=False)
         self._idle, self._busy = list[ProcessPoolExecutor](), dict[Future[Result], ProcessPoolExecutor]()
 
     def submit(self, task: Task) -> Future[Result]:
-        """Begin to compute a task in an idle process, or in a new one."""
+        """Start the computation of a task in an idle or a new process."""
         pool = self._idle.pop() if self._idle else ProcessPoolExecutor(1, self._context, _begin, (self._watched,))
         try:
             with _worker_settings():
                 future = pool.submit(compute_task, self._job, task, self._folder)
-        except BrokenProcessPool:  # its process ended while it was idle
+        except BrokenProcessPool:  # the process ended while idle
             return self.submit(task)
         self._busy[future] = pool
         return future
 
     def wait(self, handles: Collection[Future[Result]]) -> Collection[Future[Result]]:
-        """Wait for a task, at most for two seconds."""
+        """Wait for a task for at most two seconds."""
         return wait(handles, LOOK_SECONDS, FIRST_COMPLETED).done
 
     def result(self, handle: Future[Result]) -> Result:
@@ -146,7 +146,7 @@ class Processes(Engine):
 
 
 def _begin(lifeline: Connection) -> None:
-    """Prepare a new process: it ignores Ctrl-C, which is for its parent, and ends when the parent's end of the pipe closes."""
+    """Prepare a new process: it ignores Ctrl-C, which the parent handles, and ends when the parent's end of the pipe closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
     def end_with_parent() -> None:
@@ -158,7 +158,7 @@ def _begin(lifeline: Connection) -> None:
 
 @contextmanager
 def _worker_settings() -> Iterator[None]:
-    """Start processes with one thread each, without Ctrl-C, and without the caller's script, which would run again there."""
+    """Start processes with one thread each, without Ctrl-C, and without the caller's script, which would run again."""
     main, environment = sys.modules["__main__"], dict(os.environ)
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:

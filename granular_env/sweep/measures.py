@@ -1,16 +1,16 @@
-"""Measures of each run of a plan: words for the component's own variables, tables for its domain's measurements.
+"""Measures of each run of a plan: texts for the component's variables, tables for its domain's measurements.
 
 [measure]
-peak = "max velocity[40]"             # final, start, max, min, mean, time of max, time of min; of several axes velocity[3,1]
-largest = "max |velocity|"            # an array without an index: over all its elements
-energy = "final kinetic_energy"       # any output that `granular-env describe` names
-broken = "events link_broken"         # the number of events of a kind; "first link_broken": the time of the first
-pressure = "report peak contact pressure"   # a figure that a run ends with; the beginning of its name is enough
+peak = "max velocity[40]"             # final, start, max, min, mean, time of max, time of min; velocity[3,1] for several axes
+largest = "max |velocity|"            # an array without an index: over all elements
+energy = "final kinetic_energy"       # any output listed by `granular-env describe`
+broken = "events link_broken"         # number of events of a kind; "first link_broken": time of the first event
+pressure = "report peak contact pressure"   # a figure of the final report; the beginning of its name suffices
 speed = { measurement = "front_speed", above = 0.1, first = 20, last = 60 }
 pulse = { measurement = "waves_at", take = "amplitude", which = 0, grain = 40, above = 0.1 }
 
-Each class of measures has two methods. `unit` checks a measure against a component, and returns the unit of its number. `value`
-returns the number of a finished run, and a note where it is not resolved. `RunObserver` takes the measures of a run.
+Each class of measures has two methods. `unit` checks a measure against a component and returns its unit. `value` returns the
+number for a finished run, and a note if it is not resolved. `RunObserver` takes the measures of a run.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from granular_env.components.variables import ELEMENT, Element, parse_element
 from granular_env.crests_and_crossings import resolved_top
 from granular_env.domains import domain_of
 
-# Columns that every table may have; no measure is called so.
+# Columns of every table, which are not allowed as names of measures.
 OWN_COLUMNS = ("task", "sample", "outcome", "error", "notes", "hash", "log")
 _EXTREMES = ("max", "min", "mean", "time of max", "time of min")
 _KINDS = (*_EXTREMES, "final", "start")
@@ -45,13 +45,13 @@ _REPORT = re.compile(r"report\s+(?P<name>\S.*)")
 
 
 class FinishedRun(NamedTuple):
-    """The end of a run, of which measures are taken.
+    """A finished run, from which measures are taken.
 
     Attributes:
         component: at the end of the run.
-        report: its figures.
-        times: of the looks [s].
-        history: of the domain's watch, see `Domain.watch`; None without.
+        report: figures of the report.
+        times: sampling times [s].
+        history: of the domain's observer, see `Domain.watch`; None without one.
     """
 
     component: Component
@@ -62,12 +62,12 @@ class FinishedRun(NamedTuple):
 
 @dataclass(frozen=True)
 class Reading:
-    """A number read off a variable: at the end, at the start, or over all looks at it.
+    """A number from a variable: its final or start value, or a statistic over all samples.
 
     Attributes:
         kind: final, start, max, min, mean, time of max, time of min.
-        element: of a variable; without an index a number, or all elements.
-        absolute: of the magnitude.
+        element: of a variable; without an index a scalar, or all elements.
+        absolute: whether to use the magnitude.
     """
 
     kind: str
@@ -75,7 +75,7 @@ class Reading:
     absolute: bool
 
     def unit(self, component: Component) -> str:
-        """Return the unit; `ParameterError` where the component has no such variable or element."""
+        """Return the unit; `ParameterError` if the component has no such variable or element."""
         variable = self.element.find(component.variables, f"an output of component {component.name!r}", "output", "input")
         size, name = math.prod(variable.shape), self.element.name
         if not self.element.index and variable.shape and (self.kind not in ("max", "min") or not size):
@@ -84,16 +84,16 @@ class Reading:
         return "s" if self.kind.startswith("time") else variable.unit
 
     def look(self, component: Component) -> float:
-        """Return the present value; of all elements the greatest, or the least for min."""
+        """Return the present value; for all elements the largest, or the smallest for min."""
         value = np.asarray(self.element.of(component.peek(self.element.name)))
         value = np.abs(value) if self.absolute else value
         return float(value if not value.ndim else value.min() if self.kind == "min" else value.max())
 
     def value(self, run: FinishedRun, looks: FloatArray) -> tuple[float, str]:
-        """Return the number from the looks at `run.times`; for start only the first is needed.
+        """Return the number from the samples at `run.times`; for start only the first sample is needed.
 
-        An extreme of a single number is read off the curve through the looks next to it; that of all elements of an array is
-        the greatest, or the least, of the looks.
+        An extreme of a scalar is interpolated from the neighbouring samples. The extreme over all elements of an array is the
+        largest or the smallest sample.
         """
         if self.kind == "final":
             return self.look(run.component), ""
@@ -113,12 +113,12 @@ class Reading:
 
 @dataclass(frozen=True)
 class Figure:
-    """One of the figures of `Component.report`, by the beginning of its name."""
+    """A figure of `Component.report`, given by the beginning of its name."""
 
     name: str
 
     def unit(self, component: Component) -> str:
-        """Return the unit that the figure's name ends with; `ParameterError` for no such figure, or several."""
+        """Return the unit at the end of the figure's name; `ParameterError` unless exactly one figure matches."""
         match = re.search(r"\[([^\[\]]+)\]$", self._find(component.report()))
         return match[1] if match else "1"
 
@@ -137,23 +137,23 @@ class Figure:
 
 @dataclass(frozen=True)
 class EventMeasure:
-    """The number of events of one kind, or the time of the first.
+    """The number of events of one kind, or the time of the first event.
 
     Attributes:
         kind: of the events.
-        is_first: whether the time of the first is taken [s]; NaN without one.
+        is_first: whether to return the time of the first event [s] (NaN without events).
     """
 
     kind: str
     is_first: bool
 
     def unit(self, component: Component) -> str:
-        """Return the unit; `ParameterError` for a kind of events that the component does not have."""
+        """Return the unit; `ParameterError` for an unknown kind of event."""
         component.events(self.kind)
         return "s" if self.is_first else "1"
 
     def value(self, run: FinishedRun, looks: FloatArray) -> tuple[float, str]:
-        """Return the number of events, or the time of the first."""
+        """Return the number of events, or the time of the first event."""
         found = run.component.events(self.kind)
         if not self.is_first:
             return float(len(found)), ""
@@ -162,13 +162,13 @@ class EventMeasure:
 
 @dataclass(frozen=True)
 class Measurement:
-    """A measurement of the component's domain, and which of its numbers is taken.
+    """A measurement of the component's domain, with the selection of a number.
 
     Attributes:
         name: of the function.
-        take: which number; "" for the first that the domain names.
-        which: of several waves, in the order that the function gives them; negative counts from the last.
-        arguments: the function's own.
+        take: name of the number; "" for the domain's first.
+        which: index among several waves, in the function's order; negative values count from the last.
+        arguments: arguments of the function.
     """
 
     name: str
@@ -177,7 +177,7 @@ class Measurement:
     arguments: Mapping[str, Any]
 
     def unit(self, component: Component) -> str:
-        """Return the unit; `ParameterError` for a measurement, a number or an argument that the domain does not have."""
+        """Return the unit; `ParameterError` for a measurement, number or argument unknown to the domain."""
         columns = domain_of(component.name).load("columns")
         if columns is None:
             hint = "take its variables, such as 'max NAME[0]'"
@@ -196,7 +196,7 @@ class Measurement:
         return columns.UNITS.get((self.name, take)) or columns.UNITS[take]
 
     def value(self, run: FinishedRun, looks: FloatArray) -> tuple[float, str]:
-        """Return the number; NaN where there are fewer waves."""
+        """Return the number; NaN if there are fewer waves."""
         columns = domain_of(run.component.name).load("columns")
         taken = columns.MEASUREMENTS[self.name][self._take(columns)]
         return taken(run.history, self.which, dict(self.arguments)), ""
@@ -209,7 +209,7 @@ Measure = Reading | Figure | EventMeasure | Measurement
 
 
 def parse_measure(given: Any) -> Measure:
-    """Return a measure from its words or its table in the plan; for pydantic."""
+    """Return a measure from its text or table in the plan (for pydantic)."""
     words = " ".join(given.split()) if isinstance(given, str) else ""
     if isinstance(given, Mapping) and isinstance(given.get("measurement"), str):
         arguments = {key: value for key, value in given.items() if key not in ("measurement", "take", "which")}
@@ -233,12 +233,12 @@ AnyMeasure = Annotated[Measure, PlainValidator(parse_measure)]
 
 
 class RunObserver(Observer):
-    """An observer that gathers what the measures of a plan need; it never changes the step.
+    """An observer that collects the data for the measures of a plan; it never changes a step.
 
     Args:
-        measures: by the name of their column.
-        every: time between two looks [s]; None: each internal step.
-        duration: of the run [s], so that a history that does not fit is refused at once.
+        measures: column name -> measure.
+        every: sampling interval [s]; None for each internal step.
+        duration: of the run [s], so that a history that exceeds the memory is refused in advance.
     """
 
     def __init__(self, measures: Mapping[str, Measure], every: float | None, duration: float) -> None:
@@ -249,7 +249,7 @@ class RunObserver(Observer):
         self.next_tick = 0
 
     def on_reset(self, component: Component) -> None:
-        """Check the measures against the component, and look at its start."""
+        """Check the measures against the component, and sample its start."""
         for name, measure in self._measures.items():
             try:
                 measure.unit(component)
@@ -270,7 +270,7 @@ class RunObserver(Observer):
         return watch
 
     def on_sample(self, component: Component) -> None:
-        """Look at every variable whose extreme or mean is wanted."""
+        """Sample every variable with a requested extreme or mean."""
         self._look(component, self._extremes)
         if self._watch is not None:
             self._watch.on_sample(component)
@@ -285,7 +285,7 @@ class RunObserver(Observer):
         self.next_tick = component.tick + self._interval if self._extremes or self._watch else 2**62
 
     def values(self, component: Component, report: Mapping[str, float]) -> tuple[list[float], list[str]]:
-        """Return the measures of a finished run, in their order; NaN, and a sentence, where one has no value."""
+        """Return the measures of a finished run in order; a measure without a value gives NaN and a sentence."""
         if self._times[-1] < component.time:
             self._look(component, self._extremes)
         run = FinishedRun(component, report, np.array(self._times), self._watch and self._watch.history)

@@ -1,4 +1,4 @@
-"""The values of a plan's keys: lists and ranges of a grid, and drawn samples.
+"""The values of a plan's keys: lists and ranges of a grid, and random samples.
 
     [grid]
     "component.grains" = [20, 40]
@@ -8,8 +8,8 @@
     count = 100
     "component.radius" = { distribution = "uniform", from = 2e-3, to = 4e-3 }
 
-Sample i depends on the seed, the key and i alone: neither on the number of samples nor on the other keys. Powers are rounded
-to 12 digits, so that a plan has the same values, and its tasks the same hashes, with any library that computes logarithms.
+Sample i depends only on the seed, the key and i, not on the number of samples or on other keys. Powers are rounded to 12
+digits, so that a plan's values and task hashes do not depend on the library that computes logarithms.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from granular_env.documents import Table
 
 
 class Range(Table):
-    """Evenly spaced values of a key of the grid."""
+    """Evenly spaced values of a grid key."""
 
     begin: float = Field(alias="from", description="the first value")
     end: float = Field(alias="to", description="the last value")
@@ -43,7 +43,7 @@ class Range(Table):
         return self
 
     def values(self) -> list[float | int]:
-        """Return all of them; whole numbers where the ends and the step are."""
+        """Return all values, as whole numbers if ends and step are whole numbers."""
         parts = [i / max(self.count - 1, 1) for i in range(self.count)]
         place = between_by_ratio if self.spacing == "log" else _between
         found = [self.begin, *(place(self.begin, self.end, part) for part in parts[1:-1]), self.end][: self.count]
@@ -54,8 +54,8 @@ class Range(Table):
 class Distribution(Table):
     """A distribution of a key's values.
 
-    uniform: every number alike. log_uniform: every ratio alike. integer: every whole number alike, the ends among them.
-    choice: one of a list.
+    uniform: uniform density. log_uniform: uniform density of the logarithm. integer: equal probability of all whole numbers,
+    including the ends. choice: an entry of a list.
     """
 
     distribution: Literal["uniform", "log_uniform", "integer", "choice"] = Field(description="how values are drawn")
@@ -78,7 +78,7 @@ class Distribution(Table):
         return self
 
     def draw(self, number: float) -> Any:
-        """Return the value that belongs to a number in [0, 1)."""
+        """Return the value for a uniform number in [0, 1)."""
         if self.distribution == "choice":
             return self.values[int(number * len(self.values))]
         low, high = self.begin or 0.0, self.end or 0.0
@@ -88,7 +88,7 @@ class Distribution(Table):
 
 
 class Samples(Table):
-    """The [samples] table: how many, and keys with their distributions."""
+    """The [samples] table: the number of samples, and keys with their distributions."""
 
     model_config = {"extra": "allow"}
     __pydantic_extra__: dict[str, Distribution]  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -98,7 +98,7 @@ class Samples(Table):
 
     @property
     def distributions(self) -> dict[str, Distribution]:
-        """Key -> where its values are drawn from."""
+        """Key -> distribution of its values."""
         return dict(self.__pydantic_extra__)
 
     @model_validator(mode="after")
@@ -133,13 +133,13 @@ def between_by_ratio(begin: float, end: float, part: float) -> float:
 
 
 def draws(distribution: Distribution, key: str, seed: int, count: int) -> list[Any]:
-    """Return the samples of one key."""
+    """Return the samples of a key."""
     stream = int.from_bytes(hashlib.sha256(key.encode()).digest()[:8], "little")
     return [distribution.draw(number) for number in uniform(seed, stream, count).tolist()]
 
 
 def flatten(content: Any) -> Any:
-    """Return a table of keys with dots, whether they are written as "a.b" = ..., a.b = ... or [grid.a] b = ..."""
+    """Return a table with dotted keys, for the notations "a.b" = ..., a.b = ... and [grid.a] b = ..."""
     if not isinstance(content, Mapping):
         return content
     found: dict[str, Any] = {}

@@ -1,12 +1,12 @@
 """The content of a plan file.
 
 version = 1
-name = "amplitude"                     # optional: default the file's name; the results' folder is called so
+name = "amplitude"                     # optional, default: the file's name; also the name of the results' folder
 experiment = "chains/tapered"          # a shipped name, or a TOML file next to the plan
-every = 1e-6                           # s between two looks for extremes and histories; default: the experiment's record.every
-log_every = 10                         # keep the logs of the tasks 0, 10, 20, ...; default: none
+every = 1e-6                           # sampling interval for extremes and histories [s]; default: record.every
+log_every = 10                         # keep the logs of tasks 0, 10, 20, ...; default: none
 
-[set]                                  # keys of the experiment that are the same in every task
+[set]                                  # keys of the experiment for all tasks
 [grid]                                 # keys, each with its values (parameter_values.py)
 [samples]                              # count, seed, and keys, each with its distribution
 [measure]                              # the table's columns (measures.py)
@@ -35,7 +35,7 @@ LARGEST = 100_000
 
 
 class Plan(Document):
-    """A plan, checked as far as that goes without its experiment."""
+    """A plan, validated as far as possible without its experiment."""
 
     kind: ClassVar[str] = "plan"
     shelf: ClassVar[str] = "plans of sweeps"
@@ -55,7 +55,7 @@ class Plan(Document):
 
     @classmethod
     def advice_for_unknown(cls, key: str, given: Mapping[str, Any]) -> str:
-        """Return where keys of the experiment belong."""
+        """Return advice on the table for keys of the experiment."""
         if "." in key or key in Experiment.model_fields:
             return "keys of the experiment stand in [set], [grid] or [samples]"
         return ""
@@ -64,7 +64,7 @@ class Plan(Document):
     def parse(
         cls, content: Mapping[str, Any], origin: str = "", folder: Path | None = None, overrides: tuple[Override, ...] = ()
     ) -> Self:
-        """Return a plan from the content of its file; keys of the experiment may be written as tables or with dots."""
+        """Return a plan from the content of its file; keys of the experiment may be tables or dotted."""
         flat = {key: flatten(value) if key in ("grid", "samples") else value for key, value in content.items()}
         if isinstance(flat.get("set"), Mapping):
             flat["set"] = _one_level(flat["set"])
@@ -72,7 +72,7 @@ class Plan(Document):
 
     @model_validator(mode="after")
     def _check_keys(self) -> Self:
-        """Refuse a key that is given in two places, of which only one could hold, and a measure with the name of a column."""
+        """Refuse a key that is given in two places, and a measure with the name of a column."""
         drawn = self.samples.distributions if self.samples else ()
         seen: dict[str, str] = {}
         for table, keys in (("grid", self.grid), ("samples", drawn), ("set", self.set)):
@@ -88,24 +88,24 @@ class Plan(Document):
 
     @property
     def keys(self) -> list[str]:
-        """The keys of the grid, then those of the samples: the columns that a task is named by."""
+        """The keys of the grid followed by the keys of the samples: the columns that identify a task."""
         return [*self.grid, *(self.samples.distributions if self.samples else ())]
 
     @property
     def size(self) -> int:
-        """Return the number of tasks, without making them."""
+        """Return the number of tasks without creating them."""
         lengths = (values.count if isinstance(values, Range) else len(values) for values in self.grid.values())
         return math.prod(lengths) * (self.samples.count if self.samples else 1)
 
     @property
     def title(self) -> str:
-        """Return what the results are called: the plan's name, or its file's."""
+        """Return the name of the results: the plan's name, or its file's name."""
         return self.name or (Path(self.origin).stem if self.origin != self.kind else "sweep")
 
     def load_experiment(self) -> Experiment:
-        """Return its experiment with the keys that are the same in every task: a shipped one, or a file next to the plan."""
+        """Return the plan's experiment (shipped, or a file next to the plan) with the keys common to all tasks."""
         beside = self.folder / self.experiment
-        # For any other name, `load_experiment` names the nearest shipped one.
+        # For any other name, `load_experiment` suggests the nearest shipped experiment.
         is_file = self.experiment not in shipped_experiments() and (beside.exists() or beside.suffix == ".toml")
         try:
             return load_experiment(beside if is_file else self.experiment, self.set)
@@ -113,7 +113,7 @@ class Plan(Document):
             raise self.error_of(error) from error
 
     def error_of(self, error: GranularError) -> ExperimentError:
-        """Return the error of an experiment as one of the plan, or of the override from outside that holds the fault."""
+        """Return an error of the experiment as an error of the plan, or of the external override with the fault."""
         return ExperimentError(*map(self._fault_of, error.faults))
 
     def _fault_of(self, fault: Fault) -> Fault:
@@ -123,7 +123,7 @@ class Plan(Document):
 
 
 def _one_level(content: Mapping[str, Any]) -> dict[str, Any]:
-    """Return keys with dots, where some are written as the experiment's own tables with the keys to set in them."""
+    """Return dotted keys, converting keys written as the experiment's tables."""
     found: dict[str, Any] = {}
     for key, value in content.items():
         inner = value if "." not in key and isinstance(value, Mapping) else None
@@ -132,13 +132,13 @@ def _one_level(content: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def load_plan(source: str | os.PathLike[str] | Mapping[str, Any], overrides: Overrides = ()) -> Plan:
-    """Return a plan, checked as far as that goes without its experiment.
+    """Return a plan, validated as far as possible without its experiment.
 
     Args:
         source: a shipped plan's name, the path of a TOML file, or the content of one.
-        overrides: keys of the experiment, for every task, as if they stood in the plan's [set].
+        overrides: keys of the experiment for all tasks, as in the plan's [set].
 
     Raises:
-        ExperimentError: file, key, the value received and the expected one.
+        ExperimentError: names file, key, received and expected value.
     """
     return load(Plan, source, [replace(one, key=("set", ".".join(one.key))) for one in to_overrides(overrides)])

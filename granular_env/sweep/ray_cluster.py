@@ -1,7 +1,7 @@
-"""A Ray cluster: a running one, by its address, or one on this machine for as long as the sweep lasts.
+"""A Ray cluster: a running cluster, given by its address, or a temporary cluster on this machine.
 
-Ray places tasks, and reports workers and nodes that end. Nodes that join during the sweep are used. Results and logs come back
-by value: a node needs no access to the results' folder.
+Ray schedules tasks, and reports workers and nodes that end. Nodes that join during the sweep are used. Results and logs are
+returned by value, so nodes need no access to the results' folder.
 """
 
 from __future__ import annotations
@@ -30,18 +30,18 @@ _QUIET = {"RAY_USAGE_STATS_ENABLED": "0", "RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO": 
 
 
 class RayCluster(Engine):
-    """Computes tasks on a Ray cluster."""
+    """An engine that computes tasks on a Ray cluster."""
 
     def __init__(self, job: Job, folder: Path, workers: int | None, address: str | None) -> None:
         options = _connect(address, workers or thread_count())
         self._ray = ray = import_optional("ray", "the engine 'ray'")
         self._folder, self._most, self._cores, self._looked = folder, workers, 1, -LOOK_SECONDS
         with ExitStack() as held:
-            held.enter_context(redirect_stdout(sys.stderr))  # Ray prints about nodes that end
+            held.enter_context(redirect_stdout(sys.stderr))  # Ray prints messages on nodes that end
             held.callback(ray.shutdown)
             try:
                 ray.init(**options, log_to_driver=False, logging_level="ERROR")
-            except Exception as error:  # Ray raises many kinds
+            except Exception as error:  # Ray raises many types
                 raise SweepError(
                     f"Ray does not start, or the cluster takes no program from this machine: {_last_line(error)}",
                     hint="check the address with `ray status`, the versions of Ray, and the token (RAY_AUTH_MODE=token)",
@@ -51,22 +51,22 @@ class RayCluster(Engine):
 
     @property
     def capacity(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """One more than there are cores, so that no core waits for this program."""
+        """One more than the number of cores, so that no core waits for this program."""
         if monotonic() - self._looked >= LOOK_SECONDS:
             cores, self._looked = max(1, int(self._ray.cluster_resources().get("CPU", 1))), monotonic()
             self._cores = min(cores, self._most or cores)
         return self._cores + 1
 
     def submit(self, task: Task) -> Any:
-        """Begin to compute a task on some node."""
+        """Start the computation of a task on a node."""
         return self._remote.remote(self._job, task)
 
     def wait(self, handles: Collection[Any]) -> Collection[Any]:
-        """Wait for a task, at most for two seconds: nodes may join."""
+        """Wait for a task for at most two seconds, because nodes may join."""
         return self._ray.wait(list(handles), timeout=LOOK_SECONDS)[0]
 
     def result(self, handle: Any) -> Result:
-        """Return the result of a task; its log goes to the results' folder."""
+        """Return the result of a task, and store its log in the results' folder."""
         errors = self._ray.exceptions
         try:
             found, log = self._ray.get(handle)
@@ -81,14 +81,14 @@ class RayCluster(Engine):
         return found
 
     def close(self) -> None:
-        """Leave the cluster; a cluster of our own ends."""
+        """Disconnect from the cluster; a temporary cluster ends."""
         self._held.close()
 
 
 def compute_on_node(job: Job, task: Task) -> tuple[Result, bytes | None]:
     """Compute a task in a worker of the cluster; return its result and its log."""
     os.environ.update(ONE_THREAD)
-    # Ray ends its workers with a signal: a folder that outlives the task would stay on the node.
+    # Ray ends its workers with a signal, so a folder that outlives the task would remain on the node.
     with tempfile.TemporaryDirectory(prefix="granular-env-sweep-") as name:
         write_inputs(job, Path(name))
         found = compute_task(job, task, Path(name))
@@ -97,12 +97,12 @@ def compute_on_node(job: Job, task: Task) -> tuple[Result, bytes | None]:
 
 
 def _connect(address: str | None, cores: int) -> dict[str, Any]:
-    """Return the options of `ray.init`; `SweepError` where nothing answers at the address, and Ray would try for minutes."""
+    """Return the options of `ray.init`; `SweepError` if nothing answers at the address (Ray would retry for minutes)."""
     os.environ.update({name: os.environ.get(name, value) for name, value in _QUIET.items()})
     given = address or os.environ.get("RAY_ADDRESS")
     if not given:
         if "RAY_AUTH_MODE" not in os.environ and "ray" not in sys.modules:
-            # Others on this machine or network must not use our cluster. Ray reads this once, and would write a token at home.
+            # Other users must not access the temporary cluster. Ray reads this once, and would otherwise write a token file.
             os.environ |= {"RAY_AUTH_MODE": "token", "RAY_AUTH_TOKEN": secrets.token_hex(32)}
         return {"address": "local", "num_cpus": cores, "include_dashboard": False}
     try:

@@ -1,4 +1,4 @@
-"""Computing a sweep: the tasks of a plan that have no result yet, by an engine, stored as they come."""
+"""Computing a sweep: an engine computes the tasks without a result, and results are stored as they arrive."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from .table import Sweep
 from .tasks import Workload, make_workload, units_of
 from .worker import Computer, Job, Result, Task, log_path, write_inputs
 
-# At most this many tasks are prepared before the first is computed. A prime number: they seldom share the value of a key.
+# Largest number of tasks prepared before the first is computed. A prime, so that the tasks rarely share the value of a key.
 _MOST_TRIED = 7
 
 
@@ -42,31 +42,31 @@ def run_sweep(
     time_limit: float | None = None,
     part: str = "0/1",
 ) -> Sweep:
-    """Compute the tasks of a plan that have no result yet, and write the table.
+    """Compute the tasks of a plan that have no result, and write the table.
 
         sweep = ge.run_sweep("plan.toml", "sweeps/mine")
         sweep.table
 
-    Ctrl-C keeps the results so far; the same call computes the rest. A task that failed because of the machine (memory, disk,
-    a lost worker, the time limit) is computed again by the next call.
+    Ctrl-C keeps the finished results, and the same call computes the rest. The next call also repeats tasks that
+    failed because of the machine (memory, disk, a lost worker, the time limit).
 
     Args:
         plan: a shipped plan's name, the path of a TOML file, or the content of one.
         folder: of the results; default ``sweeps/`` and the plan's name.
         engine: "processes", "serial" or "ray".
-        workers: how many tasks at a time; default: as many as there are cores.
-        address: HOST:PORT of a Ray cluster; default: the one of RAY_ADDRESS, or one of our own on this machine.
+        workers: number of concurrent tasks; default: the number of cores.
+        address: HOST:PORT of a Ray cluster; default: RAY_ADDRESS, or a temporary cluster on this machine.
         overrides: keys of the experiment to set in every task, such as ``{"component.grains": 500}``.
-        progress: show a bar, or call this with the part that is done.
+        progress: show a bar, or call this with the completed fraction.
         allow_large: lift the limit on the number of tasks.
-        time_limit: wall time after which a task is ended [s], and counts as failed; not for the engine "serial".
-        part: "I/N": compute the tasks I, I + N, I + 2N, ... alone, for job arrays; ``open_sweep(folder).write()`` writes the
+        time_limit: wall time after which a task is ended and counts as failed [s]; not for the engine "serial".
+        part: "I/N": compute only the tasks I, I + N, I + 2N, ..., for job arrays; ``open_sweep(folder).write()`` writes the
             table of all parts.
 
     Raises:
         ExperimentError: the plan or its experiment is not valid.
         ParameterError: an unknown engine, or an option that does not fit it.
-        SweepError: the results cannot be kept, or the cluster cannot be used; earlier results are kept.
+        SweepError: the results cannot be stored, or the cluster cannot be used; earlier results are kept.
         MissingExtraError: Ray is not installed.
     """
     loaded = load_plan(plan, overrides)
@@ -104,7 +104,7 @@ def run_sweep(
 def check_sweep(
     plan: str | os.PathLike[str] | Mapping[str, Any], overrides: Overrides = (), *, allow_large: bool = False
 ) -> Plan:
-    """Validate a plan as `run_sweep` does first, and return it; run and write nothing.
+    """Validate a plan like `run_sweep`, and return it; run and write nothing.
 
     Raises:
         ExperimentError: the plan or its experiment is not valid.
@@ -115,12 +115,12 @@ def check_sweep(
 
 
 def results_folder(plan: Plan, folder: str | os.PathLike[str] | None = None) -> Path:
-    """Return the folder of a plan's results: the one that is given, or ``sweeps/`` and the plan's name."""
+    """Return the folder of a plan's results: the given folder, or ``sweeps/`` and the plan's name."""
     return Path("sweeps") / file_name(plan.title, "sweep") if folder is None else Path(folder)
 
 
 def _open_engine(name: str, job: Job, folder: Path, workers: int | None, address: str | None) -> Engine:
-    """Return the engine of a name; `ParameterError` for an unknown one, or for an option that does not fit it."""
+    """Return an engine by name; `ParameterError` for an unknown engine or an option that does not fit it."""
     if name not in (names := ("processes", "serial", "ray")):
         raise ParameterError(f"got {one_line(name)}", hint=nearest(str(name), names), at="engine")
     if job.time_limit is not None:
@@ -145,15 +145,15 @@ def _parse_part(text: str) -> tuple[int, int]:
 
 
 def _has_result(result: Result | None, task: Task, folder: Path) -> bool:
-    """Return whether a task has a result, and its log if it is to leave one."""
+    """Return whether a task has a result and, if requested, a log."""
     return result is not None and not (task.is_logged and result.outcome == "done" and not log_path(folder, task.hash).exists())
 
 
 def _validate_plan(plan: Plan, workload: Workload) -> dict[str, str]:
-    """Prepare tasks from all over the plan until one can begin; return the units of the columns.
+    """Prepare tasks from all parts of the plan until one can start; return the units of the columns.
 
     Raises:
-        ExperimentError: none of the tasks that were tried can begin.
+        ExperimentError: none of the tried tasks can start.
     """
     tasks, faults = list(workload.distinct().values()), list[GranularError]()
     ignored = warnings.catch_warnings(action="ignore", category=GranularWarning)

@@ -1,13 +1,13 @@
 """The folder of a sweep's results.
 
     sweep.json            the tasks of the plan: their values and hashes
-    results.jsonl         a line for each task that is over, appended as they come: they survive the end of the program
-    results-I-of-N.jsonl  the same of part I of N
-    table.csv             the table, made of these files at the end
-    logs/HASH.mcap        the logs that the plan keeps
-    inputs/               the CSV files that the experiment names, by their content
+    results.jsonl         a line per finished task, appended immediately, so that results survive the end of the program
+    results-I-of-N.jsonl  the same for part I of N
+    table.csv             the table, made from these files at the end
+    logs/HASH.mcap        the logs requested by the plan
+    inputs/               the CSV files named by the experiment, identified by their content
 
-Results are found by the hash of their task: an edited plan finds those that are still valid.
+Results are found by the hash of their task, so an edited plan reuses results that are still valid.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ class Description(BaseModel):
     """The content of `sweep.json`.
 
     Attributes:
-        keys: column -> its value in each task: the keys of the experiment that vary, then the number of the sample.
-        measures: their columns.
+        keys: column -> its value in each task: the varying keys of the experiment, then the number of the sample.
+        measures: columns of the measures.
         units: column -> SI unit.
         hashes: of the tasks.
     """
@@ -48,15 +48,15 @@ class Description(BaseModel):
 
 
 class Store:
-    """The results of one sweep, or of one part of it, while it is computed; a context manager.
+    """The results of a sweep, or of a part of it, during the computation; a context manager.
 
     Args:
-        folder: made if need be.
+        folder: created if necessary.
         description: the sweep.
         part: (i, n), the part I/N of `run_sweep`.
 
     Raises:
-        SweepError: another process computes here, the folder is of something else, or it cannot be written.
+        SweepError: another process uses the folder, it has other content, or it cannot be written.
     """
 
     def __init__(self, folder: Path, description: Description, part: tuple[int, int] = (0, 1)) -> None:
@@ -78,7 +78,7 @@ class Store:
             lock(self._journal, SweepError(busy, hint="wait for it, or choose another folder", source=named))
             if self._journal.seek(0, os.SEEK_END):
                 self._journal.seek(-1, os.SEEK_END)
-                if self._journal.read() != b"\n":  # a kill has cut off the last line
+                if self._journal.read() != b"\n":  # a kill truncated the last line
                     self._journal.write(b"\n")
             with replacing(folder / DESCRIPTION, SweepError) as part:
                 part.write_text(self.description.model_dump_json(), encoding="utf-8")
@@ -109,7 +109,7 @@ def read_description(folder: Path) -> Description:
     """Return the description of the sweep in a folder.
 
     Raises:
-        SweepError: there is none, or one that this program does not read.
+        SweepError: there is no sweep, or this version cannot read it.
     """
     path = folder / DESCRIPTION
     try:
@@ -126,7 +126,7 @@ def read_description(folder: Path) -> Description:
 def read_results(folder: Path) -> dict[str, Result]:
     """Return hash -> result of all journals in a folder.
 
-    The last result of a task counts, but none replaces one that is done. Lines that were cut off are ignored.
+    The last result of a task counts, but a done task is never replaced. Truncated lines are ignored.
     """
     found: dict[str, Result] = {}
     for path in sorted(folder.glob(JOURNALS)):

@@ -1,4 +1,4 @@
-"""The table of a sweep: a row for each task in the plan's order, with the results so far."""
+"""The table of a sweep: one row per task in the plan's order, with the results so far."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ class Sweep:
         folder: of the results.
         description: the plan's name, keys, measures and tasks.
         size: number of tasks.
-        outcomes: of each task: done, failed or pending. A task whose process or node was lost several times has failed.
-        done: number of tasks that have their measures.
-        failed: number of tasks that failed.
-        errors: number of each failed task -> why.
-        units: column -> SI unit, of the keys that vary and of the measures; "1" for plain numbers.
+        outcomes: of each task: done, failed or pending. A task that lost its process or node several times has failed.
+        done: number of tasks with measures.
+        failed: number of failed tasks.
+        errors: number of each failed task -> error.
+        units: column -> SI unit, for the varying keys and the measures; "1" for plain numbers.
         interrupted: whether Ctrl-C ended the computation in this process.
     """
 
@@ -48,11 +48,11 @@ class Sweep:
         return f"<Sweep {self.description.name!r}: {self.size} tasks, {counts}>"
 
     def log(self, task: int) -> Path:
-        """Return the path of a task's log, for `open_log`; the plan's `log_every` says which tasks leave one."""
+        """Return the path of a task's log, for `open_log`; the plan's `log_every` selects the tasks with a log."""
         return log_path(self.folder, self.description.hashes[task])
 
     def columns(self) -> dict[str, list[Any]]:
-        """Return column -> a value for each task, in the plan's order. Wall times, which differ between runs, are no column."""
+        """Return column -> a value for each task, in the plan's order, without wall times, which differ between runs."""
         about, results = self.description, [one or _NOTHING for one in self._results]
         found: dict[str, list[Any]] = {"task": list(range(self.size)), **about.keys}
         for place, name in enumerate(about.measures):
@@ -71,9 +71,9 @@ class Sweep:
         return import_optional("pandas", "the table of a sweep").DataFrame(self.columns())
 
     def write(self) -> Path:
-        """Write the table as CSV, and return its path.
+        """Write the table as CSV; return its path.
 
-        The first line has the names with their units. Numbers are exact; a cell without a value is empty.
+        The first line has the names with units. Numbers are exact; cells without a value are empty.
         """
         columns, path = self.columns(), self.folder / TABLE
         with replacing(path, SweepError) as part, part.open("w", newline="", encoding="utf-8") as file:
@@ -90,10 +90,10 @@ class Sweep:
 
 
 def open_sweep(folder: str | os.PathLike[str]) -> Sweep:
-    """Return the results in a folder so far; also while the sweep is running, or after it was killed.
+    """Return the results in a folder so far, also during a sweep or after a kill.
 
     Raises:
-        SweepError: no sweep is there, or one of another version.
+        SweepError: there is no sweep, or a sweep of another version.
     """
     path = Path(folder)
     return Sweep(path, read_description(path), read_results(path))

@@ -1,4 +1,4 @@
-"""The tasks of a plan: the keys that each sets, and a hash of everything that decides its result."""
+"""The tasks of a plan: the keys that each task sets, and a hash of everything that determines its result."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from .plan import LARGEST, Plan
 from .worker import Job, Task
 
 _SECONDS = ("duration", "record.every", "record.snapshot_every")
-# Keys of an input's profile that are times; the others have the input's unit.
+# Keys of an input's profile that are times; other keys have the input's unit.
 _TIMES = ("duration", "rise", "start", "offset_time")
 
 
@@ -33,7 +33,7 @@ class Workload(NamedTuple):
     Attributes:
         job: the part that all tasks share.
         keys: column -> its value in each task: the keys of the grid and of the samples, then the number of the sample.
-        tasks: in the plan's order: the samples vary fastest, then the last key of the grid.
+        tasks: in the plan's order; samples vary fastest, then the last key of the grid.
     """
 
     job: Job
@@ -41,10 +41,10 @@ class Workload(NamedTuple):
     tasks: list[Task]
 
     def distinct(self, part: tuple[int, int] = (0, 1)) -> dict[str, Task]:
-        """Return hash -> task of a part of the plan, equal tasks once.
+        """Return hash -> task for a part of the plan, with equal tasks once.
 
         Args:
-            part: (i, n): the tasks with number i, i + n, i + 2n, ... Of equal tasks the first number counts.
+            part: (i, n): the tasks with number i, i + n, i + 2n, ...; for equal tasks the first number counts.
         """
         index, count = part
         first: dict[str, int] = {}
@@ -56,15 +56,15 @@ class Workload(NamedTuple):
 
 
 def make_workload(plan: Plan, time_limit: float | None = None, allow_large: bool = False) -> Workload:
-    """Load the experiment of a plan and the CSV files that it names, and make the tasks.
+    """Load the experiment of a plan and its CSV files, and create the tasks.
 
     Args:
-        plan: which one.
-        time_limit: wall time of a task [s].
+        plan: the plan.
+        time_limit: wall time limit of a task [s].
         allow_large: lift the limit on the number of tasks.
 
     Raises:
-        ExperimentError: too many tasks, an experiment that is not valid, or a file that cannot be read.
+        ExperimentError: too many tasks, an invalid experiment, or a file that cannot be read.
     """
     if plan.size > LARGEST and not allow_large:
         hint = "take fewer values, or pass allow_large=True (--allow-large)"
@@ -74,7 +74,7 @@ def make_workload(plan: Plan, time_limit: float | None = None, allow_large: bool
 
     @cache
     def stored_name(path: str) -> str:
-        """Read a CSV file, which travels with the tasks; return its name in the results' folder, a hash of its content."""
+        """Read a CSV file, which is sent with the tasks; return its name in the results' folder, a hash of its content."""
         data = read_data(experiment.folder / path)
         name = f"{hashlib.sha256(data).hexdigest()[:32]}.csv"
         files[name] = data
@@ -118,7 +118,7 @@ def _hash(content: Any) -> str:
 
 
 def units_of(plan: Plan, component: Component) -> dict[str, str]:
-    """Return the unit of each key and measure that has one, by its column; "1" for plain numbers."""
+    """Return column -> unit of the keys and measures that have one; "1" for plain numbers."""
     found = {key: _unit_of_key(key, component) for key in plan.keys}
     found |= {name: measure.unit(component) for name, measure in plan.measure.items()}
     return {name: unit for name, unit in found.items() if unit}

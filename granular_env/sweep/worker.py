@@ -1,4 +1,4 @@
-"""One task, computed: the same function in every engine, so that all of them give the same bits."""
+"""The computation of a task: all engines use the same function and give the same bits."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from .measures import Measure, RunObserver
 
 @dataclass(frozen=True)
 class Job:
-    """The part that all tasks of a sweep share.
+    """The data common to all tasks of a sweep.
 
     Attributes:
         document: the experiment.
         files: CSV files, name -> content.
         measures: by their columns.
-        every: time between two looks [s].
+        every: sampling interval [s].
         program: hash of the code; a worker with other code refuses the job.
         time_limit: wall time of a task [s]; None for no limit.
     """
@@ -43,12 +43,12 @@ class Job:
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """One run of a plan.
+    """A run of a plan.
 
     Attributes:
         hash: of the experiment, the overrides, the measures and the program.
-        overrides: the keys of the experiment that it sets, with their values.
-        is_logged: whether its log is kept.
+        overrides: the keys of the experiment set by the task, with their values.
+        is_logged: whether the task's log is kept.
     """
 
     hash: str
@@ -61,12 +61,12 @@ class Result:
     """The outcome of a task.
 
     Attributes:
-        hash: the task's.
-        outcome: done; failed: the physics or the input fails, whenever the task is run; lost: the machine failed (a worker
-            ended, memory or disk ran out, the time limit passed), so that the next sweep computes the task again.
+        hash: of the task.
+        outcome: done; failed: physics or input fail in every run of the task; lost: the machine failed (a worker ended,
+            memory or disk ran out, the time limit passed), so that the next sweep repeats the task.
         values: the measures.
-        error: what went wrong, in a sentence.
-        notes: assumptions of the run, and measures that have no value.
+        error: the error as a sentence.
+        notes: assumptions of the run, and measures without a value.
     """
 
     hash: str
@@ -77,14 +77,14 @@ class Result:
 
 
 class Computer:
-    """Computes tasks of a job in this process.
+    """A computer of a job's tasks in this process.
 
     Args:
-        job: their common part.
-        folder: with the job's CSV files in ``inputs/``; logs go to ``logs/``.
+        job: the common data of the tasks.
+        folder: folder with the job's CSV files in ``inputs/``; logs are written to ``logs/``.
 
     Raises:
-        SweepError: this process has other code than the one that began the sweep.
+        SweepError: the code of this process differs from that of the process that started the sweep.
     """
 
     def __init__(self, job: Job, folder: Path) -> None:
@@ -96,10 +96,10 @@ class Computer:
         self._job, self._folder = job, folder
 
     def prepare_task(self, task: Task) -> Prepared:
-        """Return a task's experiment, ready to run; no step is made.
+        """Return a task's experiment ready to run, without a step.
 
         Raises:
-            GranularError: the experiment or its measures are not valid.
+            GranularError: the experiment or its measures are invalid.
         """
         experiment, observer = self._load(task)
         ready = prepare(experiment, trial=False)
@@ -107,10 +107,10 @@ class Computer:
         return ready
 
     def compute(self, task: Task) -> Result:
-        """Return the result of a task; an error is a result too."""
+        """Return the result of a task; errors are also results."""
         try:
             return self._run(task)
-        except Exception as error:  # also from a third party's component: the sweep continues
+        except Exception as error:  # also errors of third-party components, so that the sweep continues
             outcome = "lost" if _is_of_machine(error) else "failed"
             return Result(task.hash, outcome, error=f"{type(error).__name__}: {str(error) or 'no message'}")
 
@@ -137,20 +137,20 @@ class Computer:
 
 
 def log_path(folder: Path, task_hash: str) -> Path:
-    """Return where a task's log is, in the folder of the results."""
+    """Return the path of a task's log in the results' folder."""
     return folder / "logs" / f"{task_hash}.mcap"
 
 
 def write_inputs(job: Job, folder: Path) -> None:
-    """Write the CSV files of a job to where its tasks look for them."""
+    """Write the CSV files of a job to the folder in which its tasks search them."""
     for name, data in job.files.items():
-        # Other parts of the sweep may be reading it.
+        # Other parts of the sweep may be reading the file.
         with replacing(folder / "inputs" / name, SweepError) as part:
             part.write_bytes(data)
 
 
 def compute_task(job: Job, task: Task, folder: Path) -> Result:
-    """Compute a task in a worker process, which ends, even within a kernel, when the task takes longer than the time limit."""
+    """Compute a task in a worker process, which ends (even within a kernel) when the task exceeds the time limit."""
     computer = Computer(job, folder)
     if job.time_limit is None:
         return computer.compute(task)
@@ -163,6 +163,6 @@ def compute_task(job: Job, task: Task, folder: Path) -> Result:
 
 
 def _is_of_machine(error: BaseException) -> bool:
-    """Return whether memory, disk or the operating system failed, not the task."""
+    """Return whether memory, disk or the operating system failed instead of the task."""
     cause = error.__cause__ or error.__context__
     return isinstance(error, MemoryError | OSError) or (cause is not None and _is_of_machine(cause))

@@ -1,6 +1,6 @@
-"""Links that are seen: lines where they hold, cracks where they are broken.
+"""Links as drawn: intact links are lines, broken links are cracks.
 
-Lines between many points would hide their colours: then the cracks alone are drawn.
+With many points, lines would hide the points' colours, so only cracks are drawn.
 """
 
 from __future__ import annotations
@@ -10,25 +10,25 @@ import numpy.typing as npt
 
 from granular_env.components.support.float_arrays import FloatArray
 
-# More links, drawn as lines, would hide the points.
+# Lines for more links than this would hide the points.
 MOST_LINES = 400
-# Length of a crack, and the largest distance at which it is drawn, in distances of its two points at rest.
+# Length of a crack, and the largest distance of its points at which it is drawn, relative to the points' rest distance.
 _LENGTH, _FARTHEST = 0.6, 1.5
 
 
 def crack_lines(
     places: FloatArray, rest: FloatArray, pairs: npt.NDArray[np.int64], state: FloatArray, normal: tuple[float, ...] = ()
 ) -> FloatArray:
-    """Return a short line across each broken link, halfway between its points, shape (cracks, 2, d) [m].
+    """Return a short line across the middle of each broken link, shape (cracks, 2, d) [m].
 
-    Points that have moved apart leave a visible gap; they have no line.
+    Points that have moved far apart leave a visible gap and get no line.
 
     Args:
-        places: where the points are drawn, shape (n, d) with two or three columns [m].
-        rest: where they began, shape (n, d) [m].
+        places: drawn positions of the points, shape (n, d) with two or three columns [m].
+        rest: initial positions, shape (n, d) [m].
         pairs: indices of the points, shape (m, 2).
-        state: 0 where a link is broken, shape (m,).
-        normal: in three dimensions the direction from which the scene is seen.
+        state: 0 for a broken link, shape (m,).
+        normal: viewing direction, in three dimensions only.
     """
     broken = pairs[state == 0.0]
     along, began = places[broken[:, 1]] - places[broken[:, 0]], rest[broken[:, 1]] - rest[broken[:, 0]]

@@ -1,6 +1,6 @@
-"""Curves: scalars in time, thinned so that no peak is lost, and inputs as curves of the elements that act, or of the extremes.
+"""Curves: scalars in time, thinned without losing peaks, and inputs as curves of their active elements or extremes.
 
-A profile is a factor in time and one array: the memory is that of a few curves, whatever the size of the input.
+A profile is a time factor and one array, so the memory is that of a few curves regardless of the input's size.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from granular_env.components.variables import Element, Variable
 from granular_env.recording.steps import Stretch
 
 MAXIMUM_CURVE_POINTS = 4_000
-# More different curves than this in one figure cannot be followed.
+# More curves than this in one figure are unreadable.
 MOST_CURVES = 6
-# A vector for each of many places has an axis of up to so many components at its end.
+# An array of vectors has a last axis with at most this many components.
 MOST_COMPONENTS = 3
 
 
@@ -34,7 +34,7 @@ class Curve:
         times: shape (samples,) [s].
         ticks: shape (samples,).
         values: shape (samples,), in `unit`.
-        cuts: indices of the first samples of later segments: no line leads there from the sample before.
+        cuts: indices of the first samples of later segments, where the line is interrupted.
     """
 
     name: str
@@ -47,9 +47,9 @@ class Curve:
 
 
 def pick_with_extremes(values: FloatArray, most: int = MAXIMUM_CURVE_POINTS) -> npt.NDArray[np.int64]:
-    """Return indices of at most `most` samples: of each stretch its first, its last, its least and its largest.
+    """Return indices of at most `most` samples: the first, last, smallest and largest sample of each interval.
 
-    No peak is lost, and samples that lie too close to be drawn fill a band.
+    No peak is lost, and samples that are too dense to be drawn fill a band.
     """
     if len(values) <= most:
         return np.arange(len(values))
@@ -60,12 +60,12 @@ def pick_with_extremes(values: FloatArray, most: int = MAXIMUM_CURVE_POINTS) -> 
 
 @dataclass(frozen=True)
 class InputCurves:
-    """An input as it acted.
+    """An input as applied during a run.
 
     Attributes:
         variable: the input.
-        curves: those of its elements that act, or of the extremes; one where all elements are always equal.
-        acting: how many elements act.
+        curves: of the active elements, or of the extremes; one curve if all elements are always equal.
+        acting: number of active elements.
         is_summary: whether the curves are extremes over many elements.
     """
 
@@ -76,7 +76,7 @@ class InputCurves:
 
 
 def load_input(log: Any, name: str) -> InputCurves | None:
-    """Return an input of a log as it acted, both sides of its jumps; None where there was no step."""
+    """Return an input of a log as applied, with both sides of its jumps; None if there was no step."""
     variable: Variable = log.input_variables[name]
     held = acting_stretches(log, name)
     if not held:
@@ -98,12 +98,12 @@ def load_input(log: Any, name: str) -> InputCurves | None:
 
 
 def acting_stretches(log: Any, name: str) -> list[Stretch]:
-    """Return when an input was held at what, without what was held before the first step set it: that acted on nothing."""
+    """Return the intervals and held values of an input, from the first step that set it."""
     return [one for one in log.input_stretches(name) if one.end > one.begin]
 
 
 def present_input(variable: Variable, value: Any, time: float, tick: int) -> Iterator[Curve]:
-    """Yield what an input has now as curves of one sample: each element of a small array, the extremes of a large one."""
+    """Yield the present value of an input as one-sample curves: each element of a small array, the extremes of a large one."""
     values = np.ravel(value).astype(np.float64)
 
     def draw(name: str, choose: Callable[[FloatArray], float]) -> Curve:
@@ -118,7 +118,7 @@ def present_input(variable: Variable, value: Any, time: float, tick: int) -> Ite
 
 
 def component_names(variable: Variable) -> list[str]:
-    """Return what the components of the vectors that a variable has at many places are called; of a plain array its name."""
+    """Return the component names of a variable that holds vectors at many places; for a plain array its name."""
     count = prod(variable.shape[1:])
     if len(variable.shape) < 2 or count > MOST_COMPONENTS:
         return [variable.name]
@@ -126,7 +126,7 @@ def component_names(variable: Variable) -> list[str]:
 
 
 def values_at(held: Sequence[Stretch], ticks: Iterable[int]) -> Iterator[Any]:
-    """Yield the values of an input at some ticks of the log, ascending; where it jumps, those after the jump."""
+    """Yield the values of an input at ascending ticks of the log; at a jump, the value after the jump."""
     place = 0
     for tick in ticks:
         while place + 1 < len(held) and held[place + 1].begin + held[place + 1].shift <= tick:
@@ -138,7 +138,7 @@ Drawer = Callable[[str, Callable[[FloatArray], float]], Curve]
 
 
 def _drawer(log: Any, variable: Variable, held: Sequence[Stretch]) -> Drawer:
-    """Return what makes the curve of a number that is chosen of the elements, given as one row."""
+    """Return a function that draws the curve of one number, chosen by a function of the input's elements (as one row)."""
     samples = [one.sample_ticks() for one in held]
     every = (tick + one.shift for own, one in zip(samples, held, strict=True) for tick in own)
     ticks = np.fromiter(every, dtype=np.int64)
@@ -149,7 +149,7 @@ def _drawer(log: Any, variable: Variable, held: Sequence[Stretch]) -> Drawer:
         for own, one in zip(samples, held, strict=True):
             row = _row(one.value)
             if isinstance(one.value, CompiledProfile):
-                # The largest of an array times a negative number is its least times that number.
+                # For a negative factor, the largest product is the factor times the smallest element.
                 positive, negative = float(choose(row)), -float(choose(-row))
                 factors = np.array([one.value.factor(tick) for tick in own])
                 values += np.where(factors < 0.0, negative * factors, positive * factors).tolist()
@@ -163,14 +163,14 @@ def _drawer(log: Any, variable: Variable, held: Sequence[Stretch]) -> Drawer:
 
 
 def _row(value: Held) -> FloatArray:
-    """Return the elements of what was held as one row; of a profile what its factor in time is multiplied by."""
+    """Return the elements of a held value as one row; for a profile the array that its time factor multiplies."""
     if isinstance(value, CompiledProfile):
         return np.ones(1) if value.pattern is None else np.ravel(value.pattern)
     return np.ravel(value)
 
 
 def _extremes(variable: Variable, acting: npt.NDArray[np.bool_], draw: Drawer) -> Iterator[Curve]:
-    """Yield the largest and the least of all elements, of vectors those of each component that acts."""
+    """Yield the largest and the smallest of all elements; for vectors those of each active component."""
     names = component_names(variable)
     for column, name in enumerate(names):
         part = slice(column, None, len(names))
@@ -184,7 +184,7 @@ def _element(place: int) -> Callable[[FloatArray], float]:
 
 
 def _element_name(variable: Variable, place: int) -> str:
-    """Return the name of an element by its place in the flat array, such as "force[3,0]"."""
+    """Return the name of an element by its index in the flat array, such as "force[3,0]"."""
     if prod(variable.shape) == 1:
         return variable.name
     return str(Element(variable.name, tuple(int(index) for index in np.unravel_index(place, variable.shape))))

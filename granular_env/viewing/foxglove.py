@@ -1,6 +1,6 @@
-"""A layout for Foxglove: the preview of a log from the side, what it shows in words, and a plot for each unit.
+"""A layout for Foxglove: side view of the log's preview, a description, and a plot for each unit.
 
-Foxglove hides every topic of a file that it does not know, and its camera stands 20 m away from a body of a few centimetres.
+Without a layout, Foxglove hides the topics of an unknown file, and its camera is 20 m away from a body of a few centimetres.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from granular_env.recording.preview.encoding import CDR_HEAD, FRAME, names_of_nu
 from granular_env.recording.preview.film import ABOUT_TOPIC, cloud_topic, picture_box, shown_drawables
 
 _POINT_SIZE, _OTHER_SIZE = 5, 3
-# Vertical opening of the camera [degrees], and the width of its picture in heights, at least.
+# Vertical field of view of the camera [degrees], and smallest aspect ratio (width over height) of its picture.
 _OPENING, _ASPECT = 45.0, 1.6
 _TANGENT = math.tan(math.radians(_OPENING / 2))
-# Phi is the angle from straight above [degrees].
+# Phi is the polar angle from the vertical [degrees].
 _SIDE_VIEW = {"phi": 80.0, "thetaOffset": 0.0, "perspective": True, "fovy": _OPENING}
 _PLANE_PHI = 30.0
 
@@ -35,13 +35,13 @@ def save_foxglove_layout(log: Log, path: str | os.PathLike[str]) -> Path:
 
     Args:
         log: a complete log.
-        path: the file to write; one that exists is replaced.
+        path: the file to write; an existing file is replaced.
 
     Returns:
         The path.
 
     Raises:
-        LogError: the log has no preview, because it was not closed; or the file cannot be written.
+        LogError: the log was not closed and has no preview, or the file cannot be written.
     """
     text = json.dumps(foxglove_layout(log), indent=1) + "\n"
     with replacing(path, LogError) as part:
@@ -50,7 +50,7 @@ def save_foxglove_layout(log: Log, path: str | os.PathLike[str]) -> Path:
 
 
 def foxglove_layout(log: Log) -> dict[str, Any]:
-    """Return the layout for a log as Foxglove exports one; `LogError` where the log has no preview."""
+    """Return the layout for a log in Foxglove's export format; `LogError` if the log has no preview."""
     plots = {f"Plot!{place}": _plot(topic, names, place) for place, (topic, names) in enumerate(_numbers_of(log).items())}
     about = {"RawMessages!about": {"topicPath": f"{ABOUT_TOPIC}.data", "diffEnabled": False}}
     scene = {"3D!preview": _scene(log)} if log.drawables else {}
@@ -66,7 +66,7 @@ def foxglove_layout(log: Log) -> dict[str, Any]:
 
 
 def _numbers_of(log: Log) -> dict[str, list[str]]:
-    """Return the names behind the numbers of each topic of numbers, from the end of the file, where the preview lies."""
+    """Return the names of the numbers in each numeric topic, from the preview at the end of the file."""
     found: dict[str, list[str]] = {}
     container = log.container
     for chunk in reversed(range(len(container.places))):
@@ -91,7 +91,7 @@ def _scene(log: Log) -> dict[str, Any]:
     is_plane = any(np.ptp(spatial(rows)[:, 1]) > 0.0 for rows in places)
     view = {**_SIDE_VIEW, "phi": _PLANE_PHI} if is_plane else _SIDE_VIEW
     tilt = math.radians(view["phi"])
-    # With x across the picture, the height of what the camera sees at that distance.
+    # Visible height at the camera's distance, with x across the picture.
     seen = 1.1 * max(height * math.sin(tilt) + depth * math.cos(tilt), width / _ASPECT)
     distance = seen / 2 / _TANGENT
     topics: dict[str, Any] = {}
@@ -107,7 +107,7 @@ def _scene(log: Log) -> dict[str, Any]:
         "near": distance / 100,
         "far": distance * 100,
     }
-    # Foxglove draws the axes of each frame some centimetres long, over the particles.
+    # Hide the frame axes: Foxglove draws them a few centimetres long, over the particles.
     hidden = {f"frame:{FRAME}": {"visible": False}}
     followed = {"followMode": "follow-none", "followTf": FRAME}
     return {"cameraState": camera, **followed, "scene": {}, "transforms": hidden, "layers": {}, "topics": topics}
@@ -140,7 +140,7 @@ def _plot(topic: str, names: list[str], place: int) -> dict[str, Any]:
 
 
 def _row(panels: list[str]) -> Any:
-    """Return a mosaic of panels side by side, all of one width."""
+    """Return a mosaic of panels of equal width side by side."""
     if len(panels) == 1:
         return panels[0]
     return {"direction": "row", "first": panels[0], "second": _row(panels[1:]), "splitPercentage": 100 / len(panels)}

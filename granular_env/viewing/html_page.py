@@ -1,8 +1,8 @@
 """Self-contained HTML pages: escaped text, inlined pictures, no scripts, no network.
 
-The templates are in ``templates/``: `page.html` is the frame that every page shares, with the policy that forbids the network;
-`report.html` a page of sections; `parts.html` the parts of a section, which are functions of `parts`. Jinja escapes whatever is
-not `Markup`.
+The templates are in ``templates/``: `page.html` is the common frame of all pages, with the policy that forbids network access;
+`report.html` is a page of sections; `parts.html` defines the parts of a section, which are functions of `parts`. Jinja escapes
+all text that is not `Markup`.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def page(title: str, lead: Markup, sections: Sequence[tuple[str, Markup]]) -> st
 
     Args:
         title: plain text.
-        lead: parts under the title.
-        sections: heading (plain text) and parts of each.
+        lead: parts below the title.
+        sections: heading (plain text) and parts of each section.
     """
     return _ENVIRONMENT.get_template("report.html").render(title=title, lead=lead, sections=sections)

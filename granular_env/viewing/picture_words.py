@@ -1,4 +1,4 @@
-"""Sentences that any picture of a scene needs: how it is seen, and what it shows and does not show."""
+"""Sentences common to all pictures of a scene: viewpoint, contents and omissions."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from .viewpoint import viewpoint_words
 
 
 def picture_words(scene_data: SceneData) -> list[str]:
-    """Return the sentences, in the words of any viewer."""
+    """Return the sentences, independent of the viewer."""
     links = [one for motion in scene_data.motions for one in motion.links]
     sentences = [f"Seen {viewpoint_words(scene_data.viewpoint)}; dark is the inside."] if scene_data.is_solid else []
     if any(motion.rotation is not None for motion in scene_data.motions):

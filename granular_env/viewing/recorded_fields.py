@@ -1,4 +1,4 @@
-"""Recorded outputs of a log: frames, curves, and fields (instants by places), as viewers and figures draw them."""
+"""Recorded outputs of a log as frames, curves and fields (times by places), for viewers and figures."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _AXES = "xyz"
 
 
 def validity_of(log: Any) -> tuple[float, str]:
-    """Return the time from which results are not valid [s], and a sentence on it; infinity and "" if they are valid."""
+    """Return the time at which results cease to be valid [s], and a sentence on it; infinity and "" if they stay valid."""
     details = log.event_details
     for event in (*(log.earlier_events() or ()), *log.events()):
         if event.kind in details and details[event.kind].ends_validity:
@@ -37,17 +37,17 @@ def validity_of(log: Any) -> tuple[float, str]:
 
 
 def recorded_outputs(log: Any) -> dict[str, Variable]:
-    """Return the outputs of which a log has frames, by name."""
+    """Return the outputs with recorded frames, by name."""
     return {name: one for name, one in log.variables.items() if one.causality == "output" and len(log.times(name))}
 
 
 def coloured_drawables(log: Any, colour: str | None) -> tuple[Drawable, ...]:
-    """Return the drawables of a log, coloured by an output; None for the output that the component names.
+    """Return the drawables of a log, coloured by the output `colour` or, for None, by the component's choice.
 
-    Points and cells whose output was not recorded take the first recorded output that can colour them.
+    If the output of points or cells was not recorded, the first recorded output that can colour them is used.
 
     Raises:
-        ParameterError: nothing can be coloured by that output.
+        ParameterError: the output can colour no drawable.
     """
     recorded = recorded_outputs(log)
     known = colouring_outputs([one for one in log.drawables if not is_hidden(one, log.drawables)], recorded)
@@ -68,7 +68,7 @@ def coloured_drawables(log: Any, colour: str | None) -> tuple[Drawable, ...]:
 
 
 def curve_names(variable: Variable) -> list[str]:
-    """Return the name of the curve of a scalar, or of an array of one, or those of the curves of a short vector."""
+    """Return a variable's curve names: one for a scalar or one-element array, one per component of a short vector."""
     if variable.shape in ((), (1,)):
         return [variable.name]
     if len(variable.shape) == 1 and variable.shape[0] <= len(_AXES):
@@ -77,7 +77,7 @@ def curve_names(variable: Variable) -> list[str]:
 
 
 def frame_at(times: FloatArray, time: float) -> int:
-    """Return which frame is nearest to an instant [s]; `ParameterError` outside the recorded span."""
+    """Return the index of the frame nearest to a time [s]; `ParameterError` outside the recorded span."""
     first, last = float(times[0]), float(times[-1])
     slack = 1e-9 * max(abs(first), abs(last))
     if not first - slack <= time <= last + slack:
@@ -86,17 +86,17 @@ def frame_at(times: FloatArray, time: float) -> int:
 
 
 def evenly_picked(available: int, wanted: int) -> npt.NDArray[np.int64]:
-    """Return indices of evenly spaced frames, the first and the last among them."""
+    """Return indices of evenly spaced frames, including the first and the last."""
     if available <= wanted:
         return np.arange(available)
     return np.unique(np.rint(np.linspace(0, available - 1, wanted)).astype(np.int64))
 
 
 def cuts_of(log: Any, name: str, picked: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
-    """Return which of the frames picked are the first of a later segment."""
+    """Return the indices, among the picked frames, of the first frames of later segments."""
     ticks, lengths = np.asarray(log.ticks(name)), [segment.end - segment.start for segment in log.segments]
     bounds = log.start_tick + np.cumsum(lengths[:-1], dtype=np.int64)
-    # Two segments may have a frame at the same tick; the later one begins the segment.
+    # Two segments may have a frame at the same tick; the second frame begins the later segment.
     after = np.searchsorted(ticks, bounds, side="right")
     firsts = np.where(np.isin(bounds, ticks), after - 1, after)
     cuts = np.unique(np.searchsorted(picked, firsts))
@@ -104,7 +104,7 @@ def cuts_of(log: Any, name: str, picked: npt.NDArray[np.int64]) -> npt.NDArray[n
 
 
 def sample_frames(log: Any, name: str, picked: npt.NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
-    """Return times (frames,) [s] and values (frames, *shape) of some frames."""
+    """Return times (frames,) [s] and values (frames, *shape) of the picked frames."""
     times = np.asarray(log.times(name), dtype=np.float64)
     if len(times) * int(np.prod(log.variables[name].shape, dtype=np.int64)) <= _READ_AT_ONCE:
         return times[picked], np.asarray(log.series(name)[1], dtype=np.float64)[picked]
@@ -112,7 +112,7 @@ def sample_frames(log: Any, name: str, picked: npt.NDArray[np.int64]) -> tuple[F
 
 
 def curves_of(log: Any, name: str) -> Iterator[curves.Curve]:
-    """Yield a recorded scalar in time, or each component of a short vector, thinned so that no peak is lost."""
+    """Yield a recorded scalar, or each component of a short vector, as a curve thinned without losing peaks."""
     variable = log.variables[name]
     times, values = sample_frames(log, name, np.arange(len(log.times(name))))
     for column, shown in enumerate(curve_names(variable)):
@@ -124,18 +124,18 @@ def curves_of(log: Any, name: str) -> Iterator[curves.Curve]:
 
 @dataclass(frozen=True)
 class Field:
-    """A quantity with a value for each of several particles, contacts, ..., in some frames of a run.
+    """A quantity with a value for each particle, contact, ... in some frames of a run.
 
     Attributes:
         variable: name, unit and meaning.
         times: shape (frames,) [s].
         values: shape (frames, n), in the variable's unit.
         place: the axis of the variable, such as "grain" or "contact"; "element" if it has none.
-        axis: the label of the axis along them.
-        every: each `every`-th is shown; 1 shows all.
+        axis: the label of the axis along the places.
+        every: every `every`-th place is shown; 1 shows all.
         total: the number of places.
         cuts: indices of the first frames of later segments.
-        coordinate: evenly spaced places, shape (n,) [m]; None where the places are only numbered.
+        coordinate: evenly spaced coordinates, shape (n,) [m]; None if the places are only numbered.
     """
 
     variable: Variable
@@ -150,7 +150,7 @@ class Field:
 
     @property
     def across(self) -> FloatArray | npt.NDArray[np.int64]:
-        """The coordinates of the places, or their numbers."""
+        """The coordinates of the places or, if unknown, their numbers."""
         return np.arange(self.values.shape[1]) * self.every if self.coordinate is None else self.coordinate
 
     @property
@@ -160,14 +160,14 @@ class Field:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """The beginning of the first place and the end of the last one."""
+        """The start of the first place and the end of the last place."""
         across = self.across
         half = 0.5 * (float(across[1] - across[0]) if len(across) > 1 else float(self.every))
         return float(across[0]) - half, float(across[-1]) + half
 
 
 def as_field(shown: Motion | Field) -> Field:
-    """Return a field unchanged, and the colour of a motion as a field; `ParameterError` if it was not recorded."""
+    """Return a field unchanged, or the colour of a motion as a field; `ParameterError` if it was not recorded."""
     if isinstance(shown, Field):
         return shown
     if shown.colour is None:
@@ -180,14 +180,14 @@ def as_field(shown: Motion | Field) -> Field:
 
 
 def array_names(log: Any) -> list[str]:
-    """Return the names of the recorded outputs that have several elements."""
+    """Return the names of the recorded outputs with several elements."""
     return [name for name, one in recorded_outputs(log).items() if prod(one.shape) > 1]
 
 
 def load_fields(log: Any, name: str, frames: int) -> list[Field]:
-    """Read a recorded array, or an array input, of a log: one field, or of vectors one for each component.
+    """Read a recorded array or array input of a log as one field, or as one field per component of vectors.
 
-    At most `frames` frames and 20 000 places are read.
+    Read at most `frames` frames and 20 000 places.
     """
     is_input = name in log.input_variables
     variable: Variable = log.input_variables[name] if is_input else log.variables[name]
@@ -220,7 +220,7 @@ def load_fields(log: Any, name: str, frames: int) -> list[Field]:
 
 
 def _coordinate(log: Any, variable: Variable) -> FloatArray | None:
-    """Return the evenly spaced coordinate along which a variable, or one with the same first axis, is drawn as a curve [m]."""
+    """Return the evenly spaced coordinate of a variable drawn as a curve, or of one with the same first axis [m]."""
     for one in log.drawables:
         drawn = log.variables.get(one.field) if isinstance(one, Curve) and len(one.coordinate) > 1 else None
         if drawn is None or drawn.shape != variable.shape[:1]:
@@ -233,18 +233,18 @@ def _coordinate(log: Any, variable: Variable) -> FloatArray | None:
 
 
 def _is_row(reference: FloatArray) -> bool:
-    """Return whether points lie in a row along x; their places have shape (n, 3)."""
+    """Return whether points, shape (n, 3), lie in a row along x."""
     return not np.ptp(reference[:, 1:], axis=0).any()
 
 
 def _axis(variable: Variable, surplus: int | None, every: int, point: str = "") -> tuple[str, str]:
-    """Return the name of one place, and the label of the axis along the places.
+    """Return the name of a place, and the label of the axis along the places.
 
     Args:
         variable: the quantity.
-        surplus: number of values minus number of points; None where the points are not in a row.
-        every: each `every`-th is shown.
-        point: name of one point.
+        surplus: number of values minus number of points; None if the points are not in a row.
+        every: every `every`-th place is shown.
+        point: name of a single point.
     """
     place = variable.axes[0].replace("_", " ") if variable.axes else "element"
     notes = {0: "0 is the left end", 1: f"i is left of {point} i", -1: f"i is right of {point} i"}

@@ -1,4 +1,4 @@
-"""The scene of a log, or of a component while it runs."""
+"""The scene of a log or of a running component."""
 
 from __future__ import annotations
 
@@ -48,13 +48,13 @@ from .visible_drawables import colour_name, is_hidden, is_plane, visible_cells, 
 
 
 class Frames(NamedTuple):
-    """Instants at which outputs are read.
+    """Times at which outputs are read.
 
     Attributes:
         times: shape (frames,) [s].
         ticks: shape (frames,).
         cuts: indices of the first frames of later segments.
-        read: returns an output at these instants, shape (frames, *shape).
+        read: returns an output at these times, shape (frames, *shape).
     """
 
     times: FloatArray
@@ -64,14 +64,14 @@ class Frames(NamedTuple):
 
 
 class Source(NamedTuple):
-    """The log or the component that is shown.
+    """The displayed log or component.
 
     Attributes:
         component: the name of the component.
         variables: by name.
-        drawables: what is drawn.
+        drawables: drawables of the component.
         has: whether an output can be read.
-        frames: returns the frames of an output; `size` numbers are read of each, so that more of them give fewer frames.
+        frames: returns the frames of an output; a larger `size` (numbers per frame) gives fewer frames.
     """
 
     component: str
@@ -82,7 +82,7 @@ class Source(NamedTuple):
 
 
 def _log_source(log: Any, colour: str | None, pick: Callable[[FloatArray, int], npt.NDArray[np.int64]]) -> Source:
-    """Return a log as a source; `pick` chooses frames by their instants [s] and the count of numbers of each."""
+    """Return a log as a source; `pick` chooses frames from their times [s] and the number of values per frame."""
 
     def frames(name: str, size: int) -> Frames:
         picked = pick(np.asarray(log.times(name), dtype=np.float64), size)
@@ -94,7 +94,7 @@ def _log_source(log: Any, colour: str | None, pick: Callable[[FloatArray, int], 
 
 
 def _present_source(component: Component, times: FloatArray, ticks: npt.NDArray[np.int64]) -> Source:
-    """Return the present state of a component as a source of one frame."""
+    """Return the present state of a component as a source with one frame."""
     now = Frames(times, ticks, np.zeros(0, np.int64), lambda name: np.asarray(component.get(name))[None])
     known = component.variables
     return Source(component.name, known, component.drawables(), known.__contains__, lambda name, size: now)
@@ -109,12 +109,12 @@ def require_log(log: Any) -> None:
 def from_log(
     log: Any, frames: int = MAXIMUM_FRAMES, progress: Callable[[float], None] | None = None, colour: str | None = None
 ) -> SceneData:
-    """Return at most `frames` frames of a log and all its scalar outputs and its inputs, thinned.
+    """Return at most `frames` frames of a log, and all its scalar outputs and inputs, thinned.
 
     Args:
         log: an open log.
-        frames: the most frames.
-        progress: called with the part that is done, 0 to 1.
+        frames: largest number of frames.
+        progress: called with the completed fraction, 0 to 1.
         colour: a recorded output that colours the shapes; default: the output that the component names.
     """
     progress = progress or (lambda part: None)
@@ -146,10 +146,10 @@ def from_log(
 
 
 def shapes_at(log: Any, times: Sequence[float], colour: str | None = None) -> SceneData:
-    """Return the shapes of a log, in the frames nearest to some instants [s].
+    """Return the shapes of a log in the frames nearest to given times [s].
 
     Raises:
-        ParameterError: an instant outside the recorded span, or nothing can be coloured by the output `colour`.
+        ParameterError: a time outside the recorded span, or an output `colour` that can colour no shape.
     """
     source = _log_source(log, colour, lambda clock, size: np.unique([frame_at(clock, time) for time in times]))
     focus, until = focus_normal(log, source.drawables), validity_of(log)[0]
@@ -157,7 +157,7 @@ def shapes_at(log: Any, times: Sequence[float], colour: str | None = None) -> Sc
 
 
 def from_component(component: Component, title: str | None = None, earlier: int = 0) -> SceneData:
-    """Return one frame: the present state of a component; `earlier` ticks passed before its last reset."""
+    """Return the present state of a component as one frame; `earlier` is the number of ticks before its last reset."""
     tick, time = component.tick + earlier, component.time + earlier * component.step_size
     now, ticks = np.array([time]), np.array([tick], dtype=np.int64)
 
@@ -189,16 +189,16 @@ def remark_of(component: Any, parameters: Any) -> str:
 
 
 def title_of(log: Any) -> str:
-    """Return the experiment's name; of a log that a script recorded, the file's name and the component's."""
+    """Return the experiment's name or, for a log recorded by a script, the names of the file and the component."""
     experiment = log.metadata.get("experiment")
     named = experiment.get("name") if isinstance(experiment, dict) else None
-    # A file's name may hold bytes that are no text.
+    # A file name may contain undecodable bytes.
     stem = Path(str(log.path)).stem.encode("utf-8", "replace").decode()
     return str(named or f"{stem} ({log.metadata.get('component') or 'run'})")
 
 
 def _balances_to_show(balances: Iterable[BalanceNames], variables: Mapping[str, Variable]) -> tuple[BalanceNames, ...]:
-    """Return the balances with the names of vectors' curves in the place of the vectors' own."""
+    """Return the balances with each vector's name replaced by the names of its curves."""
 
     def split(names: Iterable[str]) -> tuple[str, ...]:
         return tuple(part for name in names if name in variables for part in curve_names(variables[name]))
@@ -210,14 +210,14 @@ def _balances_to_show(balances: Iterable[BalanceNames], variables: Mapping[str, 
 
 
 def _shapes(source: Source) -> tuple[tuple[Motion, ...], tuple[MeshFrames, ...]]:
-    """Return the particles and the cells of which an output can be read."""
+    """Return the particles and cells for which an output can be read."""
     motions = (_motion(source, points) for points in visible_points(source.drawables))
     meshes = (_mesh(source, cells) for cells in visible_cells(source.drawables))
     return tuple(filter(None, motions)), tuple(filter(None, meshes))
 
 
 def _motion(source: Source, points: Points) -> Motion | None:
-    # Without displacements, the output that colours the particles gives the instants.
+    # Without displacements, the output that colours the particles supplies the times.
     clock = next((name for name in (points.displacement, points.colour) if source.has(name)), None)
     if clock is None:
         return None
@@ -247,13 +247,13 @@ def _motion(source: Source, points: Points) -> Motion | None:
 
 
 def _link_frames(points: Points, links: Links, state: FloatArray) -> LinkFrames:
-    """Return the frames of links, without those from one side of a periodic body to the other."""
+    """Return the frames of links, without links across a periodic boundary."""
     inside = points.stays_inside(links.pairs)
     return LinkFrames(links.name, links.pairs[inside], state[:, inside], links.state)
 
 
 def _links_to_show(source: Source, points: Points) -> list[Links]:
-    """Return the links between these points whose state is known, unless there are too many to draw."""
+    """Return the links between these points with a known state, unless there are too many to draw."""
     links = (one for one in source.drawables if isinstance(one, Links) and one.points == points.name)
     return [one for one in links if 0 < len(one.pairs) <= MAXIMUM_SHOWN_LINKS and source.has(one.state)]
 
@@ -288,7 +288,7 @@ def _variable(source: Source, name: str) -> Variable:
 
 
 def _as_vectors(moved: FloatArray | None) -> FloatArray | None:
-    """Return displacements along x, shape (frames, n), or vectors as vectors (frames, n, 3); None for None."""
+    """Return displacements along x, shape (frames, n), or vectors as 3D vectors (frames, n, 3); None for None."""
     return None if moved is None else spatial(moved if moved.ndim == 3 else moved[..., np.newaxis])
 
 
@@ -305,7 +305,7 @@ def _notes(log: Any, scene_data: SceneData) -> Iterator[str]:
         yield f"Drawn at the positions at the start, as no displacements were recorded: {', '.join(scene_data.unmoved)}."
     if motion is not None and motion.every > 1:
         yield f"Only each {motion.every}th of {motion.total} particles is shown, without links."
-    # Without events, no link breaks.
+    # Links do not break without events.
     for one in log.drawables if motion is not None and log.event_kinds else ():
         if isinstance(one, Links) and one.state and not is_hidden(one, log.drawables):
             if one.state not in recorded:
@@ -321,7 +321,7 @@ def _notes(log: Any, scene_data: SceneData) -> Iterator[str]:
 
 
 def _notes_on_colours(log: Any, drawn: Sequence[Drawable], scene_data: SceneData) -> Iterator[str]:
-    """Yield a sentence for each drawable whose own output was not recorded: the output that colours it, or all recorded."""
+    """Yield a sentence for each drawable whose output was not recorded: the output that colours it, or all recorded ones."""
     recorded, shown = recorded_outputs(log), {one.name for one in scene_data.shapes}
     balanced = {name for balance in log.balances for name in (*balance.entries, balance.residual)}
     arrays = ", ".join(name for name, one in recorded.items() if one.shape and name not in balanced) or "none"

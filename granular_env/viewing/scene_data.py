@@ -1,4 +1,4 @@
-"""The data of a run for viewers and figures, in arrays of bounded size."""
+"""Data of a run for viewers and figures, in arrays of bounded size."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .curves import Curve
 from .viewpoint import viewpoint
 from .visible_drawables import is_solid
 
-# Bounds of what is shown; viewers run out of memory beyond them.
+# Limits on the displayed data; viewers run out of memory beyond them.
 MAXIMUM_FRAMES = 400
 MAXIMUM_SHOWN_PARTICLES = 20_000
 MAXIMUM_SHOWN_LINKS = 60_000
@@ -31,8 +31,8 @@ class LinkFrames:
     Attributes:
         name: such as "links".
         pairs: indices of the particles, shape (m, 2).
-        state: 0 where a pair is not linked, shape (frames, m).
-        state_name: of the output that holds it.
+        state: 0 for an unlinked pair, shape (frames, m).
+        state_name: name of the output with the state.
     """
 
     name: str
@@ -50,19 +50,19 @@ class Motion:
         ticks: shape (frames,).
         reference: positions at rest of the particles shown, shape (n, 3) [m].
         radius: shape (n,) [m].
-        displacement: shape (frames, n, 3) [m]; zeros where it was not recorded.
-        colour: the variable that colours them, shape (frames, n); None where it was not recorded.
-        colour_variable: name, unit and meaning of it.
-        contact: force or overlap of the contacts from the domain, never negative, shape (frames, contacts); None if unknown.
-        contact_name, contact_unit: its name and unit.
-        every: each `every`-th particle is shown; 1 shows all.
+        displacement: shape (frames, n, 3) [m]; zeros if it was not recorded.
+        colour: values of the colouring variable, shape (frames, n); None if it was not recorded.
+        colour_variable: name, unit and meaning of the colouring variable.
+        contact: contact force or overlap from the domain, never negative, shape (frames, contacts); None if unknown.
+        contact_name, contact_unit: name and unit of the contact quantity.
+        every: every `every`-th particle is shown; 1 shows all.
         total: the number of particles.
         located: whether the displacements were recorded; otherwise the particles stay at their positions at the start.
         cuts: indices of the first frames of later segments.
         is_plane: whether they lie, or can move, in two dimensions; otherwise they are a row along x.
-        links: between them; none where particles are left out.
+        links: between the particles; empty if particles are left out.
         name: such as "grains".
-        rotation: their angles, shape (frames, n) [rad]; None where they were not recorded.
+        rotation: angles of the particles, shape (frames, n) [rad]; None if they were not recorded.
     """
 
     times: FloatArray
@@ -93,15 +93,15 @@ class MeshFrames:
         name: such as "grid".
         times: shape (frames,) [s].
         ticks: shape (frames,).
-        nodes: before anything moves, shape (n, 3) [m].
-        connectivity: nodes of each cell in order around it, shape (m, k).
-        displacement: of the nodes, shape (frames, n, 3) [m]; zeros where it was not recorded.
-        field: the values that colour them, shape (frames, n) or (frames, m); None where it was not recorded.
-        field_variable: name, unit and meaning of it.
+        nodes: initial positions, shape (n, 3) [m].
+        connectivity: nodes of each cell in cyclic order, shape (m, k).
+        displacement: of the nodes, shape (frames, n, 3) [m]; zeros if it was not recorded.
+        field: values that colour the nodes or cells, shape (frames, n) or (frames, m); None if not recorded.
+        field_variable: name, unit and meaning of the field.
         located: whether the displacements were recorded.
         is_plane: whether they lie, or can move, in two dimensions.
-        is_fixed: whether they never move, so that there are no displacements to record.
-        whole: which cells are not broken, shape (frames, m); None where none breaks, or their state was not recorded.
+        is_fixed: whether the cells never move and have no displacements to record.
+        whole: mask of the unbroken cells, shape (frames, m); None if no cell breaks or the state was not recorded.
     """
 
     name: str
@@ -119,17 +119,17 @@ class MeshFrames:
 
     @property
     def is_solid(self) -> bool:
-        """True where they are the surface of a body in space."""
+        """Whether the cells are the surface of a body in space."""
         return is_solid(self.nodes)
 
     @property
     def is_of_cells(self) -> bool:
-        """True where the field has a value for each cell; otherwise it has one for each node."""
+        """Whether the field has one value per cell; otherwise it has one per node."""
         return self.field is not None and self.field.shape[1] == len(self.connectivity) != len(self.nodes)
 
 
 def drawn_places(shape: Motion | MeshFrames, factor: float, frames: int | slice = slice(None)) -> FloatArray:
-    """Return where points or nodes are drawn with displacements stretched by a factor, shape (..., n, 3) [m]."""
+    """Return the drawn positions of points or nodes, with displacements stretched by a factor, shape (..., n, 3) [m]."""
     rest = shape.reference if isinstance(shape, Motion) else shape.nodes
     return rest + factor * shape.displacement[frames]
 
@@ -157,18 +157,18 @@ class ProfileFrames:
 
 @dataclass(frozen=True)
 class SceneData:
-    """A run as it is shown: what moves, and curves.
+    """The displayed data of a run: moving shapes and curves.
 
     Attributes:
         title: of the run.
         motions: particles.
         meshes: cells.
-        inputs: by their names; of an array those of its elements that act, or of its extremes.
-        profiles: fields along a line; of a log only, whose ranges are known.
-        remark: sentences of the domain on pictures of such a component; "" for none.
+        inputs: by name; for an array the curves of its active elements or of its extremes.
+        profiles: fields along a line; only for a log, whose ranges are known.
+        remark: sentences of the domain on pictures of the component; "" for none.
         conclusions: sentences on the state at the end of the run.
-        focus_normal: the outward normal of the side of a body in space to show; None for the usual view.
-        valid_until: time of the first event that ends the validity of the results [s]; infinity where there is none.
+        focus_normal: outward normal of the side of a body in space to show; None for the usual view.
+        valid_until: time of the first event that ends the validity of the results [s]; infinity without such an event.
     """
 
     title: str
@@ -187,27 +187,27 @@ class SceneData:
 
     @property
     def motion(self) -> Motion | None:
-        """The first particles; None where there are none."""
+        """The first particles; None if there are none."""
         return self.motions[0] if self.motions else None
 
     @property
     def shapes(self) -> tuple[Motion | MeshFrames, ...]:
-        """All that is drawn in space."""
+        """All shapes drawn in space."""
         return (*self.motions, *self.meshes)
 
     @property
     def is_plane(self) -> bool:
-        """True where anything drawn lies in a plane, or can move in it; otherwise all is in a row along x."""
+        """Whether any shape lies or can move in a plane; otherwise all shapes are in a row along x."""
         return any(shape.is_plane for shape in self.shapes)
 
     @property
     def is_solid(self) -> bool:
-        """True where a body in space is drawn."""
+        """Whether a body in space is drawn."""
         return any(mesh.is_solid for mesh in self.meshes)
 
     @property
     def viewpoint(self) -> FloatArray:
-        """The direction towards the eye that sees the bodies in space, shape (3,)."""
+        """The direction towards the eye for bodies in space, shape (3,)."""
         return viewpoint(self.focus_normal)
 
     @property
@@ -217,11 +217,11 @@ class SceneData:
 
     @property
     def unmoved(self) -> list[str]:
-        """The names of the shapes that are drawn at their places of the start, as no displacements were recorded."""
+        """The names of the shapes drawn at their initial positions because no displacements were recorded."""
         return [shape.name.replace("_", " ") for shape in self.movable if not shape.located]
 
     def coloured(self) -> Iterator[tuple[Variable, FloatArray]]:
-        """Yield each output that colours something, and its values in all frames."""
+        """Yield each output that colours a shape, with its values in all frames."""
         for motion in self.motions:
             if motion.colour is not None:
                 yield motion.colour_variable, motion.colour
@@ -230,5 +230,5 @@ class SceneData:
                 yield mesh.field_variable, mesh.field
 
     def group(self, names: Iterable[str]) -> list[Curve]:
-        """Return the curves of these names that there are, without those that stay zero."""
+        """Return the existing curves with these names, without curves that stay zero."""
         return [self.curves[name] for name in names if name in self.curves and np.any(self.curves[name].values != 0.0)]

@@ -1,6 +1,6 @@
-"""Scales of a scene: the factor of the displacements, the limits of the colours, and the box around all shapes.
+"""Scales of a scene: displacement factor, colour limits, and bounding box of all shapes.
 
-Quantities of one unit have one scale of colours, so that parts compare.
+Quantities of the same unit share a colour scale, so that parts can be compared.
 """
 
 from __future__ import annotations
@@ -21,24 +21,24 @@ from granular_env.recording.preview.displacement_scale import common_exaggeratio
 from .scene_data import Motion, SceneData, drawn_places
 from .unit_labels import label_with_unit
 
-# In a plane a few values that are this many times larger than nearly all others do not set the limit: the place where a load
-# acts would leave a wave without colour.
+# In a plane, a few values larger than nearly all others by this factor do not set the colour limit; otherwise the values at a
+# point load would leave the wave without colour.
 _OUTSTANDING, _NEARLY_ALL = 2.5, 0.995
-# Scenes that are smaller are magnified [m].
+# Smaller scenes are magnified [m].
 _LEAST_LENGTH = 0.1
 REST_COLOUR = (150, 150, 150)
 
 
 @dataclass(frozen=True)
 class ColourScale:
-    """A scale of colours for one output, or for several of one unit.
+    """A colour scale for one output, or for several outputs of one unit.
 
     Attributes:
         names: of the outputs.
         unit: of all of them.
-        limit: the magnitude of the fullest colour.
+        limit: magnitude at the ends of the colour scale.
         has_sign: whether any value is negative.
-        is_exceeded: whether some values are larger than the limit.
+        is_exceeded: whether some values exceed the limit.
     """
 
     names: tuple[str, ...]
@@ -49,16 +49,16 @@ class ColourScale:
 
     @property
     def label(self) -> str:
-        """Names and unit, for a reader."""
+        """The names and the unit as a label."""
         return label_with_unit(", ".join(self.names), self.unit)
 
 
 def colour_scales(shown: Iterable[tuple[Variable, FloatArray]], is_plane: bool = False) -> tuple[ColourScale, ...]:
-    """Return the scales of outputs: one for those of a unit, each its own where they have none.
+    """Return the colour scales of outputs: one per unit, and one per output without a unit.
 
     Args:
         shown: outputs and their values, any shape.
-        is_plane: whether a few outstanding values do not count (see above).
+        is_plane: whether to ignore a few outstanding values (see above).
     """
     groups: dict[str, list[tuple[Variable, FloatArray]]] = {}
     for variable, values in shown:
@@ -81,13 +81,13 @@ def _scale(group: Sequence[tuple[Variable, FloatArray]], is_plane: bool) -> Colo
 
 @dataclass(frozen=True)
 class Scales:
-    """Scales from numbers to lengths and colours in one scene.
+    """Scales that map numbers to lengths and colours in a scene.
 
     Attributes:
-        exaggeration: displacements are drawn this many times larger.
-        colours: one for each quantity that colours something, that of the first particles first.
-        low, high: corners of the box around all shapes in all frames; x, y, z [m].
-        settled: whether factor and limits hold for the whole scene; those of a live run may change.
+        exaggeration: factor of the drawn displacements.
+        colours: colour scales, that of the first particles first.
+        low, high: corners (x, y, z) of the bounding box of all shapes in all frames [m].
+        settled: whether factor and limits are final; those of a live run may change.
     """
 
     exaggeration: float
@@ -98,24 +98,24 @@ class Scales:
 
     @property
     def colour_limit(self) -> float:
-        """Magnitude at the ends of the colours of the first particles, in the unit of what colours them."""
+        """Magnitude at the ends of the first particles' colour scale, in the unit of the colouring output."""
         return self.colours[0].limit if self.colours else 1.0
 
     @property
     def magnification(self) -> float:
-        """Factor of the whole scene, a power of 10: rerun draws nothing nearer than 0.1 to a camera, in single precision."""
+        """Scale factor of the whole scene, a power of 10: rerun clips everything closer than 0.1 to a camera."""
         length = max(high - low for low, high in zip(self.low, self.high, strict=True))
         return 1.0 if length >= _LEAST_LENGTH else 10.0 ** math.ceil(math.log10(_LEAST_LENGTH / length))
 
     @property
     def stretch(self) -> str:
-        """The factor in words, for titles."""
+        """The displacement factor as text for titles."""
         if not self.settled:
             return "larger than they are (how much: see the text)"
         return "true to scale" if self.exaggeration == 1.0 else f"{self.exaggeration:g} x larger"
 
     def colours_of(self, variable: Variable, values: FloatArray | None, count: int) -> npt.NDArray[np.uint8]:
-        """Return the colours of an output's values, or `count` times grey where it is not known; shape (..., 3)."""
+        """Return the colours of an output's values, or `count` greys if they are unknown, shape (..., 3)."""
         scale = next((one for one in self.colours if variable.name in one.names), None)
         if values is None or scale is None:
             return np.broadcast_to(np.array(REST_COLOUR, np.uint8), (count, 3)).copy()
@@ -123,7 +123,7 @@ class Scales:
 
 
 def scales_of(scene_data: SceneData, exaggerate: float | None = None) -> Scales | None:
-    """Return scales that fit the shapes, None without shapes; `exaggerate` overrides the automatic factor."""
+    """Return scales that fit the shapes, or None without shapes; `exaggerate` overrides the automatic factor."""
     if not scene_data.shapes:
         return None
     factor = exaggerate or common_exaggeration(
@@ -140,7 +140,7 @@ def scales_of(scene_data: SceneData, exaggerate: float | None = None) -> Scales 
 
 
 def enlarge_scales(scales: Scales, scene_data: SceneData, exaggerate: float | None = None) -> Scales:
-    """Return the same scene's scales with limits that hold this frame too; unchanged while they hold."""
+    """Return the scales with limits enlarged to include the present frame, unchanged if it is within the limits."""
     now = scales_of(scene_data, exaggerate)
     if now is None:
         return scales
@@ -159,7 +159,7 @@ def enlarge_scales(scales: Scales, scene_data: SceneData, exaggerate: float | No
 
 
 def roomy_limit(limit: float, value: float) -> float:
-    """Return the limit while it holds the value, else the next 1, 2 or 5 x 10^k: few changes while a wave grows."""
+    """Return the limit if it includes the value, else the next 1, 2 or 5 x 10^k, so that it changes rarely."""
     if value <= limit or not math.isfinite(value):
         return limit
     decade = 10.0 ** math.floor(math.log10(value))

@@ -1,4 +1,4 @@
-"""Units and names as they are printed: superscripts instead of ^, nothing where there is no unit."""
+"""Printed units and names: superscripts instead of ^, and no text for the unit 1."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ _RAISED = str.maketrans("0123456789.-", "\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2
 
 
 def typeset(unit: str) -> str:
-    """Return a unit for a reader: ``m/s^2`` with a raised 2, and nothing for ``1``."""
+    """Return a unit for display: ``m/s^2`` with a superscript 2, and no text for ``1``."""
     return "" if unit == "1" else re.sub(r"\^(-?[0-9.]+)", lambda power: power[1].translate(_RAISED), unit)
 
 

@@ -1,4 +1,4 @@
-"""The direction from which a body in space is seen: one fixed oblique view, or its mirror image on the side of the events."""
+"""The viewing direction for a body in space: a fixed oblique view, or its mirror image on the side of the events."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from granular_env.recording.event_places import place_of
 
 from .visible_drawables import area_vectors, is_solid, visible_cells
 
-# The usual direction towards the eye: from the front (y < 0), from above, and a little from the left.
+# Usual direction towards the eye: in front (y < 0), above, and slightly to the left.
 USUAL = np.array([-0.25, -0.6, 0.76]) / np.sqrt(0.25**2 + 0.6**2 + 0.76**2)
-# The usual view shows a side well up to this cosine; a component of a normal below this size has no side.
+# Smallest cosine at which the usual view shows a side well; normal components below the second value are ignored.
 _SEEN_WELL, _SMALL = 0.5, 0.2
 _MOST_EVENTS = 100
 
@@ -23,11 +23,11 @@ _MOST_EVENTS = 100
 def viewpoint(focus: FloatArray | None) -> FloatArray:
     """Return the direction towards the eye, shape (3,), of length 1.
 
-    It is the usual one where that shows the side of the events. Otherwise it is mirrored in those coordinates in which the
-    events are on the hidden side, and looks along x more than along y where the events do.
+    The usual direction is kept if it shows the side of the events. Otherwise it is mirrored in the coordinates in which the
+    events are on the hidden side, and x and y are swapped if the normal is closer to x than to y.
 
     Args:
-        focus: the normal of `focus_normal`; None where nothing is to be shown.
+        focus: normal from `focus_normal`; None for the usual direction.
     """
     if focus is None or focus @ USUAL >= _SEEN_WELL:
         return USUAL
@@ -36,17 +36,17 @@ def viewpoint(focus: FloatArray | None) -> FloatArray:
 
 
 def viewpoint_words(towards_eye: FloatArray) -> str:
-    """Return from where a body is seen, and where an axis points in the picture."""
+    """Return a description of the viewpoint and of the direction of one axis in the picture."""
     x, y, z = towards_eye.tolist()
     axis, is_right = ("x", y < 0.0) if abs(y) > abs(x) else ("y", x > 0.0)
     return f"obliquely from {'above' if z > 0.0 else 'below'}, {axis} to the {'right' if is_right else 'left'}"
 
 
 def focus_normal(log: Any, drawables: Sequence[Drawable]) -> FloatArray | None:
-    """Return the outward normal of the side to show, shape (3,), of length 1; None where no side has more events.
+    """Return the outward unit normal of the side to show, shape (3,); None if no side has more events.
 
-    It is the mean normal of the cells nearest to the events, plus the mean normal of the surface, which is zero for a closed
-    body and points outwards from an open one, such as half a tube.
+    Its direction is the mean normal of the cells nearest to the events plus the mean normal of the surface. The latter is
+    zero for a closed body and points outwards from an open body, such as half a tube.
     """
     surfaces = [one for one in visible_cells(drawables) if is_solid(one.nodes)]
     if not surfaces:
@@ -61,7 +61,7 @@ def focus_normal(log: Any, drawables: Sequence[Drawable]) -> FloatArray | None:
 
 
 def _event_places(log: Any) -> list[tuple[float, ...]]:
-    """Return where events took place in three dimensions, at most a hundred of them, evenly picked [m]."""
+    """Return the positions of at most a hundred evenly picked events in three dimensions [m]."""
     details, drawn = log.event_details, {one.name for one in log.drawables if not isinstance(one, Cells) or is_solid(one.nodes)}
     events = [event for event in log.events() if event.kind in details and details[event.kind].counts in drawn]
     picked = np.unique(np.linspace(0, len(events) - 1, min(len(events), _MOST_EVENTS)).astype(np.int64))

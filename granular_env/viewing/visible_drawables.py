@@ -1,4 +1,4 @@
-"""Points and cells as viewers show them: which are drawn, which lie in a plane, how far displacements are stretched."""
+"""Points and cells as shown by viewers: visibility, dimension and colouring outputs."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from granular_env.components.variables import Variable
 
 
 def is_hidden(drawable: Drawable, others: Sequence[Drawable]) -> bool:
-    """Return whether a drawable is left out, because others show it, or it would hide them.
+    """Return whether a drawable is omitted because others show it or it would hide them.
 
-    These are points that are the nodes of cells, or lie below a surface in space, links between such points, and cells in a
-    plane next to the surface of a body.
+    Omitted are points that are nodes of cells or lie below a surface in space, links between these points, and plane cells
+    next to the surface of a body.
     """
     cells = [one for one in others if isinstance(one, Cells)]
     match drawable:
@@ -33,7 +33,7 @@ def is_hidden(drawable: Drawable, others: Sequence[Drawable]) -> bool:
 
 
 def _covers(surface: Cells, points: Points) -> bool:
-    """Return whether points lie in the box around a surface in space, or below it."""
+    """Return whether points lie in or below the bounding box of a surface in space."""
     places = points.reference
     if surface.nodes.shape[1] != 3 or places.ndim != 2 or places.shape[1] != 3:
         return False
@@ -44,17 +44,17 @@ def _covers(surface: Cells, points: Points) -> bool:
 
 
 def is_solid(places: FloatArray) -> bool:
-    """Return whether places, shape (n, d), fill three dimensions."""
+    """Return whether positions, shape (n, d), span three dimensions."""
     return places.ndim == 2 and places.shape[1] == 3 and bool(np.ptp(places, axis=0).all())
 
 
 def area_vectors(corners: FloatArray) -> FloatArray:
-    """Return outward vectors as long as twice the area of each cell, shape (m, 3), from its corners, shape (m, k, 3)."""
+    """Return outward vectors of length twice the area of each cell, shape (m, 3), from its corners, shape (m, k, 3)."""
     return np.cross(corners[:, 2] - corners[:, 0], corners[:, -1] - corners[:, 1])
 
 
 def colour_name(drawable: Drawable) -> str:
-    """Return the name of the output that colours points or cells; "" where there is none."""
+    """Return the name of the output that colours points or cells; "" if there is none."""
     return drawable.field if isinstance(drawable, Cells) else drawable.colour if isinstance(drawable, Points) else ""
 
 
@@ -69,7 +69,7 @@ def colouring_outputs(drawables: Sequence[Drawable], variables: Mapping[str, Var
 
 
 def _can_colour(drawable: Drawable, variables: Mapping[str, Variable], name: str) -> bool:
-    """Return whether an output has a value for each node or cell, or each point, in the same order as what colours them now."""
+    """Return whether an output has one value per node, cell or point, in the order of the present colouring output."""
     if not isinstance(drawable, Points | Cells):
         return False
     counts = {element_count(drawable), len(drawable.nodes) if isinstance(drawable, Cells) else 0}
@@ -91,27 +91,27 @@ def visible_cells(drawables: Sequence[Drawable]) -> list[Cells]:
 
 
 def is_plane(reference: FloatArray, displacement: Variable | None) -> bool:
-    """Return whether places lie in two dimensions or more, or can move in them; otherwise they are a row along x.
+    """Return whether positions lie, or can move, in two or more dimensions; otherwise they are a row along x.
 
     Args:
-        reference: before anything moves, shape (n, d) [m].
-        displacement: the output that moves them; None where there is none.
+        reference: initial positions, shape (n, d) [m].
+        displacement: output with the displacements; None if there is none.
     """
     moves = displacement is not None and len(displacement.shape) == 2 and displacement.shape[1] > 1
     return moves or bool(np.ptp(reference[:, 1:], axis=0).any())
 
 
 def fills_plane(drawables: Sequence[Drawable], count: int) -> bool:
-    """Return whether a drawable with that count of points, links, nodes or cells fills a plane instead of a row along x.
+    """Return whether a drawable with `count` points, links, nodes or cells fills a plane instead of a row along x.
 
-    Their numbers say little about their places.
+    In a plane, the number of a place does not determine its position.
     """
     points = {one.name: one.reference for one in drawables if isinstance(one, Points)}
     for one in drawables:
         counts, places = {element_count(one)}, points.get(getattr(one, "points", one.name))
         if isinstance(one, Cells):
             counts, places = counts | {len(one.nodes)}, one.nodes[one.connectivity].mean(axis=1)
-        # Rounding apart.
+        # Tolerance for rounding.
         if count in counts and places is not None and (np.ptp(places[:, 1:], axis=0) > 1e-9 * np.ptp(places[:, 0])).any():
             return True
     return False

@@ -8,7 +8,7 @@ from pages import Page, record, show
 from tubes import front_speed, gas_component, gas_tube
 
 LENGTH = 1.52
-# Law -> words, and our speeds over that of Chapman and Jouguet by step over cell length [s/m] and number of cells.
+# Law -> text, and our speeds over the Chapman-Jouguet speed by step over cell length [s/m] and number of cells.
 LAWS = {
     "constant_volume": ("pressure is overwritten", {5e-5: ("1.40", "1.40"), 1e-4: ("1.20", "1.20"), 1.25e-4: ("1.12", "1.12")}),
     "pressure_burn": ("energy is conserved", {5e-5: ("0.999", "0.999"), 1e-4: ("0.998", "0.999"), 1.25e-4: ("0.997", "0.998")}),
@@ -16,7 +16,7 @@ LAWS = {
 
 
 def main(page: Page) -> None:
-    """Run both burns on two meshes, at three steps that are the same part of what the front takes to cross a cell."""
+    """Run both burns on two meshes, at three steps given as fractions of the front's time to cross a cell."""
     for law, (words, known) in LAWS.items():
         page.head(f"Speed of the front over that of Chapman and Jouguet: {words}")
         for ratio, expected in known.items():

@@ -1,4 +1,4 @@
-"""Rows and pictures of figures 2 to 5: the outcome for a notch with the paper's factor, and with ours."""
+"""Rows and pictures of figures 2 to 5: outcomes for a notch with the paper's factor and with our factor."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tubes import DRAWN_OUT, FACTOR, INCH, LATE, PRINTED, RADIUS, WALL, Outcome,
 
 
 def as_printed(page: Page, inches: int, printed: str, strain: str, end: str) -> None:
-    """Compare the outcome with the paper's factor; `strain` and `end` are our known numbers."""
+    """Compare the outcome for the paper's factor; `strain` and `end` are our known numbers."""
     one = outcome(burst(inches, PRINTED))
     page.head(f"The {inches} in notch with the paper's factor {PRINTED:g}")
     page.compare("outcome", printed, one.word, found="whole")
@@ -29,12 +29,12 @@ def as_printed(page: Page, inches: int, printed: str, strain: str, end: str) -> 
 def with_our_factor(
     page: Page, inches: int, statements: Sequence[tuple[str, str, bool, bool]], known: Sequence[str]
 ) -> Outcome:
-    """Compare the paper's statements with what happens with our factor.
+    """Compare the paper's statements with our result for our factor.
 
     Args:
-        page: where rows go.
+        page: page for the rows.
         inches: length of the notch.
-        statements: (subject, the paper's words, whether ours agrees, whether ours is known to agree).
+        statements: (subject, the paper's words, whether our result agrees, whether it is known to agree).
         known: our outcome, reach along [in], around [%], at one place [%], pieces, valid until [ms].
     """
     one = outcome(burst(inches))
@@ -61,12 +61,12 @@ def runs_beyond(one: Outcome, inches: int) -> bool:
 
 
 def turns(one: Outcome) -> bool:
-    """Return whether cracks reach around the tube by more than a tenth of its circumference."""
+    """Return whether cracks extend around the tube over more than a tenth of its circumference."""
     return one.reach > 0.1
 
 
 def crack_lines(one: Outcome) -> tuple[FloatArray, FloatArray]:
-    """Return the cracks as lines with breaks between them, x [m] and angle [rad]: one across each pair that is cut."""
+    """Return the cracks as interrupted lines, x [m] and angle [rad]: one line across each cut pair."""
     x, arc = one.x[one.pairs], one.arc[one.pairs]
     dx, darc = np.abs(np.diff(x, axis=1)[:, 0]), np.abs(np.diff(arc, axis=1)[:, 0])
     around = dx > 1e-6 * darc
@@ -79,7 +79,7 @@ def crack_lines(one: Outcome) -> tuple[FloatArray, FloatArray]:
 
 
 def draw_rolled_out(page: Page, title: str, inches: int, after: float) -> None:
-    """Draw the rolled-out tube at a time `after` the front has passed the notch [s]: equivalent stress, cracks, notch."""
+    """Draw the unrolled tube at a time `after` the front has passed the notch [s]: equivalent stress, cracks, notch."""
     one = outcome(burst(inches), after)
     invalid = "" if one.valid == "the end" else f" Not valid: a cross-section had grown by half after {one.valid}."
     caption = (

@@ -18,7 +18,7 @@ RUNS = (
 
 
 def compare_outcomes(some: Sequence[Outcome]) -> str:
-    """Return the outcomes of several runs in words, with the range of what differs."""
+    """Return the outcomes of several runs as text, with ranges of differing values."""
     words = " or ".join(sorted({one.word for one in some}))
     reach, pieces = [100.0 * one.reach for one in some], [one.pieces for one in some]
     around = f"around {min(reach):.0f} to {max(reach):.0f} % of the circumference"
@@ -26,12 +26,12 @@ def compare_outcomes(some: Sequence[Outcome]) -> str:
 
 
 def spread(values: Sequence[float]) -> float:
-    """Return the largest over the least; 1 where all are 0."""
+    """Return the ratio of the largest to the smallest value, or 1 if all are 0."""
     return max(values) / min(values) if min(values) > 0.0 else 1.0 if max(values) == 0.0 else math.inf
 
 
 def main(page: Page) -> None:
-    """Vary the factor, the stabilisation and the mesh of the 1 in notch."""
+    """Vary factor, stabilisation and mesh for the 1 in notch."""
     found = {run: outcome(burst(1, *run[:1], nodes=run[2], hourglass=run[1])) for run in RUNS}
     printed = found[RUNS[0]]
     page.head('"If the maximum of the principal tensile stress exceeds σ0 three times, the bonds ... are broken"')

@@ -18,7 +18,7 @@ CASES = {
 
 
 def main(page: Page) -> None:
-    """Run the fillings between which the experiments lie."""
+    """Run the smallest and the largest filling of the experiments."""
     curves = []
     for pressure, (printed, ours, taylor) in CASES.items():
         document = gas_tube(pressure)

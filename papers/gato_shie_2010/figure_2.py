@@ -12,12 +12,12 @@ from cracks import as_printed, draw_rolled_out, runs_beyond, turns, with_our_fac
 from pages import Page, show
 from tubes import EARLY, GAUGES, LATE, burst, outcome, reach_history
 
-# A gauge measures up to this strain; a crack that has not moved for this time has stopped [s].
+# Largest strain of a gauge, and time without advance after which a crack counts as arrested [s].
 LIMIT, STOPPED = 0.05, 5e-5
 
 
 def main(page: Page) -> None:
-    """Run the notch with the paper's factor and with ours."""
+    """Run the notch with the paper's factor and with our factor."""
     as_printed(page, 1, "hoop crack", "1.0", "0.07")
     one = outcome(burst(1))
     times, reach = reach_history(burst(1))
@@ -31,7 +31,7 @@ def main(page: Page) -> None:
     for after in (EARLY, LATE):
         draw_rolled_out(page, "Figure 2", 1, after)
     times, strains = burst(1).series("shell_gauge_strain")
-    # A gauge that a crack has passed measures a gap.
+    # Drop the readings of a gauge after a crack has passed it.
     strains = np.where(np.maximum.accumulate(np.abs(strains), axis=0) > LIMIT, np.nan, strains)
     with page.plot("Hoop strain at gauges on the outer surface; a curve ends at a strain of 5 %, where a gauge would fail. "
                    "The paper has no such figure.", "time, µs", "hoop strain, 10⁻³") as axes:  # fmt: skip

@@ -11,7 +11,7 @@ from tubes import EARLY, LATE, burst, outcome
 
 
 def main(page: Page) -> None:
-    """Run the notch with the paper's factor and with ours."""
+    """Run the notch with the paper's factor and with our factor."""
     as_printed(page, 2, "hoop crack", "1.1", "0.03")
     one = outcome(burst(2))
     statements = [

@@ -10,7 +10,7 @@ from tubes import EARLY, LATE, VERY_EARLY, burst, outcome
 
 
 def main(page: Page) -> None:
-    """Run the notch with the paper's factor and with ours."""
+    """Run the notch with the paper's factor and with our factor."""
     as_printed(page, 3, "severed", "1.1", "0.025")
     one = outcome(burst(3))
     statements = [

@@ -7,12 +7,12 @@ free body has six motions without energy, the rigid ones; a rule with more lets 
 from granular_env.components.shell.zero_modes import zero_mode_count
 from pages import Page, show
 
-# Layers of nodes, rule in the surface, Gauss points through the wall, our number of modes without energy.
+# Layers of nodes, rule in the surface, Gauss points through the wall, our number of zero-energy modes.
 RULES = ((3, "column", 2, "6"), (4, "column", 3, "6"), (3, "column", 1, "147"), (4, "column", 2, "28"), (3, "cell", 1, "114"))
 
 
 def main(page: Page) -> None:
-    """Count the modes without energy of a free patch."""
+    """Count the zero-energy modes of a free patch."""
     for layers, rule, through, known in RULES:
         points = "one point a column" if rule == "column" else "2 x 2 points a cell"
         count = int(zero_mode_count(layers, rule, through, "linear", 1.7))

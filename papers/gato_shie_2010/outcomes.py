@@ -7,7 +7,7 @@ computation, and one that severs it in both.
 from pages import Page, show
 from tubes import ARRIVAL, DRAWN_OUT, EARLY, FACTOR, HEAD, LATE, PRINTED, REACH, burst, cells, outcome, reach_history
 
-# Notch [in] -> the paper's words on its computation and on the experiment, our outcomes, change of the cross-section.
+# Notch [in] -> the paper's words on computation and experiment, our outcomes, change of the cross-section.
 NOTCHES = {
     1: ("straight, at 45°, around; stops at about 3/4 of the circumference", "the same",
         "axial crack, then hoop crack", "8.6e2"),
@@ -18,7 +18,7 @@ NOTCHES = {
 
 
 def main(page: Page) -> None:
-    """Compare the three notches at an early and at the last time."""
+    """Compare the three notches at an early and at the final time."""
     words, rows = [], []
     page.head(f'"t = 0.4 ms": does the outcome depend on the time, {1e3 * EARLY:g} or {1e3 * LATE:g} ms?')
     for inches, (computed, experiment, known, change) in NOTCHES.items():

@@ -7,7 +7,7 @@ proportion. The paper does not say at which pressure each figure was made.
 from pages import Page, show
 from tubes import COARSER, FACTOR, HEAD, LATE, REACH, burst, cells, outcome
 
-# Notch [in], filling [kPa] -> our outcome, and reach around [%].
+# Notch [in], filling [kPa] -> our outcome, and circumferential reach [%].
 RUNS = {
     (1, 80): ("axial crack", "0"), (1, 130): ("axial crack", "2"), (1, 180): ("axial crack", "88"),
     (2, 80): ("axial crack", "0"), (2, 130): ("hoop crack", "17"), (2, 180): ("hoop crack", "39"),

@@ -1,7 +1,7 @@
-"""The paper's notched tubes: runs, and their outcomes, read from logs.
+"""The paper's notched tubes: runs, and outcomes read from logs.
 
-The gas of the whole tube, and a piece of the wall of 160 mm around the notch, of which one half is computed by symmetry. Runs
-are done once in a process.
+The model has the gas of the whole tube and half (by symmetry) of a 160 mm piece of wall around the notch. Runs are cached in a
+process.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ from pages import FULL, record
 # Nodes of the whole tube: coarse, or the paper's 140,000 (it had up to 280,000); a coarser mesh for many runs.
 NODES = 140_000 if FULL else 5_000
 COARSER = 0.64 * NODES
-# Multiple of the yield stress at which bonds break in the paper, and the one with which cracks are drawn here.
+# Multiple of the yield stress at which bonds break in the paper, and the multiple used for our pictures.
 PRINTED, FACTOR = 3.0, 1.6
 HOURGLASS, PRESSURE = 0.05, 180e3
 INCH, RADIUS, WALL = 0.0254, 0.01975, 0.89e-3
-# Detonation tube with specimen, the middle of the notch, and the piece of it that is a shell [m].
+# Length of tube and specimen, position of the notch's middle, and length of the shell piece [m].
 LENGTH, MIDDLE, PIECE = 2.13, 1.825, 0.16
-# When the front is at the middle of the notch, about; times of interest after that; the last is the paper's [s].
+# Approximate time of the front at the middle of the notch; times of interest after that, the last from the paper [s].
 ARRIVAL, VERY_EARLY, EARLY, LATE = 7.7e-4, 3e-5, 1.5e-4, 4e-4
-# Plastic strain at which a run with the paper's factor ends (aluminium tears at 0.4), and any other run.
+# Plastic strains at which a run with the paper's factor (aluminium tears at 0.4) and any other run end.
 DRAWN_OUT, TORN_OUT = 1.0, 9.0
-# Gauges: from the middle of the notch along the tube [m], angle from it around the tube [rad].
+# Gauges: axial distance [m] and angle [rad] from the middle of the notch.
 GAUGES = ((-0.06, 0.0), (-0.06, math.pi), (0.0, math.pi), (0.06, math.pi))
 RECORDED = (
     "shell_surface_stress", "shell_surface_displacement", "shell_surface_links", "shell_surface_cells", "shell_pieces",
@@ -45,7 +45,7 @@ RECORDED = (
 
 @functools.cache
 def saturation() -> float:
-    """Return the flow stress at a plastic strain of 1 over the yield stress, of the material that the paper prints."""
+    """Return the flow stress at a plastic strain of 1 over the yield stress, for the paper's material."""
     law = Thermoviscoplastic()
     return (1.0 + 1.0 / law.reference_strain) ** law.hardening_exponent
 
@@ -63,9 +63,9 @@ def burst(
 
     Args:
         inches: length of the notch.
-        factor: of the criterion of fracture.
+        factor: of the fracture criterion.
         nodes: of the whole tube.
-        hourglass: stabilisation of displacements that alternate from column to column.
+        hourglass: stabilisation of displacements that alternate between columns.
         pressure: of the gas before the detonation [Pa].
         coupling: "one_way" as in the paper, or "two_way".
     """
@@ -88,7 +88,7 @@ def burst(
         "fracture": {"name": "principal_stress", "factor": factor}, "hourglass": hourglass,
         "gauges": [[0.5 * PIECE + place, angle] for place, angle in GAUGES],
     }  # fmt: skip
-    # Internal steps, and steps of the wall in each; a ligament that nothing parts gets so thin that it takes twice as many.
+    # Internal steps, and wall steps per internal step; a ligament that does not break becomes thin and needs twice as many.
     tube = {
         "type": "tube", "position": MIDDLE - 0.5 * PIECE, "coupling": coupling, "gas": gas, "shell": shell, "step_size": 2e-7,
         "shell_steps": 22 if factor >= PRINTED else 11,
@@ -104,19 +104,19 @@ def burst(
 
 @dataclasses.dataclass(frozen=True)
 class Outcome:
-    """A tube at an instant.
+    """The state of a tube at a time.
 
     Attributes:
         word: the outcome: whole, bulged, axial crack, hoop crack, severed.
-        along: how far cracks reach along the tube, from the first place to the last [m].
-        around: the largest part of the circumference that cracks take at one place along the tube.
-        reach: the part of the circumference over which cracks reach from the notch, both ways, wherever along the tube.
-        pieces: how many there are.
+        along: axial extent of the cracks [m].
+        around: largest fraction of the circumference that is cracked at one axial position.
+        reach: fraction of the circumference reached by cracks from the notch in both directions, at any axial position.
+        pieces: number of pieces.
         time: after the front has passed the middle of the notch [s].
-        valid_until: when a cross-section has grown by more than half, which a gas of one-way coupling does not feel [s].
-        parted: how many points have parted until the end of the run.
-        ratio: the largest principal stress over its limit until the end of the run.
-        in_notch: whether that was in the notch.
+        valid_until: time at which a cross-section has grown by more than half, which one-way coupling neglects [s].
+        parted: number of points parted by the end of the run.
+        ratio: largest ratio of principal stress to limit by the end of the run.
+        in_notch: whether this ratio occurred in the notch.
         strain: largest plastic strain at the end of the run.
         x: of the nodes of the outer surface, from the middle of the notch [m].
         arc: their angle from the notch, 0 to pi [rad].
@@ -144,7 +144,7 @@ class Outcome:
 
     @property
     def valid(self) -> str:
-        """Until when the gas flows in a tube like that of the wall, in words."""
+        """The time up to which the gas's tube agrees with the wall, as text."""
         return "the end" if self.time < self.valid_until else f"{1e3 * self.valid_until:.2g} ms"
 
 
@@ -155,7 +155,7 @@ def outcome(log: Any, after: float | None = None) -> Outcome:
     [links] = [one for one in log.drawables if isinstance(one, Links)]
     end = float(log.times("shell_pieces")[-1])
     time = end if after is None else min(ARRIVAL + after, end)
-    # Links name the nodes of the body, the surface has its own numbers.
+    # Links refer to nodes of the body; the surface has separate numbers.
     number = {tuple(place): k for k, place in enumerate(np.round(surface.nodes, 9).tolist())}
     pairs = np.array([number.get(tuple(place), -1) for place in np.round(nodes.reference, 9).tolist()])[links.pairs]
     arc, cut = np.arctan2(surface.nodes[:, 1], surface.nodes[:, 2]), np.asarray(log.get("shell_surface_links", time)) == 0.0
@@ -179,9 +179,9 @@ def outcome(log: Any, after: float | None = None) -> Outcome:
 
 
 def reaches(arc: FloatArray, pairs: npt.NDArray[np.int64]) -> FloatArray:
-    """Return how far from the notch a crack between each pair reaches, over half a turn: the other half is its mirror image.
+    """Return the distance from the notch reached by a crack between each pair, for half the circumference (by symmetry).
 
-    A crack between two columns of nodes lies halfway between them; one across a column goes through its strip, to there.
+    A crack between two columns of nodes lies halfway between them; a crack across a column passes through its strip.
     """
     places = np.round(arc, 9)
     columns, first = np.unique(places, return_index=True)
@@ -190,7 +190,7 @@ def reaches(arc: FloatArray, pairs: npt.NDArray[np.int64]) -> FloatArray:
 
 
 def reach_history(log: Any) -> tuple[FloatArray, FloatArray]:
-    """Return the instants of a log [s], and at each the part of the circumference over which cracks reach."""
+    """Return the times of a log [s], and at each the fraction of the circumference reached by cracks."""
     end = outcome(log)
     times, links = log.series("shell_surface_links")
     return times, np.where(links == 0.0, reaches(end.arc, end.pairs), 0.0).max(axis=1)
@@ -230,12 +230,12 @@ def gas_tube(pressure: float, *, cells: int = 710, length: float = LENGTH, react
 
 
 def gas_component(document: dict[str, Any]) -> Any:
-    """Return the component of such an experiment, which knows its front of Chapman and Jouguet."""
+    """Return the component of this experiment, which provides its Chapman-Jouguet front."""
     return ge.make("detonation", **{key: value for key, value in document["component"].items() if key != "type"})
 
 
 def front_speed(log: Any) -> float:
-    """Return the speed of the front over the second half of its way [m/s]."""
+    """Return the speed of the front over the second half of its path [m/s]."""
     times, place = log.series("right_front")
     running = (place > 0.5 * place.max()) & (place < 0.95 * place.max())
     return float(np.polyfit(times[running], place[running], 1)[0])

@@ -1,7 +1,7 @@
-"""Chains of the paper, run once in a process, and the rule by which waves are counted.
+"""Chains of the paper, with cached runs, and the rule for counting waves.
 
-The shipped experiments ``nesterenko-1983/...`` are taken with short steps. Grains are counted from 1, as in the paper: its
-grain n is column n - 1 of a history.
+The shipped experiments ``nesterenko-1983/...`` are run with short steps. Grains are counted from 1, as in the paper: grain n
+is column n - 1 of a history.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import granular_env as ge
 from granular_env.domains.chain import measurement
 from granular_env.domains.chain.measurement import History, Wave
 
-# The paper's A [N/(m^1.5 kg)], and its steel grains: radius [m], mass [kg]; velocity of the blow or the piston [m/s].
+# The paper's A [N/(m^1.5 kg)], radius [m] of its steel grains, and velocity of the striker or the piston [m/s].
 A, RADIUS, SPEED = 5.6e12, 3e-3, 5.0
 DIAMETER = 2.0 * RADIUS
 DENSITY, YOUNG, POISSON = 7800.0, 2e11, 0.29
@@ -31,15 +31,15 @@ STEEL: dict[str, Any] = {
     "integrator": "pefrl",
     "step_size": STEP,
 }
-# Time between two frames [s]: amplitudes are then known to 1e-5 of the velocity.
+# Time between two frames [s], for which amplitudes are accurate to 1e-5 of the velocity.
 EVERY = 1e-6
-# Least heights of a wave, as parts of the tallest one's at the same grain.
+# Smallest heights of a wave, as fractions of the tallest wave at the same grain.
 CLEAR, FAINT = 0.05, 0.02
 COUNTED = (
     "A wave is a maximum of the grain's velocity. The paper gives no rule for counting waves, so those above 5 % and above 2 % "
     "of the tallest one are counted."
 )
-# The paper's error of velocities (section 3), and how we read its words "unchanged" and "satisfactory" [%].
+# The paper's error of velocities (section 3), and our reading of "unchanged" and "satisfactory" [%].
 ERROR, UNCHANGED, SATISFACTORY = 1e-4, 5.0, 10.0
 
 warnings.simplefilter("ignore", ge.GranularWarning)
@@ -47,13 +47,13 @@ warnings.simplefilter("ignore", ge.GranularWarning)
 
 @functools.cache
 def run(name: str, duration: float | None = None, every: float = EVERY, **component: Any) -> History:
-    """Return the motion in a shipped experiment.
+    """Return the motion of a shipped experiment.
 
     Args:
         name: of the experiment, without "nesterenko-1983/".
-        duration: of the run, if another one [s].
+        duration: of the run, if changed [s].
         every: time between two frames [s].
-        component: parameters of the chain that differ.
+        component: changed parameters of the chain.
     """
     overrides = {f"component.{key}": value for key, value in ({"integrator": "pefrl", "step_size": STEP} | component).items()}
     if duration is not None:
@@ -65,7 +65,7 @@ def run(name: str, duration: float | None = None, every: float = EVERY, **compon
 
 @functools.cache
 def strike(moving: Sequence[int], duration: float = 8e-4, every: float = EVERY, speed: float = SPEED, **chain: Any) -> History:
-    """Return the motion of a chain whose grains `moving` start with a speed [m/s]; `chain` has its parameters."""
+    """Return the motion of a chain in which the grains `moving` start at a speed [m/s]; `chain` are its parameters."""
     parameters: dict[str, Any] = {"grains": 100} | STEEL | chain
     component = ge.Chain(**parameters)
     component.reset(velocity={number - 1: speed for number in moving})
@@ -73,17 +73,17 @@ def strike(moving: Sequence[int], duration: float = 8e-4, every: float = EVERY, 
 
 
 def piston(grains: int = 200) -> History:
-    """Return the motion of a chain before a piston until the last grain has left (section 3.4)."""
+    """Return the motion of a piston-driven chain until the last grain has left (section 3.4)."""
     return run("3.4-piston", duration=1.2e-3 if grains == 200 else 6e-6 * grains + 1e-4, grains=grains)
 
 
 def waves(chain: History, grain: int, above: float = FAINT, direction: Any = "right") -> list[Wave]:
-    """Return the waves that pass the paper's grain, in the order of arrival.
+    """Return the waves that pass a grain (counted from 1), in the order of arrival.
 
     Args:
         chain: the motion.
         grain: the paper's number.
-        above: least height, as a part of the tallest wave's there.
+        above: smallest height, as a fraction of the tallest wave there.
         direction: the waves' direction of travel.
     """
     sign = 1.0 if direction == "right" else -1.0
@@ -94,17 +94,17 @@ def waves(chain: History, grain: int, above: float = FAINT, direction: Any = "ri
 
 
 def count(chain: History, grain: int) -> dict[str, int]:
-    """Return the number of waves at the paper's grain by both thresholds."""
+    """Return the number of waves at a grain (counted from 1) for both thresholds."""
     return {f"above {100 * above:.0f} %": len(waves(chain, grain, above)) for above in (CLEAR, FAINT)}
 
 
 def heights(found: Sequence[Wave], scale: float = SPEED, digits: int = 4) -> str:
-    """Return the heights of waves in units of `scale`, as words."""
+    """Return the heights of waves in units of `scale`, as text."""
     return ", ".join(f"{wave.amplitude / scale:.{digits}g}" for wave in found)
 
 
 def before_return(chain: History, grain: int) -> History:
-    """Return the part of a history in which nothing has come back to the paper's grain from the right end."""
+    """Return the part of a history before a reflection from the right end reaches a grain (counted from 1)."""
     arrived = measurement.arrivals(chain, FAINT * float(chain.velocity[:, grain - 1].max()))[grain - 1]
     last = chain.frame(min(float(arrived) * 0.95 * (2 * chain.grains - grain + 1) / (grain - 1), float(chain.time[-1]))) + 1
     assert chain.displacement is not None

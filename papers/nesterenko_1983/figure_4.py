@@ -9,7 +9,7 @@ from scipy.optimize import linear_sum_assignment
 from chains import COUNTED, UNCHANGED, count, heights, run, waves
 from pages import Page, show
 
-# Grain -> window of time [µs], the paper's order of arrival, our crests [µs].
+# Grain -> time window [µs], the paper's order of arrival, our crests [µs].
 WINDOWS = {
     50: (200.0, 300.0, "1, 2, 3", "209.8, 251.4, 286.9"),
     85: (400.0, 550.0, "1, 3, 2", "439.3, 482.9, 523.3"),
@@ -18,7 +18,7 @@ WINDOWS = {
 
 
 def main(page: Page) -> None:
-    """Compare the number of waves, the order in which they pass, and their heights."""
+    """Compare the number of waves, their order, and their heights."""
     chain = run("3.2b-overtaking")
     first = waves(chain, 50)
     page.head("Number of solitary waves, at grain 50")
@@ -31,7 +31,7 @@ def main(page: Page) -> None:
     height: dict[int, dict[int, float]] = {}
     for grain, (begin, end, order, known) in WINDOWS.items():
         found = waves(chain, grain)
-        # Waves keep the numbers that they have at grain 50: they are recognised by their heights.
+        # Waves keep their numbers from grain 50, identified by their heights.
         unlike = np.abs(np.log([[wave.amplitude / other.amplitude for other in first] for wave in found]))
         numbers = {int(place): int(name) + 1 for place, name in zip(*linear_sum_assignment(unlike), strict=True)}
         own = [(numbers[place], wave) for place, wave in enumerate(found) if place in numbers]

@@ -8,7 +8,7 @@ from pages import Page, show
 
 
 def main(page: Page) -> None:
-    """Count the waves of a long and of a short push."""
+    """Count the waves of a long and of a short force pulse."""
     long, short = run("3.3-triangle-100us"), run("3.3-triangle-10us")
     page.head("Number of waves of a push of 100 µs")
     for grain, (clear, faint), found in (

@@ -12,7 +12,7 @@ from pages import Page, show
 from random_chains import FRONT, OUTSIDE, UNEVEN, arrival, draw_strips, histories
 
 LOOK = 3.8e-4
-# (what, as printed, mean of ours), name of the number
+# name of the number -> (quantity, as printed, mean of ours)
 EXTREMES = {
     "largest": ("largest v, any grain", "11.76", "14.79"),
     "largest of 25": ("largest v, grain 25", "11.76", "11.00"),
@@ -22,10 +22,10 @@ EXTREMES = {
 
 
 def numbers(chain: History) -> dict[str, float]:
-    """Return the numbers of one draw: extremes until the front is at grain 170, and first maxima behind it at 3.8e-4 s."""
+    """Return the numbers of a sample: extremes until the front is at grain 170, and first maxima behind it at 3.8e-4 s."""
     frame = chain.frame(LOOK)
     until = chain.velocity[: chain.frame(min(arrival(chain, 170), LOOK)) + 1]
-    # The first fall of the velocity after it has passed the front's threshold; the ends do not count.
+    # First decrease of the velocity after it exceeds the front's threshold, ignoring the ends.
     falls = (np.diff(chain.velocity, axis=0) < 0.0) & (chain.velocity[:-1] > FRONT)
     first = np.where(falls.any(axis=0), chain.velocity[np.argmax(falls, axis=0), np.arange(chain.grains)], np.nan)
     first[[0, -1]] = np.nan
@@ -47,7 +47,7 @@ def numbers(chain: History) -> dict[str, float]:
 
 
 def main(page: Page) -> None:
-    """Compare extremes of the velocity and the paper's sentences on the front with many draws."""
+    """Compare extremes of the velocity and the paper's statements on the front with many samples."""
     found: list[dict[str, float]] = []
     profiles, curves = [], []
     for chain in histories(0.5, 200, "piston", LOOK, grain_25=7.82465e-4):

@@ -10,13 +10,13 @@ from chains import CLEAR, FAINT, SPEED, run, waves
 from pages import Page, show
 from random_chains import OUTSIDE, draw_strips, duration, histories, last_velocities, random_chain
 
-# (R0 in mm, grains) -> as printed, and the mean of our draws.
+# (R0 in mm, grains) -> as printed, and the mean of our samples.
 CASES = {(0.5, 100): ("0.692", "0.40"), (2.0, 100): ("0.507", "0.46"), (3.0, 50): ("1.003", "0.93")}
 MANY = range(1, 401)
 
 
 def final_velocities(smallest: float) -> np.ndarray:
-    """Return the last grain's final velocity over v0 in many draws of 100 grains."""
+    """Return the last grain's final velocity over v0 in many samples of 100 grains."""
     found = []
     for seed in MANY:
         chain = random_chain(smallest, 100, seed, "free")
@@ -26,7 +26,7 @@ def final_velocities(smallest: float) -> np.ndarray:
 
 
 def main(page: Page) -> None:
-    """Compare the last grain's velocity and the number of waves with many draws."""
+    """Compare the last grain's velocity and the number of waves with many samples."""
     page.head("Final velocity of the last random grain, v_N/v0")
     moving = {}
     for (smallest, grains), (printed, known) in CASES.items():

@@ -1,6 +1,6 @@
-"""Chains of random radii (R0 + RAND) mm of section 3.5, many draws of each: the paper has one, which is not known.
+"""Chains of random radii (R0 + RAND) mm of section 3.5, with many samples each; the paper's single sample is unknown.
 
-Statistics at steps of twice this length differ by less than what is shown.
+Statistics at steps of twice this length agree to the digits shown.
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ from pages import Row
 
 SEEDS = range(1, 101)
 STEP = 1e-7
-# A front is where a grain first moves so fast [m/s]; it runs at about 550 m/s before a piston, 400 m/s in a free chain.
+# Velocity that defines the front [m/s]; the front runs at about 550 m/s before a piston, 400 m/s in a free chain.
 FRONT = 0.1 * SPEED
 OUTSIDE = "The paper's numbers are of one draw, which is not known; the verdict says where they lie among ours."
-# "No even velocity", as we read it.
+# Our reading of "no even velocity".
 UNEVEN = f"more than {100 * CLEAR:g} % of v0 in 95 % of the draws"
 
 
 def random_chain(smallest: float, grains: int, seed: int, left: str, **given: float) -> ge.Chain:
-    """Return a chain of steel grains with radii between `smallest` and `smallest` + 1 mm, at the start of its run.
+    """Return a chain of steel grains with radii between `smallest` and `smallest` + 1 mm, in its start state.
 
     Args:
         smallest: R0 [mm].
-        grains: how many.
-        seed: of the draw.
+        grains: number of grains.
+        seed: of the sample.
         left: "piston", or "free" for two moving grains.
-        given: radii that the paper names, [m], ``grain_25=7.8e-4``.
+        given: radii stated in the paper [m], such as ``grain_25=7.8e-4``.
     """
     radius: Any = {"low": 1e-3 * smallest, "high": 1e-3 * smallest + 1e-3, "seed": seed}
     chain = ge.Chain(grains=grains, radius=radius, material="steel", left=left, integrator="pefrl", step_size=STEP)
@@ -64,7 +64,7 @@ def histories(smallest: float, grains: int, left: str, until: float | None = Non
 
 
 def last_velocities(chain: History) -> tuple[float, float]:
-    """Return the last grain's velocity over v0 when it first leaves the chain, and the largest ever, after later waves."""
+    """Return the last grain's velocity over v0 when it first leaves the chain, and its largest velocity after later waves."""
     velocity = chain.velocity[:, -1] / SPEED
     left = (chain.overlap[:, -2] < 0.0) & (velocity > 1e-3)
     assert left.any(), "the last grain has not left the chain: the run has to be longer"
@@ -72,18 +72,18 @@ def last_velocities(chain: History) -> tuple[float, float]:
 
 
 def arrival(chain: History, grain: int) -> float:
-    """Return when the paper's grain first moves as fast as a front does [s]; infinity where it never does."""
+    """Return the arrival time of the front at a grain (counted from 1) [s]; infinity if it does not arrive."""
     passed = chain.velocity[:, grain - 1] > FRONT
     return float(chain.time[np.argmax(passed)]) if passed.any() else np.inf
 
 
 def energy_while(chain: History, first: int, last: int) -> measurement.EnergyRatio:
-    """Return Ek/Ep while the front goes from one of the paper's grains to another."""
+    """Return Ek/Ep while the front runs between two grains (counted from 1)."""
     return measurement.energy_ratio(chain, arrival(chain, first), arrival(chain, last))
 
 
 def draw_strips(axes: Axes, rows: list[Row]) -> None:
-    """Draw a strip for each row of draws: dots, a bar from 5 to 95 %, the mean, and the paper's number as a cross."""
+    """Draw a strip per row of samples: dots, a bar from 5 to 95 %, the mean, and the paper's number as a cross."""
     for place, row in zip(range(len(rows), 0, -1), rows, strict=True):
         low, high = np.percentile(row.draws, (5, 95))
         axes.plot([low, high], [place, place], color="C0", linewidth=5, alpha=0.4, label="5 to 95 %" if place == 1 else None)

@@ -11,13 +11,13 @@ import numpy as np
 from granular_env.components.chain import theory
 from pages import Page, show
 
-# Neighbours from which derivatives are taken, in diameters; smallness of the waves, halved three times.
+# Neighbours for derivatives, in diameters; small parameter of the waves, halved three times.
 PLACES = np.arange(-1.0, 2.0)
 SMALL = 0.1 / 2.0 ** np.arange(4)
 
 
 def on_polynomial(*coefficients: float) -> float:
-    """Return (2.2) at x = 0 with A = δ0 = R = 1 and c0² = 6 for a displacement u(x) that is a polynomial."""
+    """Return (2.2) at x = 0 with A = δ0 = R = 1 and c0² = 6 for a polynomial displacement u(x)."""
     return float(theory.anharmonic_acceleration(np.polynomial.Polynomial(coefficients)(2.0 * PLACES), 1.0, 1.0)[0])
 
 
@@ -50,8 +50,8 @@ def reduction_error(small: float) -> float:
 
 
 def main(page: Page) -> None:
-    """Compute the coefficients as printed, the order of what each equation leaves out, and the soliton of the limit."""
-    # Coefficients are identities, but for the differences with a finite size.
+    """Compute the printed coefficients, the order of the terms neglected in each equation, and the soliton limit."""
+    # The coefficients are identities, up to finite-difference errors.
     size, identity = 1e-3, 1e-6
     up, down = (theory.lattice_acceleration(sign * np.array([0.0, 0.0, size]), 1.0, 1.0)[0] for sign in (1.0, -1.0))
     page.head("Coefficients of (2.2), from the forces of (2.1) by central differences")

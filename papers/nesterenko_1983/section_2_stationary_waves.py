@@ -10,7 +10,7 @@ from chains import SATISFACTORY
 from granular_env.components.chain import theory
 from pages import Page, show
 
-# Compressions r = ξm/ξ0 at which the chain's own wave is computed.
+# Compressions r = ξm/ξ0 at which the chain's wave is computed.
 RATIOS = (1.1, 1.563, 7.93, 30.0, 185.8)
 
 
@@ -27,8 +27,8 @@ def residual(power: float, stretch: float = 0.0, scale: float = 10.0**0.5) -> fl
 
 
 def main(page: Page) -> None:
-    """Compute the limits of C3, the wave (2.7), the overshoot of a shock, the misprints, and the chain's own waves."""
-    # Extremes of W are where s² - s³ = 4 C3/5 with s = y^(2/5): the largest C3 is where the left side is highest.
+    """Compute the limits of C3, the wave (2.7), the overshoot of a shock, the misprints, and the chain's waves."""
+    # W has extremes at s² - s³ = 4 C3/5 with s = y^(2/5), so the largest C3 is at the maximum of the left side.
     hill = np.polynomial.Polynomial([0.0, 0.0, 1.25, -1.25])
     root = float(hill.deriv().roots().real.max())
     page.head("W(y) has two extremes, and V > c0, up to a largest C3 (C3 = (5/4) C2 is not stated)")

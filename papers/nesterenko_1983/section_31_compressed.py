@@ -9,7 +9,7 @@ from pages import Page, show
 
 
 def main(page: Page) -> None:
-    """Compare two moving grains without precompression, with a weak one, and with one as strong as the wave."""
+    """Compare two moving grains with no precompression, a weak precompression, and a precompression as strong as the wave."""
     free = run("3.1-two-grains")
     crest = measurement.overlap_of(free, waves(free, 60)[0]).height
     weak, strong = (

@@ -11,14 +11,14 @@ from granular_env.components.chain import theory
 from granular_env.domains.chain import measurement
 from pages import Page, show
 
-# The paper prints six velocities for seven grains at 2e-4 s: the third is missing.
+# The paper prints six velocities for seven grains at 2e-4 s; the third is missing.
 LOOK = 2e-4
 REBOUND = {1: ("-0.11", "-0.1126"), 2: ("-0.048", "-0.04802"), 3: (None, "-0.02471"), 4: ("-0.013", "-0.01327"),
            5: ("-0.0068", "-0.006807"), 6: ("-0.0029", "-0.002877"), 7: ("-0.0004", "-0.0004053")}  # fmt: skip
 
 
 def main(page: Page) -> None:
-    """Compare the last grains, the rebound, the number of solitary waves, and how they scale."""
+    """Compare the last grains, the rebound, the number of solitary waves, and their scaling."""
     chain = run("3.1-two-grains")
     page.head("Final velocity of the last grain, v_N/v0")
     for grains, printed, found in ((20, "1.2338", "1.233829"), (50, "1.2342", "1.234213"), (100, "1.2342", "1.234213")):

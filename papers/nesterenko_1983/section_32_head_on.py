@@ -11,7 +11,7 @@ from pages import Page, show
 
 
 def shifts(integrator: str) -> list[Shift]:
-    """Return how arrival and height of each wave at grain 75 differ from those of the same wave alone."""
+    """Return the changes of arrival and height of each wave at grain 75 relative to the same wave alone."""
     met, alone = (run(name, integrator=integrator) for name in ("3.2a-head-on", "3.1-two-grains"))
     return measurement.phase_shifts(met, alone, 74, FAINT * SPEED)
 

@@ -13,7 +13,7 @@ EXPECTED = {4: (None, "5", "7"), 5: ("6", "6", "8"), 6: (None, "7", "10")}
 
 
 def strike_long(masses: int) -> History:
-    """Return the motion in a long chain, whose end sends nothing back to grain 60 before all waves have passed."""
+    """Return the motion in a chain so long that no reflection reaches grain 60 before all waves have passed."""
     chain = ge.Chain(grains=160, mass={0: masses * MASS}, **STEEL)
     chain.reset(velocity={0: SPEED})
     return measurement.observe(chain, 1e-3, EVERY)

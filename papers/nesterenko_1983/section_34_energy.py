@@ -12,11 +12,11 @@ from granular_env.domains.chain import measurement
 from granular_env.domains.chain.measurement import History
 from pages import Page, show
 
-# The paper's ratio, and the part by which it deviates.
+# The paper's ratio, and its relative deviation.
 RATIO, DEVIATION = 1.249, 0.008
 SETTLED, END = 3e-5, 1e-3
 WINDOWS = (SETTLED, 1e-4, 2e-4, 4e-4)
-# While waves run freely [s]: name -> experiment, begin, end, our ratio, our ratio of the waves alone.
+# Name -> experiment, begin and end of free propagation [s], our ratio, our ratio for the waves alone.
 OTHERS = {
     "3.1": ("3.1-two-grains", 1e-4, 5e-4, "1.269", "1.249"),
     "3.2 A": ("3.2a-head-on", 1e-4, 2.6e-4, "1.268", None),
@@ -25,13 +25,13 @@ OTHERS = {
 
 
 def energy_ratio(chain: History) -> np.ndarray:
-    """Return Ek/Ep in each frame; NaN where no energy is stored."""
+    """Return Ek/Ep in each frame; NaN without stored energy."""
     stored = measurement.potential_energy(chain)
     return np.divide(measurement.kinetic_energy(chain), stored, out=np.full_like(stored, np.nan), where=stored > 0.0)
 
 
 def deviation(chain: History, begin: float, centre: float) -> float:
-    """Return the largest deviation of Ek/Ep from a number, in percent of it; maxima are found between frames."""
+    """Return the largest deviation of Ek/Ep from a number, in percent of it, with interpolated maxima."""
     own = chain.window(begin, END)
     ratio = energy_ratio(chain)[own]
     highest = max(crest.height for crest in measurement.crests(chain.time[own], ratio, 1.0))
@@ -39,7 +39,7 @@ def deviation(chain: History, begin: float, centre: float) -> float:
 
 
 def wave_ratio(chain: History, begin: float, end: float) -> float:
-    """Return Ek/Ep of the solitary waves that run to the right, from some twenty instants."""
+    """Return Ek/Ep of the solitary waves that run to the right, from about twenty times."""
     found = [wave for time in np.linspace(begin, end, 21) for wave in measurement.waves_along(chain, float(time), 0.1 * SPEED)]
     return sum(wave.kinetic_energy for wave in found) / sum(wave.potential_energy for wave in found)
 

@@ -16,13 +16,13 @@ from granular_env.domains.chain.measurement import History
 from pages import Page, show
 
 GRAINS, FRONT = 400, 0.5 * SPEED
-# Dashpots in every contact, in units of a grain's mass over the unit of time of (3.1); found heights of the front over v0.
+# Dashpot constants of all contacts, in units of a grain's mass over the time unit of (3.1).
 LOSSES = (0.01, 0.02, 0.05, 0.1)
 
 
 @functools.cache
 def lossy_chain(loss: float) -> History:
-    """Return the motion before a piston with a dashpot in every contact."""
+    """Return the motion of a piston-driven chain with a dashpot in every contact."""
     dissipation = loss * MASS / theory.time_scale(MASS, A * MASS, SPEED)
     parameters = STEEL | {"step_size": 2e-7, "law": {"name": "viscous", "dissipation": dissipation}}
     chain = ge.Chain(grains=GRAINS, left="piston", **parameters)
@@ -38,10 +38,10 @@ def height(chain: History) -> float:
 
 
 def main(page: Page) -> None:
-    """Compute speed and height of fronts with weaker and weaker losses."""
+    """Compute speed and height of fronts with decreasing losses."""
     chains = {loss: lossy_chain(loss) for loss in LOSSES}
     heights = np.array([height(chain) for chain in chains.values()])
-    # Height without losses: the parabola through the three weakest.
+    # Height without losses, from the parabola through the three weakest.
     limit = float(np.polynomial.Polynomial.fit(LOSSES[:3], heights[:3], 2)(0.0))
     speed = measurement.front_speed(chains[LOSSES[0]], FRONT, 339, 389) / theory.shock_speed(A, DIAMETER, SPEED)
     expected = theory.front_velocity_ratio(theory.SOLITARY_SPEED)

@@ -16,7 +16,7 @@ LAST = {20: ("2.708", "2.707083"), 50: ("2.836", "2.835055"), 100: ("2.876", "2.
 
 
 def first_peak(chain: History, grain: int) -> float:
-    """Return the height of the first maximum at the paper's grain, over v0."""
+    """Return the height of the first maximum at a grain (counted from 1), over v0."""
     velocity = chain.velocity[:, grain - 1]
     begin = int(np.argmax(velocity > 1.2 * SPEED))
     top = begin + int(np.argmax(np.diff(velocity[begin:]) < 0.0))

@@ -14,7 +14,7 @@ from pages import Page, show
 
 def front_and_shock(radius: float) -> tuple[float, float]:
     """Return the speed of the front before a piston in steel grains of a radius [m], and D1 of a stationary shock [m/s]."""
-    # A scaled to the radius as in (2.1): R^(1/2) / R^3.
+    # A scales with the radius as in (2.1): R^(1/2) / R^3.
     constant, scale = A * (radius / RADIUS) ** -2.5, radius / RADIUS
     stiffness = constant * DENSITY * 4.0 / 3.0 * np.pi * radius**3
     chain = ge.Chain(grains=40, radius=radius, material="steel", contact_stiffness=stiffness, left="piston", integrator="pefrl",
@@ -25,7 +25,7 @@ def front_and_shock(radius: float) -> tuple[float, float]:
 
 
 def main(page: Page) -> None:
-    """Compute C and V, D1, what follows from them, and the pressure in the first maximum."""
+    """Compute C, V, D1, derived values, and the pressure in the first maximum."""
     single, chain = run("3.1-one-grain"), piston()
     early, late = (waves(single, grain)[0] for grain in (30, 80))
     speed = (late.grain - early.grain) * DIAMETER / (late.time - early.time)

@@ -10,7 +10,7 @@ from chains import SPEED, piston
 from pages import Page, show
 from random_chains import OUTSIDE, UNEVEN, draw_strips, energy_while, histories, last_velocities
 
-# Name -> R0 -> as printed, and the mean of our draws.
+# Name -> R0 -> as printed, and the mean of our samples.
 PRINTED = {
     "last": {0.5: ("2.969", "2.66"), 2.0: ("2.366", "2.62"), 3.0: (None, "2.57")},
     "first": {0.5: (None, "2.33"), 2.0: (None, "2.44"), 3.0: (None, "2.46")},
@@ -22,7 +22,7 @@ PRINTED = {
 
 
 def draws(smallest: float) -> dict[str, np.ndarray]:
-    """Return the numbers of all draws with a smallest radius R0 [mm]."""
+    """Return the numbers of all samples with a smallest radius R0 [mm]."""
     rows = []
     for chain in histories(smallest, 100, "piston"):
         energy = energy_while(chain, 70, 90)
@@ -33,7 +33,7 @@ def draws(smallest: float) -> dict[str, np.ndarray]:
 
 
 def main(page: Page) -> None:
-    """Compare last grains, energies and largest velocities with many draws."""
+    """Compare last grains, energies and largest velocities with many samples."""
     found = {smallest: draws(smallest) for smallest in (0.5, 2.0, 3.0)}
     equal, chain = float(piston(100).velocity[-1, -1]) / SPEED, piston()
     even = energy_while(chain, 70, 90)

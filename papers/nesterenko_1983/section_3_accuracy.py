@@ -12,13 +12,13 @@ from granular_env.components.chain import theory
 from granular_env.domains.chain import measurement
 from pages import Page, record, show
 
-# Step of the paper's integrators here [s], and the instant of the profiles in units of time.
+# Step used here for the paper's integrators [s], and the time of the profiles in units of τ.
 STEP, TAU = 2e-7, 60.0
 BOUND = "Bounds that any correct program keeps with short steps: they check this program and are no results of the paper."
 
 
 def profile(speed: float, stiffness: float = A * MASS) -> np.ndarray:
-    """Return v/v0 of 100 grains before a piston at τ = 60, for a speed of the piston [m/s] and a stiffness [N/m^1.5]."""
+    """Return v/v0 of 100 piston-driven grains at τ = 60, for a piston speed [m/s] and a stiffness [N/m^1.5]."""
     tick = 0.02 * theory.time_scale(MASS, stiffness, speed)
     parameters = STEEL | {
         "contact_stiffness": stiffness,
@@ -54,7 +54,7 @@ def main(page: Page) -> None:
     speeds = {speed: profile(speed) for speed in (0.05, 5.0, 500.0)}
     worst = max(float(np.abs(one - speeds[5.0]).max()) for one in speeds.values())
     page.compare("largest |Δw|, v0 = 0.05, 5, 500 m/s", "none", worst, most=ERROR)
-    # A solitary wave of height 2 v0 has the speed V = C c^(4/5) (2 v0)^(1/5), and c goes as the square root of the stiffness.
+    # A solitary wave of height 2 v0 has the speed V = C c^(4/5) (2 v0)^(1/5); c scales as the square root of the stiffness.
     wave = theory.SOLITARY_SPEED * theory.contact_speed(A, DIAMETER) ** 0.8 * (2.0 * SPEED) ** 0.2
     fast, slow = (profile(SPEED, A * MASS / (wave * ratio / SPEED) ** 2.5) for ratio in (0.95, 5e-3))
     page.compare("largest |Δw|, v0/V = 0.95 and 5e-3 (section 3.4)", "none", float(np.abs(fast - slow).max()), most=ERROR)

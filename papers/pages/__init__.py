@@ -1,16 +1,16 @@
-"""The helper of the papers' scripts: a page of rows, figures and text, and verdicts that follow from the numbers.
+"""The helper of the papers' scripts: a page of rows, figures and text, with verdicts that follow from the numbers.
 
     python papers/nesterenko_1983/figure_3.py       # prints its rows, and writes its figures into build/papers
 
 A script has a docstring (a title, an empty line, text) and a function ``main(page)``, which compares printed numbers with
-computed ones (`Page.compare`), draws (`Page.plot`) and explains (`Page.say`). Each row states the number that the script is
-known to give; another number is a failure. With ``FULL=1`` in the environment scripts take the paper's sizes instead of coarse
-ones, and known numbers are not checked. ``papers/collect.py`` makes HTML of all of them. The verdicts are:
+computed ones (`Page.compare`), draws (`Page.plot`) and explains (`Page.say`). Each row states the known result of the script;
+a different number is a failure. With ``FULL=1`` in the environment, scripts use the paper's sizes instead of coarse meshes, and
+known numbers are not checked. ``papers/collect.py`` makes HTML pages of all scripts. The verdicts are:
 
-- *reproduced*: ours rounds to the printed number, or lies within an error that the paper states.
-- *bound kept*: the paper states an upper bound that any correct program keeps.
-- *as read*: the paper has a word such as "satisfactory", and ours keeps to the number as which we read it.
-- *percentile*: the paper has one random draw; its number lies at this percentile of our draws.
+- *reproduced*: our number rounds to the printed number, or lies within an error stated in the paper.
+- *bound kept*: the paper states an upper bound that any correct program satisfies.
+- *as read*: the paper has a word such as "satisfactory", and our number satisfies our numerical reading of it.
+- *percentile*: the paper has one random sample; its number lies at this percentile of our samples.
 - *not reproduced*: anything else.
 """
 
@@ -47,26 +47,26 @@ _DECIMAL = re.compile(r"(?:about )?([-+]?\d*\.?\d+(?:e[-+]?\d+)?)")
 
 
 def decimals(text: str) -> float:
-    """Return one unit of the last digit of a decimal number such as "2.708" or "5.6e12"."""
+    """Return a unit of the last digit of a decimal number such as "2.708" or "5.6e12"."""
     digits, _, power = text.lower().partition("e")
     return 10.0 ** (int(power or 0) - len(digits.partition(".")[2]))
 
 
 @dataclass(frozen=True)
 class Row:
-    """A number or word of the paper and ours.
+    """A number or word of the paper, and our result.
 
     Attributes:
         what: the quantity.
-        paper: as printed; None where the paper gives none.
+        paper: as printed; None if the paper gives no value.
         ours: the computed number or word.
         unit: of both.
-        near: the number that `paper` means, where it is not the decimal itself ("unchanged" is 0).
-        within: the largest difference that counts; default: half a unit of the last printed digit.
-        most: an upper bound that the paper states, instead of a number.
-        reading: how we read the paper's words; such a row is never "reproduced".
-        found: ours as known, with the digits that have converged; it is shown, and another number is a failure.
-        draws: results of many random draws, of which `ours` is the mean.
+        near: numerical meaning of `paper`, if it is not a decimal number ("unchanged" is 0).
+        within: largest accepted difference; default: half a unit of the last printed digit.
+        most: an upper bound stated in the paper instead of a number.
+        reading: our reading of the paper's words; this row is never "reproduced".
+        found: our known result, with the converged digits; it is shown, and a different number is a failure.
+        draws: results of many random samples, whose mean is `ours`.
     """
 
     what: str
@@ -92,7 +92,7 @@ class Row:
 
     @property
     def tolerance(self) -> float:
-        """The largest difference that counts as agreement."""
+        """The largest accepted difference."""
         if self.within is not None:
             return self.within
         exact = isinstance(self.ours, int) or self.near is not None
@@ -100,7 +100,7 @@ class Row:
 
     @property
     def verdict(self) -> str:
-        """The verdict; it follows from the numbers."""
+        """The verdict, which follows from the numbers."""
         if self.paper is None:
             return ""
         if isinstance(self.ours, str):
@@ -127,7 +127,7 @@ class Row:
 
     @property
     def shown(self) -> str:
-        """Ours as shown: with the digits of `found`, which have converged."""
+        """Our displayed result, with the converged digits of `found`."""
         if isinstance(self.ours, str | int):
             return str(self.ours)
         if self.found is None or "e" in self.found:
@@ -140,7 +140,7 @@ class Row:
 
     @property
     def failure(self) -> str:
-        """The message of a row whose number is not the known one; empty for other rows."""
+        """The message of a row whose number differs from the known number; empty for other rows."""
         if self.found is None:
             return f"{self.what}: {self.verdict}" if self.verdict.startswith("not") else ""
         if isinstance(self.ours, str):
@@ -156,14 +156,14 @@ def _digits(value: float, digits: int = 2) -> str:
 
 @dataclass
 class Page:
-    """The part of a page that one script makes: blocks in order, and the folder of its figures.
+    """The part of a page from one script: blocks in order, and the folder of its figures.
 
     Attributes:
         name: of the script, such as "figure_3".
-        folder: where figures go.
+        folder: folder of the figures.
         title: the first line of the script's docstring.
         blocks: (kind, content) in order: "say", "head", "row", "table", "figure", "error".
-        failures: rows that do not give the known number.
+        failures: rows that differ from their known number.
     """
 
     name: str
@@ -182,7 +182,7 @@ class Page:
         self.blocks += [("say", " ".join(part.split())) for part in re.split(r"\n\s*\n", text.strip())]
 
     def head(self, text: str) -> None:
-        """Add a heading above the rows that follow."""
+        """Add a heading for the following rows."""
         self.blocks.append(("head", text))
 
     def compare(self, what: str, paper: str | None, ours: float | str, unit: str = "", **how: Any) -> None:
@@ -193,11 +193,11 @@ class Page:
             self.failures.append(row.failure)
 
     def value(self, what: str, ours: float | str, unit: str = "", found: str | None = None) -> None:
-        """Add a row for a number that the paper does not give."""
+        """Add a row for a number that is not in the paper."""
         self.compare(what, None, ours, unit, found=found)
 
     def draws(self, what: str, paper: str | None, draws: npt.ArrayLike, unit: str = "", found: str | None = None) -> None:
-        """Add a row for a result of many random draws, of which the paper has one; `found` is their mean."""
+        """Add a row for the result of many random samples, of which the paper has one; `found` is their mean."""
         values = np.asarray(draws, dtype=float)
         self.compare(what, paper, float(values.mean()), unit, found=found, draws=values.tolist())
 
@@ -224,7 +224,7 @@ class Page:
 
 
 def record(experiment: Any, **overrides: Any) -> Any:
-    """Run an experiment and return its opened log, which lies in a temporary folder."""
+    """Run an experiment and return its opened log, which is in a temporary folder."""
     path = Path(_scratch().name) / f"{time.monotonic_ns()}.mcap"
     with warnings.catch_warnings(action="ignore", category=ge.GranularWarning):
         ge.run(experiment, log=path, overrides=overrides)
@@ -247,7 +247,7 @@ def compute(main: Callable[[Page], None], path: Path, text: str | None, folder: 
 
 
 def show(main: Callable[[Page], None]) -> None:
-    """Run one script: print its rows, and end with status 1 where one of them does not give the known number."""
+    """Run a script: print its rows, and exit with status 1 if a row differs from its known number."""
     path = Path(sys.argv[0]).resolve()
     page = compute(main, path, sys.modules["__main__"].__doc__, OUT / path.parent.name)
     for kind, content in page.blocks:

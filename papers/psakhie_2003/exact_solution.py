@@ -9,7 +9,7 @@ import numpy as np
 from half_space import exact_velocity, motion
 from pages import Page, show
 
-# Angle of a line from the depth [degrees] -> differences in the grid, the square and the hexagonal packing [%].
+# Angle of a line from the vertical [degrees] -> differences in the grid, the square and the hexagonal packing [%].
 LINES = {0.0: ("1.6", "1.6", "1.3"), 45.0: ("3.0", "2.4", "1.7"), 80.0: ("1.4", "1.8", "2.2")}
 RADII = np.linspace(0.03, 0.39, 181)
 
@@ -24,7 +24,7 @@ def main(page: Page) -> None:
         for (name, moving, side), digits in zip(
             (("grid", square, -1.0), ("square packing", square, 1.0), ("hexagonal packing", hexagonal, 1.0)), known, strict=True
         ):
-            # At the interface itself x = 0 belongs to the automata.
+            # Points on the interface, x = 0, belong to the automata.
             found[name] = moving.at(side * np.maximum(sine * RADII, 1e-12), -cosine * RADII) * [side, 1.0]
             percent = 100.0 * float(np.sqrt(((found[name] - exact) ** 2).sum() / (exact**2).sum()))
             page.value(f"{name}, at {angle:g}° from the depth", percent, "%", digits)

@@ -15,7 +15,7 @@ from granular_env.experiments import load_experiment
 from half_space import BY_EYE, CELLS, NOT_SEEN, P_SPEED, PULSE, ROW, smooth_pulse, step
 from pages import Page, record, show
 
-# Length of the grid [m], of the pulse [s], its peak [m/s]; places of interest [m]: before the interface, at it, and behind it.
+# Length of the grid [m], length [s] and peak [m/s] of the pulse; positions [m] before, at and behind the interface.
 LENGTH, DURATION, PEAK = 0.2, 4e-5, 0.1
 PLACES = (0.05, 0.15, 0.2, 0.25, 0.35)
 NAMES = {"square": "plane-wave-coupled", "hexagonal": "plane-wave-hexagonal"}
@@ -23,7 +23,7 @@ ACROSS, EVERY = 8, 1e-6
 
 
 class PlaneWave(NamedTuple):
-    """Velocities along the way of the wave, shape (frames, places); `end` is where the rigid side is [m]."""
+    """Velocities along the path of the wave, shape (frames, places); `end` is the position of the rigid side [m]."""
 
     times: FloatArray
     velocity: FloatArray
@@ -32,18 +32,18 @@ class PlaneWave(NamedTuple):
     log: Any
 
     def exact(self, number: int) -> FloatArray:
-        """Return the velocity of the wave that went and of the one that came back at a place [m/s]."""
+        """Return the velocities of the incident and the reflected wave at a position [m/s]."""
         place = self.places[number]
         return pulse(self.times - place / P_SPEED) - pulse(self.times - (2.0 * self.end - place) / P_SPEED)
 
     def misfit(self, number: int, returned: bool) -> float:
-        """Return the relative difference (L2, in percent) to the exact solution at a place, on the way there or back."""
+        """Return the relative L2 difference from the exact solution at a position, for the incident or reflected wave [%]."""
         own = (self.times >= self.end / P_SPEED + 0.5 * DURATION) == returned
         exact = self.exact(number)[own]
         return 100.0 * float(np.sqrt(((self.velocity[own, number] - exact) ** 2).sum() / (exact**2).sum()))
 
     def missing(self, residual: str, amount: str) -> float:
-        """Return the largest value of a residual over the largest value of an amount."""
+        """Return the largest residual divided by the largest amount."""
         return float(np.abs(self.log.series(residual)[1]).max() / np.abs(self.log.series(amount)[1]).max())
 
 
@@ -53,7 +53,7 @@ def pulse(time: FloatArray) -> FloatArray:
 
 
 def plane_wave(packing: str, coarser: int = 1) -> PlaneWave:
-    """Run the shipped experiment on finer cells."""
+    """Run the shipped experiment with finer cells."""
     document = load_experiment(f"psakhie-2003/{NAMES[packing]}").to_dict()
     component, axis = document["component"], int(packing == "hexagonal")
     along = 4 * round(20 * CELLS / (272 * coarser))
@@ -79,12 +79,12 @@ def plane_wave(packing: str, coarser: int = 1) -> PlaneWave:
     return PlaneWave(times, velocity, places, float(points[:, axis].max()), log)
 
 
-# Packing -> velocity left behind, difference behind the interface, difference and height lost after the return, coarser cells.
+# Packing -> residual velocity, difference behind the interface, difference and height loss after return, coarser cells.
 FOUND = {"square": ("0.11", "0.18", "0.58", "0.011", "4.2"), "hexagonal": ("0.11", "0.16", "0.46", "0.13", "4.2")}
 
 
 def main(page: Page) -> None:
-    """Compare both packings with the wave equation's solution, and with cells of twice the size."""
+    """Compare both packings with the solution of the wave equation, and with cells of twice the size."""
     for packing, (behind, there, back, lost, coarse) in FOUND.items():
         wave = plane_wave(packing)
         unseen = {"near": 0.0, "within": NOT_SEEN, "reading": f"below {NOT_SEEN:g} %"}

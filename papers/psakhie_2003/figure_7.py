@@ -19,7 +19,7 @@ CAPTION = (
 
 
 def asymmetry(moving: Motion) -> tuple[float, float]:
-    """Return the largest difference to the mirror image below `DEEP` and everywhere, in percent of the largest velocity."""
+    """Return the largest differences from the mirror image, below `DEEP` and everywhere, in percent of the largest velocity."""
     x, y = lattice(0.0, HALF_WIDTH, 1e-3)
     right, left = moving.at(x, y), moving.at(-x, y) * [-1.0, 1.0]
     gap = 100.0 * np.linalg.norm(right - left, axis=-1) / np.linalg.norm(left, axis=-1).max()

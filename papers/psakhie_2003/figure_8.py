@@ -11,13 +11,13 @@ from pictures import Window, draw_shade, draw_speed, draw_vectors
 
 CASES = {"square": "asymmetric", "hexagonal": "hexagonal-asymmetric"}
 WINDOW = Window(left=-0.5, right=0.3, source=-BESIDE)
-# Packing -> differences in the grid and in the automata, each below 0.1 m and near the surface.
+# Packing -> differences in the grid and in the automata, each below 0.1 m depth and near the surface.
 FOUND = {"square": ("0.03", "0.20", "0.25", "5.2"), "hexagonal": ("0.059", "0.28", "0.42", "1.2")}
 CAPTION = "70 µs after a load of 20 µs began, 0.1 m to the left of the interface. Dashed: fronts of theory. Square packing."
 
 
 def main(page: Page) -> None:
-    """Compare both packings with a grid throughout, where there is no interface."""
+    """Compare both packings with a grid throughout, without an interface."""
     alone = motion("grid")
     x, y = lattice(WINDOW.left, WINDOW.right)
     unseen = {"near": 0.0, "within": NOT_SEEN, "reading": f"below {NOT_SEEN:g} %"}

@@ -1,7 +1,7 @@
-"""The paper's half-space under a short load: runs, velocities at an instant, and the exact solution.
+"""The paper's half-space under a short load: runs, velocities at a given time, and the exact solution.
 
-The paper prints neither sizes nor materials nor loads. Those of the shipped experiments ``psakhie-2003/lamb-...`` are ours
-(granite, a load of 20 µs), here with finer cells and a smooth load: the corners of their half-sine waves hold waves as short as
+The paper states no sizes, materials or loads. The shipped experiments ``psakhie-2003/lamb-...`` use our values (granite, a load
+of 20 µs). Here the cells are finer and the load is smooth, because the corners of half-sine pulses contain waves as short as
 the cells. x runs along the surface with the interface at 0, y upwards.
 """
 
@@ -22,32 +22,32 @@ from granular_env.components.support.float_arrays import FloatArray
 from granular_env.experiments import load_experiment
 from pages import record
 
-# Cells along the depth; their side, which is the diameter of the automata [m].
+# Number of cells along the depth; cell size, equal to the diameter of the automata [m].
 CELLS = 272
 DEPTH = HALF_WIDTH = 0.4
 SIZE = DEPTH / CELLS
 MATERIAL = Material(density=2700.0, young=6e10, poisson=0.25)
 P_SPEED, S_SPEED = MATERIAL.longitudinal_speed, MATERIAL.shear_speed
-# The load: its distance from the interface in figure 8 [m], how long [s], its peak [N/m]; instants of interest [s].
+# The load: distance from the interface in figure 8 [m], duration [s], peak [N/m]; times of interest [s].
 BESIDE, LOAD, PEAK = 0.1, 2e-5, 1e5
 EARLY, LATE = 4e-5, 7e-5
-# Below this depth the Rayleigh wave is too weak to be noticed [m].
+# Depth below which the Rayleigh wave is negligible [m].
 DEEP = 0.1
 # Powers of t/T of the smooth pulse 64 (t/T)³ (1 - t/T)³.
 PULSE = (0.0, 0.0, 0.0, 64.0, -192.0, 192.0, -64.0)
 ROW = 0.5 * math.sqrt(3.0)
-# The paper judges by eye: how we read its words, in percent of the largest value.
+# Our reading of the paper's visual judgements, in percent of the largest value.
 NOT_SEEN, SLIGHT = 2.0, 10.0
 BY_EYE = f'The paper judges by eye: below {NOT_SEEN:g} % is read as "not noticeable", up to {SLIGHT:g} % as "slight".'
 
 
 def step(size: float, every: float) -> float:
-    """Return the internal step for cells of a size [m]: a whole part of `every` [s], 0.42 of the time of P through a cell."""
+    """Return the internal step for a cell size [m]: about 0.42 of the P wave's time per cell, dividing `every` [s]."""
     return every / math.ceil(every * P_SPEED / (0.42 * size))
 
 
 def smooth_pulse(peak: float, duration: float, pattern: Sequence[Any]) -> dict[str, Any]:
-    """Return the table of an input with a smooth pulse."""
+    """Return the input table of a smooth pulse."""
     powers = [peak * factor / duration**power for power, factor in enumerate(PULSE)]
     return {"profile": "piecewise", "starts": [0.0, duration], "coefficients": [powers, [0.0]], "pattern": list(pattern)}
 
@@ -76,7 +76,7 @@ def run(name: str) -> Any:
 
 
 class Part:
-    """The velocities of the grid or of the automata, between whose points splines interpolate."""
+    """The velocities of the grid or the automata, with spline interpolation."""
 
     def __init__(self, points: FloatArray, velocity: FloatArray, shift: float = 0.0) -> None:
         """Sort points into columns and rows; both have shape (points, 2)."""
@@ -85,7 +85,7 @@ class Part:
         if len(points) == len(x) * len(y):
             table = np.zeros((len(y), len(x), 2))
             table[row, column] = velocity
-        else:  # Every other column of a hexagonal packing is moved by half a diameter: it is interpolated.
+        else:  # Interpolate every other column of a hexagonal packing, which is shifted by half a diameter.
             y = np.sort(points[column == 0, 1])
             table = np.zeros((len(y), len(x), 2))
             for number in range(len(x)):
@@ -101,7 +101,7 @@ class Part:
 
 
 class Motion(NamedTuple):
-    """Velocities in a half-space: of the left part, a grid, and of the right part."""
+    """Velocities in a half-space: in the left part (a grid) and in the right part."""
 
     left: Part
     right: Part
@@ -121,7 +121,7 @@ class Motion(NamedTuple):
 
 @functools.cache
 def motion(name: str, time: float = LATE) -> Motion:
-    """Return the velocities in a run at an instant [s]; a grid alone is moved so that its load is where that of figure 8 is."""
+    """Return the velocities in a run at a time [s]; a grid alone is shifted so that its load is at the position of figure 8."""
     log = run(name)
     [nodes] = [np.array(one.nodes) for one in log.drawables if isinstance(one, Cells)]
     if name == "grid":
@@ -129,7 +129,7 @@ def motion(name: str, time: float = LATE) -> Motion:
         return Motion(part, part)
     [automata] = [np.array(one.reference) for one in log.drawables if isinstance(one, Points) and one.name == "automata"]
     parts = [(nodes, log.get("grid_velocity", time)), (automata, log.get("automata_velocity", time))]
-    if "hexagonal" in name:  # The surface is x = 0: turned clockwise by a right angle it lies above.
+    if "hexagonal" in name:  # The surface is x = 0; a clockwise rotation by 90 degrees moves it to the top.
         parts = [(_turn(places), _turn(velocity)) for places, velocity in parts]
     return Motion(*(Part(*part) for part in parts))
 
@@ -139,7 +139,7 @@ def _turn(vectors: FloatArray) -> FloatArray:
 
 
 def crest(places: FloatArray, values: FloatArray) -> float:
-    """Return where the largest magnitude is; a parabola interpolates between samples."""
+    """Return the position of the largest magnitude, with parabolic interpolation."""
     size = np.abs(values)
     i = int(np.clip(np.argmax(size), 1, len(size) - 2))
     before, at, after = size[i - 1 : i + 2]
@@ -147,7 +147,7 @@ def crest(places: FloatArray, values: FloatArray) -> float:
 
 
 def lattice(left: float, right: float, spacing: float = 2e-3) -> tuple[FloatArray, FloatArray]:
-    """Return a lattice of points over the depth of the half-space: x between two places, with a spacing, and y [m]."""
+    """Return a lattice of points over the depth of the half-space, with x in a given range and spacing: x and y [m]."""
     x, y = left + spacing * (np.arange(round((right - left) / spacing)) + 0.5), -2e-3 * np.arange(201.0)
     return tuple(np.meshgrid(x, y))  # type: ignore[return-value]
 
@@ -155,7 +155,7 @@ def lattice(left: float, right: float, spacing: float = 2e-3) -> tuple[FloatArra
 def exact_velocity(x: FloatArray, depth: FloatArray, time: float = LATE) -> FloatArray:
     """Return the exact velocities of Lamb's problem, x and upwards, shape (points, 2) [m/s]; points are right of the load.
 
-    The slope of the load gives velocities where the load gives displacements.
+    Using the time derivative of the load gives velocities instead of displacements.
     """
     slope = np.polynomial.Polynomial([PEAK * factor / LOAD**power for power, factor in enumerate(PULSE)]).deriv()
     solution = LineLoad(MATERIAL, slope, LOAD)

@@ -14,20 +14,20 @@ from granular_env.experiments import load_experiment
 from half_space import MATERIAL, P_SPEED
 from pages import Page, record, show
 
-# A small block, half grid and half automata, that starts in noisy motion: cells [m], along the grid, across it.
+# A small block, half grid and half automata, with noisy initial motion: cell size [m], numbers of cells along and across.
 SIZE, ALONG, ACROSS = 2.5e-3, 16, 8
 ENERGIES = ("kinetic_energy", "rotational_energy", "elastic_energy", "hourglass_energy")
 
 
 def noisy_block(scheme: str, step: float, ticks: int, smaller: int = 1, micro_steps: int = 1) -> dict[str, Any]:
-    """Return the experiment of figure 6 on a small block that nothing drives, with a standing wave and 5 % of noise.
+    """Return the experiment of figure 6 for a small undriven block with a standing wave and 5 % noise.
 
     Args:
-        scheme: how nodes of the interface move.
+        scheme: scheme for the nodes of the interface.
         step: of the grid [s].
-        ticks: how many of them.
-        smaller: n, the cells' size over the automata's.
-        micro_steps: steps of the automata in one of the grid.
+        ticks: number of steps.
+        smaller: n, the ratio of cell size to automata size.
+        micro_steps: steps of the automata per grid step.
     """
     found = load_experiment("psakhie-2003/plane-wave-coupled").to_dict()
     component = found["component"]
@@ -48,14 +48,14 @@ def noisy_block(scheme: str, step: float, ticks: int, smaller: int = 1, micro_st
 
 
 def contour(first: float, second: float, third: float, fourth: float) -> float:
-    """Return the vertical sum of (11) and (15) of σ_yy in the cells I to IV about a node, in unit cells."""
-    # x of the neighbours below, right, above, left; cell I lies between the second and the third, and so on.
+    """Return the vertical sum of (11) and (15) for σ_yy in the cells I to IV around a node, for unit cells."""
+    # x of the lower, right, upper and left neighbours; cell I lies between the second and the third, and so on.
     x1, x2, x3, x4 = 0.0, 1.0, 0.0, -1.0
     return first * (x2 - x3) + second * (x3 - x4) + third * (x4 - x1) + fourth * (x1 - x2)
 
 
 def interface_force(strain: float = 1e-10) -> float:
-    """Return the largest force on inner nodes of the interface in a homogeneous strain, over stress and cell size."""
+    """Return the largest force on inner interface nodes in a homogeneous strain, divided by stress and cell size."""
     document = noisy_block("force", 1e-7, 1)
     nodes = np.stack(np.meshgrid(np.arange(ALONG + 1) * SIZE, np.arange(ACROSS + 1) * SIZE), axis=-1).reshape(-1, 2)
     block: Any = ge.make("coupled", **{key: value for key, value in document["component"].items() if key != "type"})
@@ -67,7 +67,7 @@ def interface_force(strain: float = 1e-10) -> float:
 
 
 def main(page: Page) -> None:
-    """Run both schemes from one noisy start, put a homogeneous stress into (18), and run smaller automata with sub-steps."""
+    """Run both schemes from a noisy start, insert a homogeneous stress into (18), and run smaller automata with sub-steps."""
     logs = [record(noisy_block(scheme, 1e-7, 400)) for scheme in ("force", "momentum")]
     ends = [np.concatenate([log.series(f"{part}_velocity")[1][-1] for part in ("grid", "automata")]) for log in logs]
     page.head('"Two approaches are possible": momenta of node and automaton are added, or the forces of both')
@@ -88,7 +88,7 @@ program.""")
     page.head("Sub-steps of n times smaller automata: neither loss nor generation of energy, complete transfer of momentum")
     curves = {}
     for n, energy_known, momentum_known in ((2, "3.8e2", "11"), (3, "1.1e5", "105")):
-        # Impulses take half the step of the grid: a longer one is refused where automata are a third of a cell.
+        # Impulses use half the grid step, because a longer step is refused for automata of a third of a cell.
         for scheme, words, part in (("literal", "as written", 1), ("force", "impulses", 2)):
             log = record(noisy_block(scheme, 2e-7 / part, 2000 * part, n, 2 * n // part))
             energy = np.sum([log.series(name)[1] for name in ENERGIES], axis=0)

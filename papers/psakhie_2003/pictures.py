@@ -1,4 +1,4 @@
-"""Pictures of the half-space: velocity vectors, shaded speeds, and the fronts of theory."""
+"""Pictures of the half-space: velocity vectors, shaded speeds, and theoretical fronts."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from granular_env.components.support.float_arrays import FloatArray
 from half_space import DEPTH, HALF_WIDTH, LATE, MATERIAL, Motion
 from pages import Page
 
-# Lengths and shades go as the root of the speed, so that P is seen next to the Rayleigh wave; the fastest 0.2 % look alike.
+# Lengths and shades scale as the root of the speed, which makes P visible next to the Rayleigh wave; the top 0.2 % are clipped.
 POWER, MOST = 0.5, 0.998
 LETTER = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0}
 
 
 class Window(NamedTuple):
-    """The part of the half-space that is drawn, and the place of the load [m]."""
+    """The drawn part of the half-space, and the position of the load [m]."""
 
     left: float = -HALF_WIDTH
     right: float = HALF_WIDTH
@@ -29,7 +29,7 @@ class Window(NamedTuple):
     bottom: float = -DEPTH
 
     def samples(self, rows: int) -> tuple[FloatArray, FloatArray]:
-        """Return x and y of the middles of squares that fill the window, `rows` along the depth."""
+        """Return x and y of the centres of squares that fill the window, with `rows` squares along the depth."""
         size = -self.bottom / rows
         x = self.left + size * (np.arange(round((self.right - self.left) / size)) + 0.5)
         return tuple(np.meshgrid(x, self.bottom + size * (np.arange(rows) + 0.5)))  # type: ignore[return-value]
@@ -37,7 +37,7 @@ class Window(NamedTuple):
 
 @contextmanager
 def picture(page: Page, caption: str, window: Window) -> Iterator[Axes]:
-    """Draw the interface and the fronts that theory predicts, below what is drawn in the body of the ``with`` statement."""
+    """Draw the interface and the theoretical fronts beneath the drawing in the body of the ``with`` statement."""
     with page.plot(caption, "x, m", "y, m", (7.5, 4.2)) as axes:
         yield axes
         axes.set(xlim=(window.left, window.right), ylim=(window.bottom, 0.04), aspect="equal")
@@ -54,7 +54,7 @@ def picture(page: Page, caption: str, window: Window) -> Iterator[Axes]:
 
 
 def draw_vectors(page: Page, caption: str, moving: Motion, window: Window) -> None:
-    """Draw velocity vectors, with lengths as the root of the speed."""
+    """Draw velocity vectors with lengths proportional to the root of the speed."""
     with picture(page, caption, window) as axes:
         x, y = window.samples(28)
         velocity = moving.at(x, y)
@@ -65,7 +65,7 @@ def draw_vectors(page: Page, caption: str, moving: Motion, window: Window) -> No
 
 
 def draw_shade(page: Page, caption: str, label: str, values: FloatArray, window: Window, signed: bool = False) -> None:
-    """Draw a quantity at ``window.samples(160)`` as a shade."""
+    """Draw a quantity at ``window.samples(160)`` as shading."""
     with picture(page, caption, window) as axes:
         most = float(np.quantile(np.abs(values), MOST))
         norm = SymLogNorm(0.05 * most, vmin=-most, vmax=most) if signed else PowerNorm(POWER, vmin=0.0, vmax=most)
@@ -75,6 +75,6 @@ def draw_shade(page: Page, caption: str, label: str, values: FloatArray, window:
 
 
 def draw_speed(page: Page, caption: str, moving: Motion, window: Window) -> None:
-    """Draw the speed as a shade."""
+    """Draw the speed as shading."""
     velocity = 1e3 * moving.at(*window.samples(160))
     draw_shade(page, caption, "speed, mm/s", np.hypot(velocity[..., 0], velocity[..., 1]), window)

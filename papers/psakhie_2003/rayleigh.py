@@ -18,36 +18,36 @@ QUICKLY = "half of its energy is gone in half of its length"
 
 
 def within(time: float = LATE, samples: int = 2001) -> FloatArray:
-    """Return distances from the load within the wave: behind its front, while the load lasted [m]."""
+    """Return distances from the load within the wave: behind its front, over the duration of the load [m]."""
     return np.linspace(SPEED * (time - LOAD), SPEED * time, samples)
 
 
 def surface_crest(moving: Motion, side: float, time: float = LATE) -> float:
-    """Return how far from the load the crest of the vertical velocity on the surface is, to the right (side 1) or left [m]."""
+    """Return the distance from the load to the crest of vertical surface velocity, to the right (side 1) or left [m]."""
     x = within(time)
     return crest(x, moving.at(side * x, np.zeros_like(x))[:, 1])
 
 
 def turns(last: Motion, side: float) -> bool:
-    """Return whether the velocity at the surface turns by more than half a turn against the sense of rolling."""
+    """Return whether the surface velocity rotates by more than half a turn in the retrograde sense."""
     x = within()
     velocity = last.at(side * x, np.zeros_like(x)) * [side, 1.0]
     speed = np.hypot(velocity[:, 0], velocity[:, 1])
     own = speed > 0.3 * speed.max()
-    # A wave that has passed a point is ahead of it: along x the velocity turns clockwise where in time it turns anticlockwise.
+    # Along x the velocity rotates in the sense opposite to its rotation in time at a point.
     angle = np.unwrap(np.arctan2(velocity[own, 1], velocity[own, 0]))
     return bool(angle[0] - angle[-1] > np.pi)
 
 
 def axes_ratio(last: Motion, side: float) -> float:
-    """Return the vertical over the horizontal axis of the ellipse at the surface, from the spectra of both components."""
+    """Return the ratio of the vertical to the horizontal axis of the surface ellipse, from the spectra of both components."""
     x = np.linspace(SPEED * (LATE - 1.5 * LOAD), SPEED * (LATE + 0.5 * LOAD), 8004)
     spectrum = np.abs(np.fft.rfft(last.at(side * x, np.zeros_like(x)) * np.hanning(len(x))[:, None], axis=0))[1:16]
     return float(np.sqrt((spectrum[:, 1] ** 2).sum() / (spectrum[:, 0] ** 2).sum()))
 
 
 def energies(last: Motion, side: float) -> FloatArray:
-    """Return the mean squares of the velocity within the wave at the depths [m2/s2]."""
+    """Return the mean squared velocity within the wave at given depths [m2/s2]."""
     x = within()
     return np.array([(last.at(side * x, np.full_like(x, -depth)) ** 2).sum(axis=1).mean() for depth in DEPTHS])
 

@@ -19,7 +19,7 @@ ROOT = math.sqrt(0.5)
 
 
 def within(speed: float, time: float, samples: int = 4001) -> FloatArray:
-    """Return distances from the load within a wave: behind its front, while the load lasted [m]."""
+    """Return distances from the load within a wave: behind its front, over the duration of the load [m]."""
     return np.linspace(speed * (time - LOAD), speed * time, samples)
 
 
@@ -35,14 +35,14 @@ def head_wave(last: Motion, side: float) -> tuple[float, float]:
     for depth in depths:
         front = (S_SPEED * LATE - depth * math.sqrt(1.0 - SINE * SINE)) / SINE
         x = np.linspace(front - 0.6 * P_SPEED * LOAD, front, 4001)
-        # The first half of the wave turns the medium towards its direction of travel.
+        # The first half of the wave rotates the medium towards the direction of travel.
         found.append(crest(x, np.minimum(side * last.spin(side * x, np.full_like(x, -depth)), 0.0)))
     slope, start = np.polyfit(depths, found, 1)
     return math.degrees(math.atan2(1.0, -slope)), float(start)
 
 
 def vortices(last: Motion, side: float) -> list[str]:
-    """Return points between head wave and S about which the velocity turns once in the sense of its rotation."""
+    """Return points between head wave and S around which the velocity turns once in the sense of its rotation."""
     x, y = np.arange(0.12, 0.26, 1e-3), np.arange(-0.16, -0.03, 1e-3)
     velocity = last.at(*np.meshgrid(side * x, y))
     angle = np.arctan2(velocity[..., 1], side * velocity[..., 0])

@@ -1,1 +1,1 @@
-"""What several test modules share: examples, toys, a browser, a terminal."""
+"""Helpers of several test modules: examples, toys, a browser, a terminal."""

@@ -1,4 +1,4 @@
-"""Specimens of automata for tests: density, shear modulus and lambda are 1, and so is the diameter."""
+"""Specimens of automata for tests, with density = shear modulus = lambda = diameter = 1."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def block(packing: str = "square", columns: int = 8, rows: int = 8, **parameters
 
 
 def forces_at(automata: Automata, displacement: np.ndarray, rotation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the forces and torques of automata at these displacements, shape (n, 2), and rotations, shape (n,)."""
+    """Return the forces and torques on automata at given displacements, shape (n, 2), and rotations, shape (n,)."""
     steps, place = automata.steps, automata.body.layout.place
     load(automata.body.layout, displacement, np.zeros_like(displacement), rotation, np.zeros_like(rotation), steps.motion)
     steps.update_forces()

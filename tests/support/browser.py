@@ -1,4 +1,4 @@
-"""A headless Chromium, driven over a pipe by the DevTools protocol: no port, no driver, nothing but the standard library."""
+"""A headless Chromium, controlled through a pipe with the DevTools protocol: no port, no driver, only the standard library."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ FLAGS = (
 
 
 def found() -> str | None:
-    """The browser's path, or None where there is none."""
+    """Return the browser's path, or None if there is no browser."""
     return next((path for path in map(shutil.which, NAMES) if path), None)
 
 
 class Browser:
-    """One page; use it as a context manager."""
+    """A browser page, to be used as a context manager."""
 
     def __init__(self) -> None:
         self._number, self._events = 0, []
@@ -35,9 +35,9 @@ class Browser:
         self._folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
         ours_in, self._to = os.pipe()
         self._from, ours_out = os.pipe()
-        # The browser reads descriptor 3 and writes 4.
+        # The browser reads from descriptor 3 and writes to descriptor 4.
         command = f'exec "$0" "$@" 3<&{ours_in} 4>&{ours_out}'
-        # It draws with a driver of its own, which a list of the system's drivers would hide from it.
+        # The browser uses its bundled graphics driver, which VK_DRIVER_FILES would hide.
         environment = {name: value for name, value in os.environ.items() if name != "VK_DRIVER_FILES"}
         self._process = subprocess.Popen(
             ["bash", "-c", command, str(found()), *FLAGS, f"--user-data-dir={self._folder.name}"],
@@ -60,7 +60,7 @@ class Browser:
         self._folder.cleanup()
 
     def call(self, method: str, **parameters: Any) -> dict[str, Any]:
-        """A command and its answer."""
+        """Send a command and return its answer."""
         self._number += 1
         message: dict[str, Any] = {"id": self._number, "method": method, "params": parameters}
         if self._session is not None:
@@ -82,7 +82,7 @@ class Browser:
         return json.loads(text)
 
     def open(self, page: Path, width: int = 1280, height: int = 900, dark: bool = False) -> None:
-        """Load a file at a width of the screen, in light or dark mode."""
+        """Load a file at a given screen width, in light or dark mode."""
         self._events.clear()
         self.call(
             "Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=width < 600
@@ -94,24 +94,24 @@ class Browser:
             self._events.append(self._read())
 
     def evaluate(self, expression: str) -> Any:
-        """The value of JavaScript in the page, although the page itself may run none."""
+        """Return the value of a JavaScript expression in the page, although the page may run no scripts."""
         found = self.call("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)
         assert "exceptionDetails" not in found, found
         return found["result"].get("value")
 
     def complaints(self) -> list[Any]:
-        """What the console and the log of the browser held against the page since it was opened."""
+        """Return the errors and warnings in the browser's console and log since the page was opened."""
         self.evaluate("1")
         names = ("Runtime.exceptionThrown", "Runtime.consoleAPICalled", "Log.entryAdded", "Network.loadingFailed")
         return [event["params"] for event in self._events if event.get("method") in names]
 
     def requests(self) -> list[str]:
-        """Addresses that the page asked for."""
+        """Return the addresses that the page requested."""
         self.evaluate("1")
         sent = (event["params"] for event in self._events if event.get("method") == "Network.requestWillBeSent")
         return [one["request"]["url"] for one in sent]
 
     def picture(self, path: Path, whole: bool = True) -> None:
-        """A screenshot."""
+        """Return a screenshot."""
         data = self.call("Page.captureScreenshot", captureBeyondViewport=whole)["data"]
         path.write_bytes(base64.b64decode(data))

@@ -1,4 +1,4 @@
-"""For the tests of the chain: the paper's chain, the dimensionless one, histories, peaks, and cases whose bits are compared."""
+"""Helpers for tests of the chain: the paper's chain, a dimensionless chain, histories, peaks, and bitwise test cases."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ INTEGRATORS = ("pefrl", "leapfrog", "rk4", "hamming")
 
 
 def laws_and_integrators(laws: Iterable[Any], integrators: Sequence[str] = INTEGRATORS) -> list[Any]:
-    """Return every law, by name or as a table, with every integrator; those that `make test` leaves out are marked slow.
+    """Return pairs of laws (name or table) and integrators; pairs that `make test` omits are marked slow.
 
-    An integrator calls the functions of one law as those of another. So one elastic law meets every integrator, one with
-    dissipation and one with history every one but Hamming's, the others the first; each pair takes seconds to compile.
+    An integrator calls the functions of all laws alike, and each pair takes seconds to compile. Therefore one elastic law runs
+    with every integrator, one dissipative law and one law with history with all but Hamming's, the others with the first.
     """
     everywhere = {*product(("hertz",), INTEGRATORS), *product(("viscous", "elastic_plastic"), ("pefrl", "leapfrog", "rk4"))}
     pairs = []
@@ -44,25 +44,25 @@ SPEED = 5.0
 
 
 def paper_chain(grains: int = 100, **parameters: object) -> ge.Chain:
-    """The paper's chain, by default with steps so short that their errors do not count."""
+    """Return the paper's chain, by default with steps short enough to neglect their errors."""
     given = {"grains": grains, "radius": RADIUS, "contact_stiffness": STIFFNESS, "step_size": 2e-8}
     return ge.make("chain", **(given | parameters))
 
 
 def unit_chain(grains: int = 100, **parameters: object) -> ge.Chain:
-    """m = A = 1: times are tau, the unit of (3.1), where the speed is 1 too."""
+    """Return a chain with m = A = 1; for a speed of 1, times are in tau, the unit of (3.1)."""
     given = {"radius": 100.0, "mass": 1.0, "contact_stiffness": 1.0, "overlap_limit": 0.5, "step_size": 0.1}
     return ge.make("chain", grains=grains, **(given | parameters))
 
 
 def advance(chain: ge.Chain, time: float, **inputs: object) -> ge.Chain:
-    """Step by the number of internal steps nearest to `time`."""
+    """Advance by the number of internal steps nearest to `time`."""
     chain.step(round(time / chain.step_size) * chain.step_size, **inputs)
     return chain
 
 
 def history(chain: ge.Chain, time: float, grains: Sequence[int], **inputs: object) -> np.ndarray:
-    """Velocities of some grains after every internal step, shape (steps, grains)."""
+    """Return the velocities of given grains after every internal step, shape (steps, grains)."""
     rows = []
     for _ in range(round(time / chain.step_size)):
         chain.step(**inputs)
@@ -72,7 +72,7 @@ def history(chain: ge.Chain, time: float, grains: Sequence[int], **inputs: objec
 
 
 def peaks(samples: np.ndarray, above: float) -> list[tuple[float, float]]:
-    """Maxima higher than `above`: (step, height), by a polynomial of degree 8 through nine samples."""
+    """Return maxima higher than `above` as (step, height), from a polynomial of degree 8 through nine samples."""
     found = []
     for i in range(4, len(samples) - 4):
         if samples[i] > above and samples[i - 1] <= samples[i] > samples[i + 1]:
@@ -88,17 +88,17 @@ def heights(samples: np.ndarray, above: float) -> list[float]:
 
 
 def magnitude(chain: ge.Chain) -> float:
-    """Sum of |p|."""
+    """Return the sum of |p|."""
     return float(np.abs(chain.geometry.mass * chain.get("velocity")).sum())
 
 
 def state_hash(chain: ge.Chain) -> str:
-    """Of all bits that a snapshot holds."""
+    """Return the hash of all bits of a snapshot."""
     return hashlib.sha256(chain.save().to_bytes()).hexdigest()
 
 
 def python(code: str, *, folder: Path = ROOT, **environment: str) -> str:
-    """What a fresh interpreter prints; helpers of the tests can be imported there."""
+    """Run code in a new interpreter, which can import test helpers, and return its output."""
     paths = os.pathsep.join((str(folder), str(ROOT / "tests")))
     done = subprocess.run(
         [sys.executable, "-W", "ignore", "-c", code],
@@ -108,7 +108,7 @@ def python(code: str, *, folder: Path = ROOT, **environment: str) -> str:
     return done.stdout
 
 
-# -- cases whose bits are compared between ways to run the same kernels ------------------------------------------------
+# -- cases for bitwise comparison of ways to run the same kernels ------------------------------------------------------
 
 ENDS = (
     ("free", "free"), ("piston", "free"), ("free", "piston"), ("piston", "rigid_plane"), ("plane", "free"),
@@ -119,7 +119,7 @@ MOTION = ge.Profile(np.array([0.0, 2e-6]), np.array([[0.5, 1e5, -2e10], [0.62, -
 
 
 def drives(left: str, right: str) -> dict[str, object]:
-    """A profile on the left, a number on the right, wherever the end takes one."""
+    """Return inputs for a chain: a profile on the left and a number on the right, if the end accepts an input."""
     inputs: dict[str, object] = {}
     if left in ("free", "piston"):
         inputs |= {"left_velocity": MOTION} if left == "piston" else {"left_force": PUSH}
@@ -129,7 +129,7 @@ def drives(left: str, right: str) -> dict[str, object]:
 
 
 def bit_cases(schemes: Sequence[str], grains: int, ticks: int) -> Iterator[tuple[str, str]]:
-    """Name and hash of every end with every scheme: random chains, driven, half of them pressed together."""
+    """Yield name and hash for every pair of ends and scheme: driven random chains, half of them precompressed."""
     for scheme in schemes:
         for number, (left, right) in enumerate(ENDS):
             random = np.random.default_rng(number)

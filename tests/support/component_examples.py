@@ -1,6 +1,6 @@
-"""Example drives of every catalogue component: what the conformance suite runs.
+"""Example drives of every catalogue component, for the conformance suite.
 
-A new component needs one entry here (several where it has several ways to be put together) and is then tested in full.
+A new component needs one entry here (several if it can be composed in several ways) and is then tested in full.
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ from granular_env.components.profiles import Profile
 
 @dataclass(frozen=True)
 class Example:
-    """One component, put together in one way, and how to move it.
+    """A component in one configuration, with its drive.
 
     Attributes:
         label: name of the test.
         component: catalogue name, or a class that is not in the catalogue.
         parameters: for `make`.
         start: for `reset`.
-        inputs: numbers or arrays to hold, name -> value; others are made by halving them.
+        inputs: numbers or arrays to hold, name -> value; tests halve them to get other values.
         profiles: step size [s] -> inputs as profiles of time.
-        ticks: how many internal steps the tests run.
-        energy_tolerance: bound of the energy residual over the largest energy or work seen, with its origin in the entry.
-        momentum_tolerance: bound of the momentum residual over the largest momentum or impulse seen.
-        breaks: parameters, start and inputs with which `breaks_after` steps must end in StepError; None where nothing can.
+        ticks: number of internal steps of the tests.
+        energy_tolerance: bound of the energy residual over the largest energy or work in the run; each entry states its origin.
+        momentum_tolerance: bound of the momentum residual over the largest momentum or impulse in the run.
+        breaks: parameters, start and inputs for which `breaks_after` steps must end in StepError; None if impossible.
     """
 
     label: str
@@ -46,26 +46,26 @@ class Example:
     breaks_after: int = 1000
 
     def make(self) -> Component:
-        """A fresh component at its own start."""
+        """Return a new component in its default start state."""
         return self.made_of(self.parameters)
 
     def make_in(self, memory: Any) -> Component:
-        """Return a fresh component in the memory of a parent."""
+        """Return a new component in the memory of a parent."""
         return self.made_of({**self.parameters, "memory": memory})
 
     def made_of(self, parameters: Mapping[str, Any]) -> Component:
-        """Return a fresh component of these parameters."""
+        """Return a new component with these parameters."""
         known = isinstance(self.component, str)
         return catalogue.make(self.component, **parameters) if known else self.component(**parameters)  # type: ignore[operator]
 
     def started(self) -> Component:
-        """A fresh component at the example's start."""
+        """Return a new component in the example's start state."""
         component = self.make()
         component.reset(**self.start)
         return component
 
     def all_profiles(self, component: Component) -> dict[str, Profile]:
-        """The example's profiles on the component's own step size."""
+        """Return the example's profiles for the component's step size."""
         return dict(self.profiles(component.step_size))
 
 
@@ -85,12 +85,12 @@ OSCILLATORS = [
 
 
 def _pulse(name: str, peak: float) -> Callable[[float], Mapping[str, Profile]]:
-    """A half-sine, then a falling triangle that begins with a jump."""
+    """Return a half-sine, followed by a falling triangle that begins with a jump."""
     return lambda h: {name: Profile.half_sine(peak, 60 * h) + Profile.triangle(0.5 * peak, 50 * h, start=70 * h)}
 
 
 def _driven_chain(integrator: str, energy_tolerance: float) -> Example:
-    """Unlike grains between a piston and a wall, at a step that does for every integrator."""
+    """Return parameters of unequal grains between a piston and a wall, with a step that suits every integrator."""
     return Example(
         f"chain-{integrator}",
         "chain",
@@ -111,9 +111,9 @@ def _driven_chain(integrator: str, energy_tolerance: float) -> Example:
     )
 
 
-# Energy residuals of an impact at the default step, 0.1 of the collision's unit of time, over the energy (measured once with
-# a reference integrator of relative error 1e-13): PEFRL 2e-6; leapfrog 6e-6 at an eighth of that step, and of second order;
-# RK4 7e-5 and Hamming 5e-5, of fourth order. The driven chains take 0.43 of the default step.
+# Relative energy residuals of an impact at the default step, 0.1 of the collision's time unit (measured with a reference
+# integrator of relative error 1e-13): PEFRL 2e-6; leapfrog 6e-6 at an eighth of this step (second order);
+# RK4 7e-5 and Hamming 5e-5 (fourth order). The driven chains use 0.43 of the default step.
 _PEFRL = 2e-6
 _DRIVEN = {
     "pefrl": _PEFRL,
@@ -121,11 +121,11 @@ _DRIVEN = {
     "rk4": 7e-5 * 0.43**4,
     "hamming": 5e-5 * 0.43**4,
 }
-# A grain that leaves a wall at full speed inside a step costs up to 2 k (v h)^1.5 h / (m v) = 1.3e-3 of its energy; PEFRL's
-# four forces see all but a fortieth of it.
+# A grain that leaves a wall at full speed within a step causes an energy error of up to 2 k (v h)^1.5 h / (m v) = 1.3e-3;
+# PEFRL's four forces capture all but a fortieth of it.
 _LEAVING_A_WALL = 1.3e-3 / 40
-# The splitting of dissipation is of second order: 2e-6 of the kinetic energy at 4e-7 s in a pulse that nowhere opens a contact,
-# tests/test_chain_laws.py; with contacts that open 5e-6 at 5e-8 s, so up to 16 times that at the default steps here.
+# The splitting of dissipation is second-order: 2e-6 of the kinetic energy at 4e-7 s for a pulse that opens no contact
+# (tests/test_chain_laws.py). With opening contacts it is 5e-6 at 5e-8 s, so up to 16 times that at the default steps here.
 _DISSIPATIVE = 8e-5
 
 CHAINS = [
@@ -227,18 +227,18 @@ DISCS = Example(
     {"force": TEAR},
     lambda h: {"force": (Profile.triangle(2.0, 40 * h, rise=10 * h) + Profile.half_sine(1.0, 30 * h, start=20 * h)) * TEAR},
     ticks=240,
-    # Leapfrog conserves E up to (omega h)^2 / 4 of the kinetic energy; omega^2 is at most 4 k / m, so that is 1e-4.
-    # A spring that begins or ends inside a step costs up to k (v h)^2 / 8 = 6e-6 J at 7 m/s; 15 of them 4e-4 of 0.25 J.
+    # Leapfrog conserves E up to (omega h)^2 / 4 of the kinetic energy, here 1e-4, because omega^2 is at most 4 k / m.
+    # A contact that opens or closes within a step costs up to k (v h)^2 / 8 = 6e-6 J at 7 m/s; 15 contacts, 4e-4 of 0.25 J.
     energy_tolerance=5e-4,
     breaks=({}, {}, {"force": 1e9}),
 )
 
 # A medium with the wave speeds sqrt(3) and 1 m/s.
 MEDIUM = {"density": 1.0, "young": 2.5, "poisson": 0.25}
-# Six nodes of a right edge that are pushed about, and the velocities of a left one.
+# Tractions on the nodes of a right edge, and velocities of a left edge.
 TRACTION = 1e-3 * np.array([[1.0, -0.5], [0.5, 0.25], [0.0, 1.0], [-0.5, 0.5], [1.0, 0.0]])
 NODE_FORCE = 1e-3 * np.array([[0.5, 1.0], [-1.0, 0.25]])
-# A square of five cells: one in the middle that is turned against the four around it, so that corners of one number meet.
+# A square of five cells: the middle cell is rotated against the four around it, so that corners with equal numbers meet.
 PINWHEEL = {
     "name": "quadrilaterals",
     "nodes": [[0, 0], [3, 0], [3, 3], [0, 3], [1.1, 0.9], [2.0, 1.1], [1.9, 2.0], [0.9, 1.8]],
@@ -248,15 +248,15 @@ PINWHEEL = {
 
 
 def _signals(**patterns: Any) -> Callable[[float], Mapping[str, Profile]]:
-    """A triangle and a half sine, times an array for each input."""
+    """Return a triangle and a half sine, multiplied by an array for each input."""
     return lambda h: {
         name: (Profile.triangle(2.0, 40 * h, rise=10 * h) + Profile.half_sine(1.0, 30 * h, start=20 * h)) * pattern
         for name, pattern in patterns.items()
     }
 
 
-# The residual measures the difference between the work of forces at the ends of a step and that of stresses in its middle. It
-# falls in proportion to the strains, here 5e-3 at most; of linear motion nothing is left but rounding (tests/test_grid.py).
+# The residual is the difference between the work of the forces at the ends of a step and of the stresses in its middle. It is
+# proportional to the strains, here 5e-3 at most; for linear motion only rounding is left (tests/test_grid.py).
 _FINITE_STRAINS = 1e-4
 
 GRIDS = [
@@ -325,7 +325,7 @@ ROCK = {"density": 2500.0, "young": 5e10, "poisson": 0.25}
 
 
 def _linked_automata(packing: str, rows: int, unit: float) -> Example:
-    """A small specimen that is squeezed by a smooth plate from above, pulled at its right side, and pushed at two automata."""
+    """Return a small specimen with a smooth plate pressing from above, a pull on its right side, and forces on two automata."""
     return Example(
         f"automata-{packing}",
         "automata",
@@ -359,7 +359,7 @@ HEXAGONAL_ROW = 0.01 * 0.5 * 3.0**0.5
 
 
 def _failing_automata(label: str, energy_tolerance: float, **laws: object) -> Example:
-    """A small specimen that is crushed and sheared by a plate glued to its upper side, and pulled at two automata."""
+    """Return a small specimen that a plate glued to its upper side crushes and shears, with forces on two automata."""
     return Example(
         f"automata-{label}",
         "automata",
@@ -387,7 +387,7 @@ def _failing_automata(label: str, energy_tolerance: float, **laws: object) -> Ex
 WEAK = {"name": "drucker_prager", "compressive": 3e7, "tensile": 1e7}
 AUTOMATA = [
     _linked_automata("hexagonal", 4, HEXAGONAL_ROW),
-    # A fracturing, rubbing run closes to 1 %.
+    # The energy of a run with fracture and friction closes to 1 %.
     _failing_automata("cracking", 0.01, criterion=WEAK, strength_scatter=0.2),
     _failing_automata("yielding", 0.01, response={"name": "plastic_degrading", "yield_stress": 1e7, "hardening": 5e9}),
 ]
@@ -452,7 +452,7 @@ COUPLED = [
         {"grid_velocity": {7: (1e-3, -2e-3)}, "grid_displacement": {12: (1e-3, 0.0)}},
         {"grid_bottom_traction": np.array([1e-3, -5e-4]), "automata_top_velocity": np.array([1e-3, -1e-3])},
         _signals(grid_bottom_traction=np.array([1e-3, 0.0]), automata_top_velocity=np.array([0.0, 1e-3])),
-        # Multiple steps keep an energy that differs from the true one by some percent of the motion at the interface.
+        # Multiple time stepping conserves an energy that differs from the true one by a few percent of the interface's motion.
         energy_tolerance=0.05,
         breaks=({}, {}, {"automata_top_velocity": -10.0}),
     ),
@@ -487,13 +487,13 @@ COUPLED = [
         {"grid_velocity": {7: (1e-3, -2e-3)}, "automata_velocity": {12: (1e-3, 1e-3)}},
         {"grid_top_velocity": np.array([0.04, -0.01])},
         _signals(grid_top_velocity=np.array([0.04, -0.01])),
-        # A fracturing, rubbing run closes to 1 %.
+        # The energy of a run with fracture and friction closes to 1 %.
         energy_tolerance=0.01,
         breaks=({}, {}, {"grid_top_velocity": -10.0}),
     ),  # fmt: skip
 ]
 
-# What leaves a cell enters its neighbour: what is left is rounding, of 120 ticks and 24 cells.
+# The scheme is conservative, so only the rounding of 120 ticks and 24 cells remains.
 _ROUNDING_OF_GAS = 1e-13
 WIDTHS = 1e-3 * (1.0 + 0.3 * np.sin(np.arange(24.0)))
 
@@ -559,13 +559,13 @@ SOLIDS = [
             "step_size": 5e-8,
         },
         {"nodal_velocity": {30: (5.0, 2.0, 20.0)}},
-        # The velocity of the edge has the shape (3,), which tests take for a wrong one: it is a profile.
+        # The velocity of the edge is given as a profile, because the tests use shape (3,) as an invalid shape.
         {"pressure": 1e6 * _LOADS},
         lambda h: {
             "pressure": (Profile.constant(2e5) + Profile.half_sine(1e6, 60 * h, start=20 * h)) * _LOADS,
             "end_velocity": Profile.triangle(1.0, 60 * h, rise=20 * h) * _PULL,
         },
-        # Of second order in the step: 1.3e-4 at this step, a sixth of it at half the step.
+        # Second-order in the step: 1.3e-4 at this step, a sixth of it at half the step.
         energy_tolerance=2e-4,
         momentum_tolerance=1e-12,
         breaks=({}, {}, {"pressure": 1e12}),
@@ -586,7 +586,7 @@ SOLIDS = [
         {"nodal_velocity": (-60.0, 0.0, 0.0)},
         {"pressure": 6e7 * _LOADS},
         lambda h: {"pressure": (Profile.constant(3e7) + Profile.half_sine(5e7, 60 * h, start=20 * h)) * _LOADS},
-        # 6e-5 of the plastic work after 2.4 us at this step, 1e-5 at half of it; more while nodes still bounce off the wall.
+        # 6e-5 of the plastic work after 2.4 us at this step, 1e-5 at half the step; more while nodes still bounce off the wall.
         energy_tolerance=1e-3,
         momentum_tolerance=1e-12,
         breaks=({}, {}, {"pressure": 1e13}),
@@ -614,7 +614,7 @@ TUBES = [
         {"gas_velocity": {20: 10.0}},
         {"gas_ignition_power": 3e6},
         lambda h: {"gas_ignition_power": Profile.triangle(5e6, 60 * h, rise=20 * h)},
-        # Of the shell, of second order in the step.
+        # The residual is that of the shell, second-order in the step.
         energy_tolerance=1e-6,
         breaks=({}, {}, {"gas_ignition_power": 1e12}),
     ),
@@ -637,7 +637,7 @@ TUBES = [
             "vent_area": Profile.half_sine(5e-6, 60 * h, start=20 * h),
             "gas_right_pressure": Profile.constant(8e4),
         },
-        # Of the shell, of second order in the step.
+        # The residual is that of the shell, second-order in the step.
         energy_tolerance=1e-6,
         breaks=({}, {}, {"gas_ignition_power": 1e12}),
     ),
@@ -647,5 +647,5 @@ EXAMPLES = [*OSCILLATORS, *CHAINS, DISCS, *GRIDS, *AUTOMATA, *COUPLED, *GASES, *
 
 
 def of_component(name: str) -> list[Example]:
-    """The examples of one catalogue name."""
+    """Return the examples of a catalogue name."""
     return [example for example in EXAMPLES if example.component == name]

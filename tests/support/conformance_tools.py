@@ -1,4 +1,4 @@
-"""Helpers of the conformance suite: ways to read, drive and watch a component."""
+"""Helpers of the conformance suite that read, drive and observe a component."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from granular_env.components.errors import GranularWarning, StepError
 from support.component_examples import EXAMPLES, Example
 
 every_example = pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.label)
-# For mechanisms that no component changes: numbers as inputs, kernels, and arrays with events and lists that grow.
+# Examples for mechanisms common to all components: one with scalar inputs, one with kernels, one with arrays and growing lists.
 THREE = [example for example in EXAMPLES if example.label in ("oscillator-forced", "chain-pefrl", "discs")]
 on_three_components = pytest.mark.parametrize("example", THREE, ids=lambda example: example.label)
 
 
 def bits(component: Component) -> bytes:
-    """Everything that changes, as bytes."""
+    """Return the complete changing state as bytes."""
     return component.save().to_bytes()
 
 
 def readings(component: Component) -> dict[str, bytes]:
-    """Every variable but the parameters, as bytes."""
+    """Return all variables except the parameters as bytes."""
     return {
         name: np.asarray(component.get(name)).tobytes()
         for name, variable in component.variables.items()
@@ -32,7 +32,7 @@ def readings(component: Component) -> dict[str, bytes]:
 
 
 def drive(component: Component, example: Example, ticks: int) -> None:
-    """Step one tick at a time: held numbers, then a change of them, then profiles."""
+    """Step one tick at a time with held numbers, then with changed numbers, then with profiles."""
     half = {name: 0.5 * value for name, value in example.inputs.items()}
     profiles = example.all_profiles(component)
     changes = {0: example.inputs, ticks // 4: half, ticks // 2: profiles}
@@ -40,19 +40,19 @@ def drive(component: Component, example: Example, ticks: int) -> None:
         component.step(None, **changes.get(tick, {}))
 
 
-# Ticks of each call of `load_until_refused`, calls in which the load grows to its full size, and calls at most.
+# For `load_until_refused`: ticks per call, calls until the full load, and largest number of calls.
 CALL_TICKS, GROWING_CALLS, MOST_CALLS = 3, 20, 60
 
 
 def growing_load(example: Example, call: int) -> dict[str, object]:
-    """Return the inputs that break an example, as a call gets them: they grow by four decades, then stay."""
+    """Return the destructive inputs of a call: they grow by four decades, then stay constant."""
     assert example.breaks is not None
     scale = 10.0 ** min(0.0, 4.0 * call / (GROWING_CALLS - 1) - 4.0)
     return {name: scale * value for name, value in example.breaks[2].items()}
 
 
 def load_until_refused(component: Component, example: Example, first: int = 0, last: int = MOST_CALLS) -> tuple[int, str]:
-    """Step under a growing load until a call is refused; return its number and the message, or `last` and nothing."""
+    """Step under a growing load until a call is refused; return its number and the message, or `last` and ""."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", GranularWarning)
         for call in range(first, last if example.breaks else first):
@@ -64,7 +64,7 @@ def load_until_refused(component: Component, example: Example, first: int = 0, l
 
 
 class Watcher:
-    """An observer that reads everything every `every` ticks and counts what it was told."""
+    """An observer that reads all variables every `every` ticks and counts its notifications."""
 
     def __init__(self, every: int) -> None:
         self.every, self.next_tick, self.looks, self.calls = every, 0, [], []

@@ -1,4 +1,4 @@
-"""A problem without physics for the tests of studies: its best drive is known, and so are its slopes."""
+"""A problem without physics for tests of studies, with known optimal drive and slopes."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ TARGET = 0.5
 
 
 class Bowl:
-    """return = -mean((drive - target)^2), the target rising from 0 to `TARGET`.
+    """A problem with return = -mean((drive - target)^2); the target rises from 0 to `TARGET`.
 
     Args:
-        broken_at: which evaluation returns NaN.
-        sent: the signal that this process sends itself at evaluation `sent_at`.
+        broken_at: number of the evaluation that returns NaN.
+        sent: signal that this process sends itself at evaluation `sent_at`.
     """
 
     stage: Mapping[str, object] | None = None
@@ -52,7 +52,7 @@ class Bowl:
 
 
 def bowl_study(*methods: Mapping, **changes) -> dict:
-    """The content of a study file for it."""
+    """Return the content of a study file for the problem."""
     chosen = list(methods) or [{"type": "random"}]
     return {"version": 1, "name": "bowl", "budget": 4000, "task": {"name": "force"}, "drive": {"knots": 4}, **changes} | {
         "method": chosen

@@ -1,4 +1,4 @@
-"""Coupled media that several tests use: unit cells, rho = mu = lambda = 1."""
+"""Coupled media for several tests: unit cells, rho = mu = lambda = 1."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ MEDIUM = Material(density=1.0, young=2.5, poisson=0.25)
 P_SPEED, S_SPEED = MEDIUM.longitudinal_speed, MEDIUM.shear_speed
 # Height of a row of the hexagonal packing, in diameters.
 ROW = 0.5 * math.sqrt(3.0)
-# Cells that are as high as two rows.
+# Cells with the height of two rows.
 TALL = [1.0, 2.0 * ROW]
-# So small that the geometry stays what it is, to rounding: what is linear in theory is linear here.
+# Displacements so small that the geometry changes by less than rounding, which makes the response linear.
 SMALL = 1e-13
 
 
@@ -29,7 +29,7 @@ def mesh(columns: int, rows: int, **more: Any) -> dict[str, Any]:
 
 
 def coupled(grid: dict[str, Any], automata: dict[str, Any], n: int = 1, **parameters: Any) -> Coupled:
-    """Return a grid and automata of one material, these of the diameter 1 / n."""
+    """Return a grid and automata of one material; the automata have diameter 1 / n."""
     return Coupled(
         grid={"material": MEDIUM, **grid},
         automata={"diameter": 1.0 / n, "packing": "square", "material": MEDIUM, **automata},
@@ -43,50 +43,50 @@ def rectangle(width: float, height: float) -> dict[str, Any]:
 
 
 def layers(packing: str = "square", n: int = 1, columns: int = 8, **parameters: Any) -> Coupled:
-    """Return four rows of cells, and about as many of automata on them."""
+    """Return four rows of cells with about as many rows of automata on top."""
     height = 4.0 if packing == "square" else round(4.0 * n / ROW) * ROW / n
     automata = {"shape": rectangle(float(columns), height), "packing": packing}
     return coupled({"mesh": mesh(columns, 4)}, automata, n, origin=[0.0, 4.0], **parameters)
 
 
 def inclusion(n: int = 1, laws: Mapping[str, Any] | None = None, **parameters: Any) -> Coupled:
-    """Return a block of cells with automata in a hole, of these laws."""
+    """Return a block of cells with a hole filled by automata with these laws."""
     hole = {"name": "box", "x": [2.0, 5.0], "y": [2.0, 6.0]}
     automata = {"shape": rectangle(3.0, 4.0), **(laws or {})}
     return coupled({"mesh": mesh(8, 8, holes=[hole])}, automata, n, origin=[2.0, 2.0], **parameters)
 
 
 def corner(n: int = 1, **parameters: Any) -> Coupled:
-    """Return a block of cells whose upper right quarter is of automata."""
+    """Return a block of cells whose upper right quarter consists of automata."""
     hole = {"name": "box", "x": [4.0, 8.0], "y": [3.0, 7.0]}
     return coupled({"mesh": mesh(8, 7, holes=[hole])}, {"shape": rectangle(4.0, 4.0)}, n, origin=[4.0, 3.0], **parameters)
 
 
 def cradle(n: int = 1, **parameters: Any) -> Coupled:
-    """Return a block of cells in automata, on three sides: the automata have corners of three quarters."""
+    """Return a block of cells enclosed by automata on three sides; the automata have three-quarter corners."""
     corners = [[-2, -2], [6, -2], [6, 3], [3, 3], [3, 0], [0, 0], [0, 3], [-2, 3]]
     return coupled({"mesh": mesh(3, 3)}, {"shape": {"name": "polygon", "corners": corners}}, n, **parameters)
 
 
 def between(n: int = 1, **parameters: Any) -> Coupled:
-    """Return two grids with automata between them, an interface on either side."""
+    """Return two grids with automata between them, with an interface on each side."""
     gap = {"name": "box", "x": [3.0, 6.0], "y": [-1.0, 5.0]}
     return coupled({"mesh": mesh(10, 4, holes=[gap])}, {"shape": rectangle(3.0, 4.0)}, n, origin=[3.0, 0.0], **parameters)
 
 
 def positions(medium: Coupled) -> tuple[FloatArray, FloatArray]:
-    """Return where nodes and automata are before anything moves [m]."""
+    """Return the initial positions of nodes and automata [m]."""
     return medium.grid.mesh.nodes, medium.reference
 
 
 def start(medium: Coupled, field: Any, rotation: float = 0.0) -> None:
-    """Start with displacements that are a function of positions."""
+    """Reset with displacements given as a function of position."""
     nodes, centres = positions(medium)
     medium.reset(grid_displacement=field(nodes), automata_displacement=field(centres), automata_rotation=rotation)
 
 
 def start_noise(medium: Coupled, seed: int, part: float = 1.0) -> float:
-    """Start with a smooth motion and this part of noise; return its kinetic energy [J]."""
+    """Reset with a smooth motion plus a fraction of noise; return the kinetic energy [J]."""
     random = np.random.default_rng(seed)
 
     def field(points: FloatArray) -> FloatArray:
@@ -99,7 +99,7 @@ def start_noise(medium: Coupled, seed: int, part: float = 1.0) -> float:
 
 
 def inner(medium: Coupled, margin: float) -> tuple[FloatArray, FloatArray]:
-    """Return which nodes and automata lie farther than a margin [m] from all free surfaces."""
+    """Return a mask of the nodes and automata farther than a margin [m] from all free surfaces."""
     nodes, centres = positions(medium)
     mesh, shape = medium.grid.mesh, medium.automata.parameters.shape
     origin = np.array(medium.parameters.origin)
@@ -118,7 +118,7 @@ def inner(medium: Coupled, margin: float) -> tuple[FloatArray, FloatArray]:
 
 
 def contains_cells(middles: FloatArray, half: FloatArray, points: FloatArray) -> Any:
-    """Return which points lie in one of the equal cells about these middles, of half a width and half a height."""
+    """Return a mask of the points inside any of the equal cells with given centres, half width and half height."""
     inside = np.zeros(len(points), dtype=bool)
     for middle in middles:
         inside |= (np.abs(points - middle) <= half + 1e-9).all(axis=1)
@@ -126,14 +126,14 @@ def contains_cells(middles: FloatArray, half: FloatArray, points: FloatArray) ->
 
 
 def strip(packing: str, cells: int, automata: int, step: float = 0.2, n: int = 1) -> tuple[Coupled, int]:
-    """Return a strip that is closed on itself across, cells and then automata up to a rigid end; and its axis.
+    """Return a strip, periodic across, of cells followed by automata up to a rigid end; and its axis.
 
     Args:
         packing: of the automata.
-        cells: how many there are along the strip.
-        automata: about so many lengths of a cell they fill.
+        cells: number of cells along the strip.
+        automata: approximate length of the automata part, in cells.
         step: internal step.
-        n: automata on a side of a cell.
+        n: automata per side of a cell.
     """
     if packing == "square":
         across = {"bottom": "periodic", "top": "periodic"}
@@ -157,7 +157,7 @@ def start_wave(
     component, speed = (1 - axis, S_SPEED) if shear else (axis, P_SPEED)
 
     def fields(points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        # u = f(x - c t) and v = -c f', so that f(x) is the integral of v / c from x on.
+        # u = f(x - c t) and v = -c f', so f(x) is the integral of v / c from x to infinity.
         x, displacement, velocity = points[:, axis], np.zeros(points.shape), np.zeros(points.shape)
         displacement[:, component] = SMALL * (integral[-1] - np.interp(x, fine, integral)) / speed
         velocity[:, component] = SMALL * shape(x)

@@ -1,4 +1,4 @@
-"""A contact law from outside the package, whose static overlap is not (F / k)^(1 / p): F = k d + k3 d^3."""
+"""A contact law outside the package, F = k d + k3 d^3, whose static overlap is not (F / k)^(1 / p)."""
 
 from __future__ import annotations
 
@@ -43,14 +43,14 @@ class Cubic(Law):
 
 
 class Proportional(Cubic):
-    """The same with a constant that follows from k and R*."""
+    """The cubic law with a constant derived from k and R*."""
 
     name: Literal["proportional"] = "proportional"  # type: ignore[assignment]
 
     def contact_constants(
         self, stiffness: np.ndarray, reduced_radius: np.ndarray, yield_strength: np.ndarray, contacts: slice
     ) -> np.ndarray:
-        """Return a multiple of k / R*: the radius of the test makes the quotient exact."""
+        """Return a multiple of k / R*; the test's radius makes the quotient exact."""
         return (1e7 * stiffness / reduced_radius)[contacts, None]
 
 
@@ -74,7 +74,7 @@ def energy(law, j, d):  # noqa: ANN001, ANN201
 
 @functions.force_pullback.register(CubicContacts)
 def force_pullback(law, adjoint, j, d, slope):  # noqa: ANN001, ANN201
-    """Add slope times the derivatives by k and k3; return slope dF/dd."""
+    """Add slope times the derivatives with respect to k and k3; return slope dF/dd."""
     k, cube = law.stiffness[j], law.hardening[j] * (d * d)
     adjoint.stiffness[j] += d * slope
     adjoint.hardening[j] += d * (d * d) * slope
@@ -83,6 +83,6 @@ def force_pullback(law, adjoint, j, d, slope):  # noqa: ANN001, ANN201
 
 @functions.energy_pullback.register(CubicContacts)
 def energy_pullback(law, adjoint, j, d, slope):  # noqa: ANN001, ANN201
-    """Add slope times the derivatives by k and k3."""
+    """Add slope times the derivatives with respect to k and k3."""
     adjoint.stiffness[j] += 0.5 * (d * d) * slope
     adjoint.hardening[j] += 0.25 * (d * d) * (d * d) * slope

@@ -1,4 +1,4 @@
-"""Checks of what the author of a component declares; `test_conformance.py` calls `check_declarations` for every component."""
+"""Checks of a component's declarations; `test_conformance.py` calls `check_declarations` for every component."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from granular_env.components.drawables import OUTPUT_FIELDS, Cells, Curve, Drawa
 from granular_env.components.state_block import LARGEST
 from granular_env.components.variables import Variable
 
-# The output fields that each drawable has to name, and the largest number of dimensions of the outputs that it names.
+# Output fields that each drawable must name, and the largest number of dimensions of these outputs.
 _NEEDED = {Points: ("displacement",), Links: ("state",), Cells: ("field",), Curve: ("field",)}
 _DIMENSIONS = {"colour": 1, "rotation": 1, "displacement": 2, "state": 1, "field": 1}
 
 
 def check_declarations(component: Component) -> None:
-    """Assert that step size, state, variables, balances, events and drawables of a component fit together."""
+    """Assert that step size, state, variables, balances, events and drawables of a component are consistent."""
     assert math.isfinite(component.step_size) and component.step_size > 0.0, "`_build` sets step_size, in seconds"
     for name, field in component._block.fields.items():
         assert field.dtype in ("f8", "i8", "u8"), f"{name}: 8 bytes"
@@ -73,7 +73,7 @@ def _check_events(component: Component) -> None:
 
 
 def check_drawables(drawables: tuple[Drawable, ...], variables: Mapping[str, Variable]) -> None:
-    """Assert that the arrays of drawables and the outputs that they name fit together."""
+    """Assert that the arrays of drawables are consistent with the outputs that they name."""
     points = {one.name: len(one.reference) for one in drawables if isinstance(one, Points)}
     assert len({one.name for one in drawables}) == len(drawables)
     for one in drawables:
@@ -87,7 +87,7 @@ def check_drawables(drawables: tuple[Drawable, ...], variables: Mapping[str, Var
 
 
 def _check_arrays(one: Drawable, points: Mapping[str, int]) -> dict[str, tuple[int, ...]]:
-    """Return the possible lengths of the outputs that a drawable names, by field; "" for all others."""
+    """Return the valid lengths of the outputs that a drawable names, by field; the key "" applies to all other fields."""
     match one:
         case Points():
             _check_places(one.reference)

@@ -1,4 +1,4 @@
-"""A recording that never ends, in a process that is there to be killed."""
+"""An endless recording in a process that tests kill."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from granular_env.recording import record
 
 
 def record_for_ever(path: Path, told: Path, idle_at: int) -> None:
-    """Step on, and now and then write how far it is and how long the process has been running.
+    """Step indefinitely, and regularly write the tick and the running time of the process.
 
     Args:
         path: the log.
-        told: what is said: "ready", then lines of a tick and a time [s].
-        idle_at: the tick from which on nothing happens any more.
+        told: file for the messages: "ready", then lines with a tick and a time [s].
+        idle_at: tick at which stepping stops.
     """
     component = make("oscillator")
     with told.open("w") as out, record(component, path, every=0.01):

@@ -1,4 +1,4 @@
-"""Small environments for the tests: both registered tasks, and a toy of our own."""
+"""Small environments for tests: registered tasks and a toy task."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def actions(count: int, seed: int = 0) -> np.ndarray:
 
 
 def transcript(env: ComponentEnv, chosen: np.ndarray) -> list[bytes]:
-    """Everything that an agent gets, as bytes."""
+    """Return everything that an agent receives, as bytes."""
     told = []
     for action in chosen:
         observation, reward, terminated, truncated, info = env.step(action)
@@ -63,5 +63,5 @@ def transcript(env: ComponentEnv, chosen: np.ndarray) -> list[bytes]:
 
 
 def bits(state: EnvState) -> tuple:
-    """The parts of a state, to compare."""
+    """Return the parts of a state for comparison."""
     return state.snapshot.to_bytes(), state.memory, dict(state.counters), state.origin

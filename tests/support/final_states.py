@@ -1,10 +1,10 @@
-"""Hashes of the final states of shipped experiments: a table that two versions of the package can be compared by.
+"""Hashes of the final states of shipped experiments: a table for comparing two versions of the package.
 
 `python tests/support/final_states.py [--duration SECONDS] [NAME ...] > FILE` runs them and prints the table;
-`python tests/support/final_states.py --compare BEFORE AFTER` holds one such file against another.
+`python tests/support/final_states.py --compare BEFORE AFTER` compares two of these files.
 
-It asks the package only for what has kept its name and reads the state by the names of its variables, so that it runs on an
-older version too: `PYTHONPATH=OTHER_TREE python tests/support/final_states.py`.
+The script uses only stable names of the package and reads the state by variable name, so that it also runs with an older
+version: `PYTHONPATH=OTHER_TREE python tests/support/final_states.py`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ COLUMNS = ("experiment", "variable", "tick", "sha256")
 
 
 def shorten(experiment: Experiment, duration: float | None) -> Experiment:
-    """Return the experiment, over after about `duration` [s] at the latest."""
+    """Return the experiment, limited to about `duration` [s]."""
     if duration is None or experiment.duration <= duration:
         return experiment
     step = ge.make(experiment.component.type, **experiment.component.parameters).step_size
@@ -43,13 +43,13 @@ def final_state(name: str, duration: float | None = None) -> Iterator[tuple[str,
 
 
 def read_table(path: Path) -> dict[tuple[str, str], tuple[str, ...]]:
-    """Return tick and hash of a written table by experiment and variable."""
+    """Return tick and hash from a table file by experiment and variable."""
     rows = (line.split("\t") for line in path.read_text().splitlines()[1:])
     return {(name, variable): tuple(rest) for name, variable, *rest in rows}
 
 
 def compare(before: Path, after: Path) -> bool:
-    """Print how each row of an earlier table is found in a later one; return whether all are the same."""
+    """Compare each row of an earlier table with a later table and print the result; return whether all rows are equal."""
     earlier, later = read_table(before), read_table(after)
     verdicts = {key: "same bits" if later.get(key) == row else "DIFFERS" for key, row in earlier.items()}
     for (name, variable), verdict in verdicts.items():
@@ -60,7 +60,7 @@ def compare(before: Path, after: Path) -> bool:
 
 
 def main() -> int:
-    """Print the table, or compare two."""
+    """Print the table, or compare two tables."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("names", nargs="*", help="shipped experiments; default: all")
     parser.add_argument("--duration", type=float, help="run each for about so long at most [s]")

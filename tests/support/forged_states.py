@@ -1,4 +1,4 @@
-"""Forged states: snapshots with valid checksums whose numbers, or lengths of lists, no component ever saved."""
+"""Forged states: snapshots with valid checksums but numbers or list lengths that no component saved."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ _FLOATS = (
     float("nan"), float("inf"), -float("inf"), 1e300, -1e300, 1e308, 1e154, -1e154, 1e18, -1e18, 1e9, 1e6, 17.0, 2.0, 1.0, 0.5,
     0.0, -0.0, -0.25, -1.0, -2.0, 1e-9, 1e-300, 5e-324,
 )  # fmt: skip
-# A case that takes longer than this hangs [s].
+# A case that takes longer than this counts as hanging [s].
 _PATIENCE = 60
 
 
 def forge(component: Component, snapshot: Snapshot, chance: random.Random) -> Snapshot:
-    """Return a snapshot with some numbers of one array replaced, or with rows of one list added or removed."""
+    """Return a snapshot with some numbers of an array replaced, or with rows added to or removed from a list."""
     block = component._block  # noqa: SLF001
     whole = [block, *_parts(component)]
     arrays = {
@@ -37,7 +37,7 @@ def forge(component: Component, snapshot: Snapshot, chance: random.Random) -> Sn
         for number, one in enumerate(whole)
         for name, array in block.arrays_in(snapshot.data, one).items()
     }
-    covered = {(0, name) for name in block.views if name not in block.fields}  # parts lie there
+    covered = {(0, name) for name in block.views if name not in block.fields}  # memory of the parts
     covered |= {key for key in arrays if key[1] == "_counts"}
     lists = [(whole.index(one), name) for one, name in block._tables]  # noqa: SLF001
     choices = [key for key in arrays if key not in covered and arrays[key].size]
@@ -65,7 +65,7 @@ def _wild(dtype: np.dtype, chance: random.Random) -> Any:
 
 
 def _change_length(arrays: dict[Any, np.ndarray], lists: list[Any], chance: random.Random) -> None:
-    """Add rows to a list, or remove some; now and then to all lists of its component."""
+    """Add rows to a list or remove rows, sometimes for all lists of its component."""
     key = chance.choice(lists)
     some = [one for one in lists if one[0] == key[0]] if chance.random() < 0.5 else [key]
     more = chance.choice((-100, -2, -1, 1, 2, 3, 100))
@@ -108,7 +108,7 @@ def _assembled(
 
 
 def try_out(component: Component, snapshot: Snapshot) -> str:
-    """Restore a forged state, step, and read all that can be read; return how it ended: "refused", "failed" or "lasted"."""
+    """Restore a forged state, step, and read all variables; return the outcome "refused", "failed" or "lasted"."""
     try:
         component.restore(Snapshot.from_bytes(snapshot.to_bytes()))
     except GranularError:
@@ -125,7 +125,7 @@ def try_out(component: Component, snapshot: Snapshot) -> str:
 
 
 def _read_all(component: Component) -> None:
-    """Read everything; what cannot be computed of a state may be refused by the family."""
+    """Read all variables; GranularError is allowed for values that the state does not determine."""
     outputs = [name for name, variable in component.variables.items() if variable.causality != "parameter"]
     readings: list[Callable[[], Any]] = [lambda name=name: component.get(name) for name in outputs]
     for read in (
@@ -139,14 +139,14 @@ def _read_all(component: Component) -> None:
 
 
 def outcomes(cases: int, run: Callable[[int], str]) -> tuple[Counter[str], list[str]]:
-    """Run so many cases in forked children, so that a signal ends a child alone.
+    """Run cases in forked child processes, so that a signal ends only the child.
 
     Args:
-        cases: how many.
-        run: takes the number of a case, and returns how it ended.
+        cases: number of cases.
+        run: takes the number of a case and returns its outcome.
 
     Returns:
-        How often each ending came, and the cases that ended in a signal or in an error outside the family.
+        The count of each outcome, and the cases that ended in a signal or in an error other than GranularError.
     """
     found, bad, first = Counter[str](), list[str](), 0
     while first < cases:
@@ -165,7 +165,7 @@ def outcomes(cases: int, run: Callable[[int], str]) -> tuple[Counter[str], list[
 
 
 def _in_child(numbers: Iterable[int], run: Callable[[int], str]) -> tuple[list[tuple[int, str]], int]:
-    """Return how cases ended until the child did, and its status."""
+    """Return the outcomes of the cases until the child ended, and its status."""
     here, there = os.pipe()
     sys.stdout.flush()
     child = os.fork()

@@ -1,4 +1,4 @@
-"""Gases in tubes that several tests use."""
+"""Gases in tubes for several tests."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from granular_env.components.detonation.gases import Gas
 from granular_env.components.detonation.theory import TaylorWave
 from granular_env.components.support.float_arrays import FloatArray
 
-# Pressure, density and temperature 1 where nothing else is said; the sound runs at sqrt(1.4).
+# Pressure, density and temperature are 1 by default; the speed of sound is sqrt(1.4).
 AIR = Gas(gamma=1.4, gas_constant=1.0)
-# Waves of the tests run at up to 2.6.
+# Largest wave speed in the tests.
 FASTEST = 2.6
 
 
@@ -27,7 +27,7 @@ def air_tube(cells: int, **parameters: Any) -> DetonationTube:
 
 
 def run_for(tube: DetonationTube, duration: float, **inputs: Any) -> None:
-    """Step for about so long, a whole number of ticks [s]."""
+    """Step for about a given time, rounded to a whole number of ticks [s]."""
     tube.step(round(duration / tube.step_size) * tube.step_size, **inputs)
 
 
@@ -38,7 +38,7 @@ def sod_tube(cells: int) -> DetonationTube:
 
 
 def detonating_tube(cells: int = 760, length: float = 1.52, **parameters: Any) -> DetonationTube:
-    """Return C2H4 + 3 O2 that is ignited at the closed end by two hot cells, so weakly that they leave no trace."""
+    """Return C2H4 + 3 O2, ignited at the closed end by two hot cells so weakly that they leave no trace."""
     times = 12.0
     initial = parameters.get("initial_pressure", 1e5)
     hot = {"x": [0.0, 2.0 * length / cells], "pressure": times * initial, "temperature": times * 295.0}
@@ -46,7 +46,7 @@ def detonating_tube(cells: int = 760, length: float = 1.52, **parameters: Any) -
 
 
 def front_ratio(tube: DetonationTube, begin: float, end: float) -> float:
-    """Return the mean speed of the front between two places [m], over that of Chapman and Jouguet."""
+    """Return the mean speed of the front between two positions [m], divided by the Chapman-Jouguet speed."""
     first, last = np.searchsorted(tube.centres, [begin, end])
     arrival = tube.get("arrival_time")
     speed = (tube.centres[last] - tube.centres[first]) / (arrival[last] - arrival[first])
@@ -54,12 +54,12 @@ def front_ratio(tube: DetonationTube, begin: float, end: float) -> float:
 
 
 def taylor_wave(tube: DetonationTube) -> TaylorWave:
-    """Return the wave that theory expects behind the front."""
+    """Return the theoretical wave behind the front."""
     return TaylorWave(tube.front, tube.ahead, tube.gas.gamma)
 
 
 def cell_means(density: FloatArray, velocity: FloatArray, pressure: FloatArray, cells: int) -> FloatArray:
-    """Return density, velocity and pressure of cells whose mass, momentum and energy are those of fine samples in them."""
+    """Return density, velocity and pressure of cells with the mass, momentum and energy of the fine samples in them."""
     mean = lambda values: values.reshape(cells, -1).mean(axis=1)  # noqa: E731
     r, m = mean(density), mean(density * velocity)
     energy = mean(pressure / (AIR.gamma - 1.0) + 0.5 * density * velocity**2)

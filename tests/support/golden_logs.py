@@ -1,9 +1,9 @@
-"""The golden logs: `python tests/support/golden_logs.py [NAME ...]` writes all of logs/golden/, or those named, anew.
+"""The golden logs: `python tests/support/golden_logs.py [NAME ...]` rewrites all of logs/golden/, or the named logs.
 
-It prints the hashes that test_golden.py pins.
+The script prints the hashes that test_golden.py pins.
 
-They keep the promise that the same run gives the same bits on any x86-64 machine. Replace them only together with a changelog
-entry that says which bits changed and why.
+The logs verify that the same run gives the same bits on any x86-64 machine. Replace them only together with a changelog
+entry that states which bits changed and why.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import granular_env as ge
 
 FOLDER = Path(__file__).resolve().parents[2] / "logs" / "golden"
 PAPER = {"radius": 3e-3, "material": "steel", "contact_stiffness": 4940091615.916878}
-# The same contacts by the material, which makes walls stiffer than grains as Hertz has it.
+# The same contacts from a material; the walls are then stiffer than grains, by Hertz's theory.
 PAPER_AND_WALLS = {"radius": 3e-3, "material": {"density": 7800.0, "young": 175238162931.25705, "poisson": 0.29}}
 YIELDING = {"name": "elastic_plastic", "yield_pressure": 1e9}
 RANDOM = {"low": 1e-3, "high": 3e-3, "seed": 7}
@@ -39,7 +39,7 @@ def plain(duration: float, **start: object) -> Play:
 
 
 def pushed_dimer(component: ge.Component) -> None:
-    """A half sine, then a number, then nothing; a reset in between that is part of the log."""
+    """A half sine, then a number, then no input, with a recorded reset in between."""
     component.step(2e-5, left_force=100.0)
     component.reset()
     component.step(1e-4, left_force=ge.Profile.half_sine(80.0, 2e-5, start=5e-6))
@@ -48,13 +48,13 @@ def pushed_dimer(component: ge.Component) -> None:
 
 
 def pushed_column(component: ge.Component) -> None:
-    """At rest under gravity, then a pulse from above."""
+    """Rest under gravity, then a pulse from above."""
     component.step(2e-5)
     component.step(8e-5, right_force=ge.Profile.half_sine(-50.0, 3e-5, start=2e-5))
 
 
 def controlled_piston(component: ge.Component) -> None:
-    """A number that changes at every step, as a controller gives it, then a polynomial."""
+    """A number that changes at every step, as from a controller, then a polynomial."""
     for number in range(100):
         component.step(1e-6, right_velocity=-0.02 * (number % 13))
     motion = ge.Profile(np.array([1e-4, 1.3e-4]), np.array([[-0.2, -1e4, 2e8], [-0.32, 4e3, 0.0]]))
@@ -69,7 +69,7 @@ def pushed_oscillator(component: ge.Component) -> None:
 
 
 def breaking_block(component: ge.Component) -> None:
-    """A block that spins, is torn apart by an array profile, pushed by arrays, and flies against the walls of its box."""
+    """A spinning block that an array profile tears apart, arrays push, and that hits the walls of its box."""
     apart = np.array([[-1.0, -0.5], [0.0, 0.0], [0.0, 0.0], [0.0, 0.0], [0.0, 0.0], [1.0, 0.5]])
     component.reset(velocity={1: (0.3, 0.2)})
     component.step(5e-3, force=ge.Profile.half_sine(2.0, 4e-3) * apart)
@@ -104,7 +104,7 @@ GRID_YIELDING = {
 
 
 def driven_grid(component: ge.Component) -> None:
-    """Tractions along an edge, a force on a node, first as a profile, then as numbers."""
+    """Tractions along an edge and a force on a node, first as profiles, then as numbers."""
     traction = np.outer(0.25 * np.arange(6.0) - 0.5, [2e6, -5e6])
     component.reset(velocity=(0.1, -0.2))
     component.step(
@@ -114,7 +114,7 @@ def driven_grid(component: ge.Component) -> None:
 
 
 def yielding_grid(component: ge.Component) -> None:
-    """Five plates of a pinwheel are pressed and sheared until they yield, and released."""
+    """Compress and shear the five plates of a pinwheel until they yield, then release them."""
     component.step(6e-3, above_velocity=[0.6, -1.2])
     component.step(6e-3, above_velocity=[-0.3, 1.0])
 
@@ -134,19 +134,19 @@ AUTOMATA_CRUSHED = {
 
 
 def pulled_automata(component: ge.Component) -> None:
-    """Linked automata in a polygon, pulled by a profile, then by numbers."""
+    """Pull linked automata in a polygon, first by a profile, then by numbers."""
     component.reset(rotation={7: 0.01}, angular_velocity={3: 20.0})
     component.step(2e-5, force=ge.Profile.half_sine(1e5, 1.5e-5) * [[0.0, 1.0], [-0.5, 0.3]])
     component.step(2e-5, force=[[3e4, 0.0], [0.0, -1e4]])
 
 
 def crushed_automata(component: ge.Component) -> None:
-    """Automata that are crushed and sheared until they yield, break, rub and are welded, and are pulled apart."""
+    """Crush and shear automata until they yield, break, slide and weld, then pull them apart."""
     component.step(3e-5, top_velocity=[3.0, -4.0])
     component.step(3e-5, top_velocity=[-2.0, 5.0])
 
 
-# An inclusion of automata of half the cells' size in a soft grid, which takes micro-steps.
+# An inclusion of automata of half the cell size in a soft grid, with micro-steps.
 COUPLED_INCLUSION = {
     "grid": {
         "mesh": {
@@ -163,7 +163,7 @@ COUPLED_INCLUSION = {
     "origin": [0.01, 0.01],
     "micro_steps": 3,
 }  # fmt: skip
-# Hexagonal rows on a grid of cells as wide, closed on itself along x: lockstep.
+# Hexagonal rows on a grid of cells of the same width, periodic along x, in lockstep.
 COUPLED_LAYERS = {
     "grid": {
         "mesh": {"name": "rectangle", "columns": 4, "rows": 3, "cell_size": 0.01},
@@ -179,7 +179,7 @@ COUPLED_LAYERS = {
 }  # fmt: skip
 
 
-# A core of automata that breaks and rubs between soft layers of cells that yield, with micro-steps.
+# A core of automata with fracture and friction between soft layers of yielding cells, with micro-steps.
 COUPLED_CRACKING = {
     "grid": {
         "mesh": {
@@ -200,13 +200,13 @@ COUPLED_CRACKING = {
 
 
 def sheared_core(component: ge.Component) -> None:
-    """A moving edge that shears and presses, then pulls."""
+    """Shear and compress by a moving edge, then pull."""
     component.step(6e-5, grid_top_velocity=ge.Profile.half_sine(1.0, 1.2e-4) * [4.0, -2.0])
     component.step(4e-5, grid_top_velocity=[-2.0, 4.0])
 
 
 def driven_inclusion(component: ge.Component) -> None:
-    """A moving edge and forces on two automata, one of them on the interface, first as profiles, then as numbers."""
+    """Apply a moving edge and forces on two automata (one on the interface), first as profiles, then as numbers."""
     component.reset(automata_velocity={10: (1.0, -2.0)}, grid_velocity={30: (0.5, 0.0)})
     pushes = ge.Profile.half_sine(1e4, 2e-5) * [[1.0, 0.5], [-0.5, 1.0]]
     component.step(4e-5, grid_left_velocity=ge.Profile.triangle(2.0, 2e-5) * [1.0, 0.0], automata_force=pushes)
@@ -214,7 +214,7 @@ def driven_inclusion(component: ge.Component) -> None:
 
 
 def driven_layers(component: ge.Component) -> None:
-    """A smooth plate from above, a force from below."""
+    """Apply a smooth plate from above and a force from below."""
     component.reset(grid_velocity=(0.1, 0.0), automata_velocity=(0.1, 0.0), automata_rotation={8: 1e-3})
     component.step(4e-5, automata_top_velocity=ge.Profile.half_sine(-1.0, 2e-5) * [0.0, 1.0], grid_force=[[1e4, 2e4]])
     component.step(2e-5, automata_top_velocity=[0.0, 0.25], grid_force=0.0)
@@ -238,19 +238,19 @@ NOZZLE = {
 
 
 def bursting_tube(component: ge.Component) -> None:
-    """Ignited by a pulse of heat in walls that bulge; the diaphragm bursts, and the gas leaves."""
+    """Ignite a gas by a heat pulse between bulging walls; the diaphragm bursts, and the gas leaves."""
     bulge = 1.2254e-3 * (1.0 + 1e-3 * (np.arange(40.0) % 7))
     component.step(1e-5, ignition_power=ge.Profile.half_sine(3e7, 8e-6), area=ge.Profile.constant(1.0) * bulge)
     component.step(4e-5, ignition_power=0.0, right_pressure=2e5)
 
 
 def driven_nozzle(component: ge.Component) -> None:
-    """Hot gas lights a mixture ahead of it in a rough tube, open behind."""
+    """Let hot gas ignite the mixture ahead of it in a rough tube with an open end behind."""
     component.step(2e-5, left_pressure=1e6)
     component.step(2e-5, left_pressure=ge.Profile.triangle(5e5, 1e-5))
 
 
-# A half tube whose metal flows, one end on a wall, the other moved.
+# A half tube of yielding metal, with one end on a wall and the other end moved.
 BULGING = {
     "body": {"name": "tube", "length": 0.002, "inner_radius": 0.003, "wall": 8e-4, "along": 3, "around": 4, "half": True},
     "material": "thermoviscoplastic",
@@ -261,7 +261,7 @@ BULGING = {
 
 
 def bulging_tube(tube: ge.Component) -> None:
-    """Press the tube from inside and towards the wall."""
+    """Pressurise the tube from inside, and push it towards the wall."""
     tube.reset(nodal_velocity={index: (-20.0, 0.0, 0.0) for index in range(0, 24)})
     tube.step(1e-6, pressure=[8e7, 6e7, 2e7], end_velocity=[-20.0, 0.0, 0.0])
     tube.step(1e-6, pressure=ge.Profile.half_sine(6e7, 1e-6) * [1.0, 0.5, 0.25])
@@ -280,12 +280,12 @@ CRACKING = {
 
 
 def cracking_plate(plate: ge.Component) -> None:
-    """Pull the plate in two, slower at the end."""
+    """Pull the plate apart, slower at the end."""
     plate.step(2.4e-6, end_velocity=15.0)
     plate.step(1.2e-6, end_velocity=ge.Profile.half_sine(30.0, 4.8e-6), pressure=1e5)
 
 
-# A gas that burns into half a tube, which it bends, and leaves it by a vent.
+# A burning gas that bends a half tube and leaves through a vent.
 BURNING = {
     "gas": {
         "length": 0.016,
@@ -310,7 +310,7 @@ def burning_tube(tube: ge.Component) -> None:
     tube.step(1e-6, vent_area=ge.Profile.triangle(4e-6, 1e-6), gas_right_pressure=5e4)
 
 
-# Name -> (component, what is done, seconds between frames).
+# Name -> (component, drive, time between frames [s]).
 CASES: dict[str, tuple[Callable[[], ge.Component], Play, float]] = {
     "piston": (make("chain", grains=40, left="piston", **PAPER), plain(2.5e-4, velocity={0: 5.0}), 1e-5),
     "two-grains": (make("chain", grains=40, **PAPER), plain(2.5e-4, velocity={0: 5.0, 1: 5.0}), 1e-5),
@@ -394,7 +394,7 @@ CASES: dict[str, tuple[Callable[[], ge.Component], Play, float]] = {
     "shell-cracking": (make("shell", **CRACKING), cracking_plate, 3.6e-6),
     "tube-burning": (make("tube", **BURNING), burning_tube, 1e-6),
 }
-# Cases of some thousand ticks.
+# Cases with several thousand ticks.
 MANY_TICKS = ("wall-striker", "discs")
 
 
@@ -403,7 +403,7 @@ def log_path(name: str) -> Path:
 
 
 def played(name: str, path: Path | None = None) -> ge.Component:
-    """The component after its run, which is recorded where a path is given."""
+    """Run a case, recorded if a path is given; return the component."""
     build, play, every = CASES[name]
     component = build()
     with warnings.catch_warnings():
@@ -411,7 +411,7 @@ def played(name: str, path: Path | None = None) -> ge.Component:
         if path is None:
             play(component)
         else:
-            # Of very short ticks and of many every third one is hashed, so that the file stays small.
+            # For very short or very many ticks, hash only every third tick to keep the file small.
             is_dense = component.step_size >= 1e-7 and name not in MANY_TICKS
             with ge.record(component, path, every=every, hash_every=1 if is_dense else 3):
                 play(component)
@@ -419,7 +419,7 @@ def played(name: str, path: Path | None = None) -> ge.Component:
 
 
 def final_hash(component: ge.Component) -> str:
-    """Of the bits of all state variables at the end."""
+    """Return the hash of the bits of all final state variables."""
     state = hashlib.sha256(str(component.tick).encode())
     for name, variable in component.variables.items():
         if variable.state:

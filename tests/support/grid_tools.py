@@ -1,4 +1,4 @@
-"""Grids that several tests use."""
+"""Grids for several tests."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from granular_env.components.grid import Grid
 from granular_env.components.materials.elastic import Material
 from granular_env.components.support.float_arrays import FloatArray
 
-# lambda = mu = rho = 1: the speeds are sqrt(3) and 1.
+# lambda = mu = rho = 1, so the wave speeds are sqrt(3) and 1.
 MEDIUM = Material(density=1.0, young=2.5, poisson=0.25)
 P_SPEED, S_SPEED = MEDIUM.longitudinal_speed, MEDIUM.shear_speed
-# So small that the geometry stays what it is, to rounding: what is linear in theory is linear here.
+# Displacements so small that the geometry changes by less than rounding, which makes the response linear.
 SMALL = 1e-14
 
 
@@ -24,7 +24,7 @@ def block(columns: int, rows: int, **parameters: Any) -> Grid:
 
 
 def bar(columns: int, **parameters: Any) -> Grid:
-    """Return a strip of unit cells along x from 0, two high, in which plane waves run."""
+    """Return a strip of unit cells along x from 0, two cells high, for plane waves."""
     mesh = {"name": "rectangle", "columns": columns, "rows": 2, "cell_size": 1.0}
     edges = {"bottom": "periodic", "top": "periodic", **parameters.pop("boundaries", {})}
     return Grid(**{"mesh": mesh, "material": MEDIUM, "step_size": 0.5, "boundaries": edges, **parameters})
@@ -41,7 +41,7 @@ def distorted(columns: int, rows: int, seed: int = 1, **parameters: Any) -> Grid
 
 
 def inner_nodes(grid: Grid) -> FloatArray:
-    """Return which nodes lie on no boundary."""
+    """Return a mask of the nodes that are not on a boundary."""
     inner = np.ones(len(grid.mesh.nodes), dtype=bool)
     inner[np.unique(grid.mesh.sides)] = False
     return inner
@@ -54,13 +54,13 @@ def pulse(x: FloatArray, length: float) -> FloatArray:
 
 
 def start_pulse(grid: Grid, length: float, begin: float, *, shear: bool = False) -> None:
-    """Start a plane wave that runs along +x: velocity SMALL x pulse(x - begin), and the displacement that belongs to it."""
+    """Start a plane wave along +x: velocity SMALL x pulse(x - begin), and the corresponding displacement."""
     x = grid.mesh.nodes[:, 0] - begin
     fine = np.linspace(0.0, length, 20001)
     integral = np.concatenate([[0.0], np.cumsum(0.5 * (pulse(fine[1:], length) + pulse(fine[:-1], length)))]) * (
         fine[1] - fine[0]
     )
-    # u = f(x - c t) and v = -c f', so that f(x) is the integral of v / c from x on.
+    # u = f(x - c t) and v = -c f', so f(x) is the integral of v / c from x to infinity.
     ahead = integral[-1] - np.interp(np.clip(x, 0.0, length), fine, integral)
     velocity, displacement = np.zeros((len(x), 2)), np.zeros((len(x), 2))
     velocity[:, int(shear)] = SMALL * pulse(x, length)
@@ -69,7 +69,7 @@ def start_pulse(grid: Grid, length: float, begin: float, *, shear: bool = False)
 
 
 def along_axis(grid: Grid, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return abscissas and values of the nodes on the lowest row, by abscissa."""
+    """Return abscissas and values of the nodes of the lowest row, sorted by abscissa."""
     low = np.flatnonzero(grid.mesh.nodes[:, 1] == grid.mesh.nodes[:, 1].min())
     order = low[np.argsort(grid.mesh.nodes[low, 0])]
     return grid.mesh.nodes[order, 0], values[order]

@@ -1,4 +1,4 @@
-"""What is done with a hostile log, and lies about arrays with every checksum right."""
+"""Actions on hostile logs, and false array metadata with valid checksums."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ ACTIONS: dict[str, Callable[[Path], object]] = {
     "recover": lambda path: recover(path, path.with_suffix(".out"), overwrite=True),
     "branch": lambda path: open_log(path).branch(0.0).run(path.with_suffix(".child"), overwrite=True),
 }
-# What draws a log, some seconds each.
+# Actions that draw a log, a few seconds each.
 VIEWS: dict[str, Callable[[Path], object]] = {
     "report": lambda path: viewing.report(open_log(path), path.with_suffix("")),
     "rerun": lambda path: viewing.save_rrd(open_log(path), path.with_suffix(".rrd")),
     "nearest": lambda path: nearest_to_events(open_log(path)),
 }
-# Whole numbers, and the bits of floats, that are none or that nobody counts to; but none that would be honest work for hours.
+# Integers and float bit patterns that are invalid or absurdly large; none that would mean hours of legitimate work.
 _WILD = (0, -1, 1, 2, 7, 2**53, 2**61, 2**62, 2**63 - 1, 0x7FF8000000000000, 0x7FF0000000000000, 0x7FEFFFFFFFFFFFFF)
 _JSON = (None, True, -1, 0, 3, 1.5, float("1e308"), "", "x", [], {}, [[]], {"a": [None]}, [1, "a"], 2**70)
 
 
 def refused_by_the_family(path: Path, actions: Iterable[Callable[[Path], object]] = ACTIONS.values()) -> int:
-    """How many actions were refused; any other exception fails the test."""
+    """Return the number of refused actions; any exception other than GranularError fails the test."""
     refused = 0
     for action in actions:
         try:
@@ -50,7 +50,7 @@ def refused_by_the_family(path: Path, actions: Iterable[Callable[[Path], object]
 
 
 def lie(record: Record, chance: random.Random) -> Record:
-    """A record of which one thing is otherwise: a number in an array, its shape or dtype, or a value of its header."""
+    """Return a record with one change: a number in an array, its shape or dtype, or a header value."""
     names = sorted(record.arrays)
     if record.header and (not names or chance.random() < 0.4):
         return dataclasses.replace(record, header=_lie_in_json(dict(record.header), chance))
@@ -76,7 +76,7 @@ def _lie_in_array(array: np.ndarray, chance: random.Random) -> np.ndarray:
 
 
 def _lie_in_json(content: Any, chance: random.Random) -> Any:
-    """Replace one value, however deep, or leave out a key."""
+    """Replace one value at any depth, or remove a key."""
     if isinstance(content, dict) and content:
         key = chance.choice(sorted(content))
         if chance.random() < 0.15:

@@ -1,4 +1,4 @@
-"""Running the snippets of a page of the docs: a process for each page, forked from one that has the large packages loaded."""
+"""Run the snippets of a documentation page in a process forked from the fork server, which has imported the large packages."""
 
 import contextlib
 import io
@@ -15,7 +15,7 @@ Snippet = tuple[str, str, str, list[str]]
 
 
 def run_page(snippets: list[Snippet], folder: Path) -> str:
-    """What went wrong in a page's snippets (kind or file, where, content, promised lines), run in a folder; "" for nothing."""
+    """Run a page's snippets (kind or file, place, content, expected lines) in a folder; return the errors, or ""."""
     errors = folder.with_suffix(".errors")
     process = forkserver.Process(target=_run_all, args=(snippets, folder, errors))
     process.start()
@@ -49,13 +49,13 @@ def _run_python(where: str, code: str, promised: list[str], names: dict[str, obj
     with contextlib.redirect_stdout(printed):
         exec(compile(code, where, "exec"), names)
     lines = printed.getvalue().splitlines()
-    # A line in a loop prints several, which stand beside each other on the page.
+    # A line in a loop prints several lines, which the page shows on one line.
     if promised and " ".join(lines) != " ".join(promised):
         raise AssertionError(f"{where}: the page promises {promised}, the code printed {lines}")
 
 
 def _run_commands(code: str) -> None:
-    """Run the lines of a shell: our own commands in this process, others by bash."""
+    """Run shell lines: granular-env commands in this process, all others with bash."""
     from granular_env.cli import main
 
     for line in code.replace("\\\n", " ").splitlines():

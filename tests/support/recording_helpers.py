@@ -1,4 +1,4 @@
-"""For the tests of logs: small recordings, a log rewritten with valid checksums, damage of every kind."""
+"""Helpers for tests of logs: small recordings, logs rewritten with valid checksums, damage of every kind."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ CHAIN = {"grains": 12, "radius": 3e-3, "material": "steel", "left": "free", "rig
 
 
 def oscillator_log(path: Path, **options: object) -> Component:
-    """A run with a reset, inputs of both kinds, short and long steps; the component as it is at the end."""
+    """Record a run with a reset, inputs of both kinds, and short and long steps; return the component."""
     component = catalogue.make("oscillator", stiffness=2.0)
     with record(component, path, **options):  # type: ignore[arg-type]
         component.reset(velocity=1.0, position=0.25)
@@ -35,7 +35,7 @@ def oscillator_log(path: Path, **options: object) -> Component:
 
 
 def chain_log(path: Path, steps: int = 40, **options: object) -> Component:
-    """A chain pushed by a force that changes at every step."""
+    """Record a chain pushed by a force that changes at every step."""
     component = catalogue.make("chain", **CHAIN)
     with record(component, path, **options):  # type: ignore[arg-type]
         component.reset(velocity={0: 1.0})
@@ -50,9 +50,9 @@ def rewrite(
     change: Callable[[Record], Record] = lambda record: record,
     change_index: Callable[[np.ndarray], np.ndarray] = lambda rows: rows,
 ) -> None:
-    """The same log with every record put through `change`; every checksum, number and index is made right again.
+    """Write a log with every record changed by `change`, and with valid checksums, numbers and index.
 
-    The index of the new log is put through `change_index`.
+    `change_index` changes the index of the new log.
     """
     writer, container, preview = LogWriter(out, overwrite=True), Container(path, Limits(str(path))), []
     try:
@@ -78,7 +78,7 @@ def rewrite(
 
 
 def film_topics(path: Path) -> dict[str, Topic]:
-    """The channels of a log that stock viewers draw, read by the stock reader."""
+    """Return the channels of a log for stock viewers, read by the stock reader."""
     with path.open("rb") as file:
         summary = make_reader(file).get_summary()
     assert summary is not None
@@ -87,12 +87,12 @@ def film_topics(path: Path) -> dict[str, Topic]:
 
 
 def changed(record: Record, **arrays: np.ndarray) -> Record:
-    """A record with some arrays replaced."""
+    """Return a record with some arrays replaced."""
     return dataclasses.replace(record, arrays={**record.arrays, **arrays})
 
 
 def mutated(data: bytes, other: bytes, chance: random.Random) -> bytes:
-    """Bytes with one kind of damage: flipped bits, cut, doubled or exchanged pieces, sizes blown up."""
+    """Return bytes with one kind of damage: flipped bits, cut, duplicated or exchanged pieces, or inflated sizes."""
     damaged = bytearray(data)
     kind = chance.randrange(7)
     place = chance.randrange(len(damaged))

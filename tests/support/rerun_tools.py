@@ -1,8 +1,8 @@
-"""Reads what is in a rerun file."""
+"""A reader for rerun files."""
 
 
 def columns(path):
-    """Entity -> component -> values of each row, and entity -> timelines, of an .rrd file."""
+    """Return entity -> component -> values of each row, and entity -> timelines, of an .rrd file."""
     from rerun.chunk import RrdReader
 
     found, timelines = {}, {}

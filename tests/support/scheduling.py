@@ -1,7 +1,7 @@
-"""Which worker runs which file of tests: files that compile the same kernels in one worker, and the longest first.
+"""Assignment of test files to workers: files that compile the same kernels share a worker; the longest files run first.
 
-A kernel that is not kept yet is compiled by every worker that needs it before the first is done. So one worker begins with
-the chain, the next with bodies in the plane, shells and gas. A long file at the end would leave the other worker idle.
+Every worker that needs a kernel before it is cached compiles it. Therefore one worker starts with the chain, the next with
+plane bodies, shells and gas. A long file at the end would leave the other worker idle.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from typing import Any
 
 from xdist.scheduler import LoadFileScheduling
 
-# Files that need the kernels of both kinds are in neither: they come later.
+# Files that need kernels of both kinds are in neither list and run later.
 CHAIN = ("test_chain_", "test_control_", "test_envs", "test_measurement", "test_examples", "test_benchmarks")
 BODIES = (
     "test_automata_",
@@ -21,7 +21,7 @@ BODIES = (
     "test_detonation",
     "test_thermo",
 )
-# The files that take the most CPU time where no kernel is kept, in their order; the others go by their number of tests.
+# Files with the most CPU time without cached kernels, in descending order; other files are sorted by number of tests.
 LONG = (
     "test_chain_law_functions.py",
     "test_chain_adjoint.py",
@@ -34,7 +34,7 @@ LONG = (
 
 
 class ByKernels(LoadFileScheduling):
-    """Gives each worker the longest file of its own kind, then files of no kind, then those of the other kind."""
+    """A scheduler that gives each worker the longest file of its kind, then files of no kind, then files of the other kind."""
 
     def _assign_work_unit(self, node: Any) -> None:
         own, other = (CHAIN, BODIES) if self.nodes.index(node) % 2 == 0 else (BODIES, CHAIN)

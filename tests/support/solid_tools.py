@@ -1,4 +1,4 @@
-"""Small solids for tests, and how often something goes up and down."""
+"""Small solids for tests, and frequencies of oscillations."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ RADIUS, WALL = 0.01975, 0.00089
 
 
 def ring(**changes: Any) -> Any:
-    """Return a piece of the paper's tube whose length is held."""
+    """Return a piece of the paper's tube with fixed length."""
     body = {"name": "tube", "length": 0.002, "along": 3, "around": 96}
     return ge.make("shell", **{"body": body, "boundaries": {"start": "symmetry", "end": "symmetry"}, **changes})
 
 
 def strip(poisson: float, **changes: Any) -> Any:
-    """Return a strip of the thickness of the paper's wall that is clamped at one end."""
+    """Return a strip with the thickness of the paper's wall, clamped at one end."""
     body = {"name": "plate", "length": 0.02, "width": 0.003, "along": 21, "across": 4}
     material = {"name": "elastic", **ALUMINIUM, "poisson": poisson}
     return ge.make("shell", **{"body": body, "material": material, "boundaries": {"start": "clamped"}, **changes})
 
 
 def frequency(values: np.ndarray, step: float) -> float:
-    """Return the frequency of an oscillation around the mean of its extremes, from its first and last passage upwards."""
+    """Return the frequency of an oscillation around the mean of its extremes, from its first and last upward crossing."""
     centred = values - 0.5 * (values.max() + values.min())
     before = np.flatnonzero((centred[:-1] <= 0.0) & (centred[1:] > 0.0))
     at = before - centred[before] / (centred[before + 1] - centred[before])
@@ -36,7 +36,7 @@ def frequency(values: np.ndarray, step: float) -> float:
 
 
 def follow(solid: Any, node: int, direction: int, steps: int, ticks: int = 1, **inputs: Any) -> np.ndarray:
-    """Return the displacement of a node's parameter over so many steps."""
+    """Return a component of a node's displacement parameter after each of `steps` steps."""
     found = []
     for _ in range(steps):
         solid.step(ticks * solid.step_size, **inputs)
@@ -45,7 +45,7 @@ def follow(solid: Any, node: int, direction: int, steps: int, ticks: int = 1, **
 
 
 def called(function: Any) -> Any:
-    """Return a kernel that calls a function which only kernels can call."""
+    """Return a kernel that calls a function callable only from kernels."""
 
     @jit
     def call(*arguments):
@@ -55,7 +55,7 @@ def called(function: Any) -> Any:
 
 
 def nodes_at_cracks(solid: Any) -> list[int]:
-    """Return the nodes that only points at cracks see, of the points that carry stress."""
+    """Return the nodes for which all points that have them in their support and carry stress are at cracks."""
     nodes, cracks = solid.tables().solid.nodes, solid._breaking.cracks
     found = []
     for node in range(len(solid.nodes)):
@@ -66,9 +66,9 @@ def nodes_at_cracks(solid: Any) -> list[int]:
     return found
 
 
-# Vibrations of a slender beam that is clamped at one end, by Euler and Bernoulli, and of a bar along itself.
+# Bending vibrations of a slender cantilever (Euler-Bernoulli), and longitudinal vibrations of a bar.
 #
-# Valid where the length is more than ten thicknesses. Source: S. P. Timoshenko, Vibration Problems in Engineering
+# Valid for a length of more than ten thicknesses. Source: S. P. Timoshenko, Vibration Problems in Engineering
 # (1937), 34, 53.
 
 # The first root of cos(k) cosh(k) = -1.
@@ -76,13 +76,13 @@ _FIRST_ROOT = 1.8751040687119612
 
 
 def cantilever_frequency(young: float, density: float, length: float, thickness: float) -> float:
-    """Return the first frequency of bending [Hz] of a clamped strip of rectangular cross-section."""
+    """Return the first bending frequency of a clamped strip with rectangular cross-section [Hz]."""
     wave_number = _FIRST_ROOT / length
     return wave_number**2 * math.sqrt(young * thickness**2 / (12.0 * density)) / (2.0 * math.pi)
 
 
 def cantilever_shape(x: np.ndarray, length: float) -> np.ndarray:
-    """Return the shape of that mode, 0 at the clamped end and 1 at the free one."""
+    """Return the shape of the first bending mode, 0 at the clamped end and 1 at the free end."""
     k = _FIRST_ROOT
     share = (math.cosh(k) + math.cos(k)) / (math.sinh(k) + math.sin(k))
     s = k * x / length
@@ -90,5 +90,5 @@ def cantilever_shape(x: np.ndarray, length: float) -> np.ndarray:
 
 
 def clamped_bar_frequency(young: float, density: float, length: float) -> float:
-    """Return the first frequency [Hz] of a bar along itself, clamped at one end."""
+    """Return the first longitudinal frequency of a bar clamped at one end [Hz]."""
     return math.sqrt(young / density) / (4.0 * length)

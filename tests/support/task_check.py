@@ -1,4 +1,4 @@
-"""The check of a task: a random episode, played again from saved states."""
+"""Check of a task: replay a random episode from saved states."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from granular_env.envs import ComponentEnv
 
 
 def check_task(env: gymnasium.Env[Any, Any], *, steps: int = 200, seed: int = 0) -> int:
-    """Play an episode of random actions twice, the second time every step again from a saved state, and compare.
+    """Play an episode of random actions twice, the second time with each step repeated from a saved state, and compare.
 
-    A task that remembers something outside its counters, keeps something from the episode before, or draws random numbers in
-    `begin` or `judge` fails. Returns the number of actions played.
+    A task fails if it has state outside its counters, keeps state from an earlier episode, or draws random numbers in
+    `begin` or `judge`. Return the number of actions played.
     """
     one = env.unwrapped
     assert isinstance(one, ComponentEnv)
@@ -34,7 +34,7 @@ def check_task(env: gymnasium.Env[Any, Any], *, steps: int = 200, seed: int = 0)
 
 
 def _transcript(env: ComponentEnv, actions: np.ndarray, seed: int, attempts: int) -> Iterator[tuple[int, dict[str, Any]]]:
-    """Yield what an agent gets of the reset (0), and `attempts` times of each action, always from the same saved state."""
+    """Yield the agent's results of the reset (0), and of `attempts` repetitions of each action from the same saved state."""
     observation, info = env.reset(seed=seed)
     yield 0, {**info, "observation": observation}
     for number, action in enumerate(actions, 1):

@@ -1,4 +1,4 @@
-"""Programs in a real terminal of a given width, and what a person would see there."""
+"""Programs in a real terminal of a given width, and the text visible there."""
 
 import fcntl
 import os
@@ -15,11 +15,11 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-_CONTROLS = r"\x1b\[[0-9;?]*[A-Za-z]|\x07"  # colours, movements of the cursor, the bell
+_CONTROLS = r"\x1b\[[0-9;?]*[A-Za-z]|\x07"  # colours, cursor movements, bell
 
 
 def run_in_terminal(arguments: list[str], width: int = 80, cwd: Path = ROOT, timeout: float = 300.0) -> tuple[int, str]:
-    """Run Python with arguments in a terminal; return its status and all that it wrote."""
+    """Run Python with arguments in a terminal; return its status and output."""
     try:
         parent, child = pty.openpty()
     except OSError as error:
@@ -50,5 +50,5 @@ def run_in_terminal(arguments: list[str], width: int = 80, cwd: Path = ROOT, tim
 
 
 def seen_lines(written: str) -> list[str]:
-    """Return the lines, and states of lines that were written over, without colours and cursor movements."""
+    """Return the lines, including overwritten states of lines, without colours and cursor movements."""
     return [line for line in re.split(r"[\r\n]+", re.sub(_CONTROLS, "", written)) if line.strip()]

@@ -1,4 +1,4 @@
-"""Small tubes with a gas in them, for tests."""
+"""Small gas-filled tubes for tests."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from typing import Any
 
 import granular_env as ge
 
-# A thick and narrow one, so that few nodes are enough around it.
+# A thick and narrow tube, which needs few nodes around its circumference.
 RADIUS, WALL = 0.003, 8e-4
-# Half of a circle's: the shell is a half tube.
+# Half of a circular cross-section, because the shell is a half tube.
 AREA = 1.4137167e-5
 BODY = {"name": "tube", "length": 0.006, "inner_radius": RADIUS, "wall": WALL, "along": 7, "around": 7, "half": True}
 HOT = {"x": [0.0, 0.004], "pressure": 1.2e6, "temperature": 3500.0}
@@ -17,13 +17,13 @@ GAS = {"length": 0.03, "cells": 60, "cross_section": AREA, "regions": [HOT], "ri
 
 
 def small_tube(**changes: Any) -> Any:
-    """Return a gas that burns from the left end on, and a shell behind the first half of the way."""
+    """Return a gas that burns from the left end, with a shell after the first half of its length."""
     shell = {"body": BODY, "boundaries": {"start": "clamped", "end": "symmetry"}}
     return ge.make("tube", **{"gas": GAS, "shell": shell, "position": 0.0152, **changes})
 
 
 def cracking_tube(**changes: Any) -> Any:
-    """Return one with a notch, whose brittle wall breaks."""
+    """Return a small tube with a notch and a brittle wall that breaks."""
     notch = {"length": 0.003, "depth": 0.0004, "width": 0.0004, "around": 0.5 * math.pi, "columns": 1}
     shell = {
         "body": {**BODY, "along": 13, "around": 13, "notch": notch}, "boundaries": {"start": "clamped", "end": "clamped"},
@@ -33,7 +33,7 @@ def cracking_tube(**changes: Any) -> Any:
 
 
 def gas_ring(coupling: Any, young: float, pressure: float) -> Any:
-    """Return a ring full of air in equilibrium with the air around it; nothing depends on the place along it."""
+    """Return an air-filled ring in equilibrium with the surrounding air, uniform along its axis."""
     air = {
         "length": 0.002, "cells": 3, "cross_section": AREA, "gas": "air", "initial_pressure": pressure,
         "initial_temperature": 300.0, "ignition_zone": [0.0, 0.001],

@@ -1,4 +1,4 @@
-"""How much a call does, counted and not timed: the same on any machine, however busy it is."""
+"""The work of a call, counted instead of timed: independent of the machine and its load."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 
 def count_calls(act: Callable[[], object]) -> int:
-    """How many functions are called, in Python and in C."""
+    """Return the number of function calls, in Python and in C."""
     calls = 0
 
     def count(frame: Any, event: str, argument: Any) -> None:

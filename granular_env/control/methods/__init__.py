@@ -1,4 +1,4 @@
-"""Methods, one a file: a table of the study's file, with its options and its search."""
+"""Methods, one per file: a table of the study's file with its options and its search."""
 
 from .evolution import Evolution
 from .gradient import Gradient

@@ -1,4 +1,4 @@
-"""CMA-ES (Hansen & Ostermeier 2001), by the package cma: a population adapts the normal distribution that it is drawn from."""
+"""CMA-ES (Hansen & Ostermeier 2001) from the package cma: a population adapts the normal distribution that it samples."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Evolution(MethodTable):
     spread: float = Field(default=0.3, gt=0.0, description="standard deviation at the start, in units of the bounds' distance")
 
     def run(self, search: Search) -> None:
-        """Search generation after generation; start again elsewhere where it has converged."""
+        """Search by generations; restart at another point after convergence."""
         import cma
 
         lowest, highest = search.shape.lowest, search.shape.highest
@@ -34,11 +34,11 @@ class Evolution(MethodTable):
             here = middle if round_number == 0 else middle + sigma * random.standard_normal(len(middle))
             options = {
                 "popsize": self.population, "bounds": [lowest, highest], "verbose": -9, "verb_log": 0, "verb_disp": 0,
-                # Its own generator, not numpy's global one: the path depends on the study's seed alone.
+                # A separate generator instead of NumPy's global one, so that the path depends only on the study's seed.
                 "seed": np.nan, "randn": lambda *shape, draw=random: draw.standard_normal(shape),
             }  # fmt: skip
             strategy = cma.CMAEvolutionStrategy(np.clip(here, lowest, highest), sigma, options)
-            # Wall time must end no search: the same study would find other drives.
+            # Wall time must not end a search; otherwise the same study would find different drives.
             while not set(strategy.stop() or {}) - {"timeout", "maxfevals", "maxiter"}:
                 points = np.array(strategy.ask())
                 strategy.tell(list(points), (-search.returns(points)).tolist())

@@ -1,4 +1,4 @@
-"""L-BFGS-B (Byrd et al. 1995), by scipy, on the task's smooth objective, with the slopes of the discrete adjoint."""
+"""L-BFGS-B (Byrd et al. 1995) from SciPy, on the task's smooth objective, with gradients of the discrete adjoint."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from .method import MethodTable
 
 
 class Gradient(MethodTable):
-    """L-BFGS-B over the knots: a few iterations from each of some starts, then on from the best of them.
+    """L-BFGS-B over the knots: a few iterations from each of several starts, then a continuation from the best.
 
-    Drives have many local optima: waves of another number, or none. Each drive that lowers the objective is also judged by its
-    return.
+    Drives have many local optima, with a different number of waves or none. Each drive that lowers the objective is also
+    evaluated by its return.
     """
 
     needs_gradient: ClassVar[bool] = True
@@ -42,7 +42,7 @@ class Gradient(MethodTable):
     memory: int = Field(default=20, ge=1, le=1000, description="steps that the estimate of the curvature rests on")
 
     def run(self, search: Search) -> None:
-        """Search round after round: the first stage compares the starts, each stage descends from the best."""
+        """Search in rounds: the first stage compares the starts, and each stage descends from the best."""
         shape, number = search.shape, 0
         as_tuples = [{key: tuple(one) if isinstance(one, list) else one for key, one in stage.items()} for stage in self.stages]
         middle = search.baseline(self.begin) if self.begin else np.full(shape.size, self.start)
@@ -50,14 +50,14 @@ class Gradient(MethodTable):
             starts = [self._start(search, middle, number * self.starts + place) for place in range(self.starts)]
             search.problem.stage = as_tuples[0]
             found = [self._descend(search, start, self.trial) for start in starts]
-            _, best = min(found, key=lambda pair: pair[0])  # of equal values, the first
+            _, best = min(found, key=lambda pair: pair[0])  # the first of equal values
             for stage in as_tuples:
                 search.problem.stage = stage
                 _, best = self._descend(search, best, self.iterations)
             number += 1
 
     def _start(self, search: Search, middle: FloatArray, number: int) -> FloatArray:
-        """Return the start of that number, about the middle; the first start of all is the baseline."""
+        """Return start `number` around the middle; the very first start is the baseline."""
         shape = search.shape
         if self.begin and number == 0:
             return middle
@@ -69,7 +69,7 @@ class Gradient(MethodTable):
         return np.clip(middle + reach * drawn.reshape(-1), shape.lowest, shape.highest)
 
     def _descend(self, search: Search, start: FloatArray, iterations: int) -> tuple[float, FloatArray]:
-        """Return the least value found, and where."""
+        """Return the smallest value found, and its point."""
         from scipy.optimize import minimize
 
         least = [math.inf]
@@ -81,7 +81,7 @@ class Gradient(MethodTable):
                 search.returns(point[None])
             return value, slopes
 
-        # It ends by its iterations, or where rounding stops the line search.
+        # The search ends by its iterations, or when rounding stops the line search.
         options = {"maxiter": iterations, "maxcor": self.memory, "maxfun": 10**9, "ftol": 0.0, "gtol": 0.0}
         bounds = [(search.shape.lowest, search.shape.highest)] * search.shape.size
         ended = minimize(objective, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options)

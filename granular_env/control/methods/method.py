@@ -19,8 +19,8 @@ class MethodTable(Table):
     """Base of every method: a `[[method]]` table of the study file.
 
     Attributes:
-        packages: optional modules that it needs.
-        needs_gradient: whether it needs an objective with slopes.
+        packages: required optional modules.
+        needs_gradient: whether the method needs an objective with gradients.
     """
 
     packages: ClassVar[tuple[str, ...]] = ()
@@ -32,26 +32,26 @@ class MethodTable(Table):
 
     @property
     def label(self) -> str:
-        """Return its name in the results."""
+        """Return the name of the method in the results."""
         return self.name or self.type
 
     def refuse_unless_installed(self) -> None:
-        """Raise `MissingExtraError` with the command that installs a missing package."""
+        """Raise `MissingExtraError` with the install command for a missing package."""
         for package in self.packages:
             import_optional(package, f"method {self.label!r}")
 
     def least_runs(self, problem: Problem) -> float:
-        """Return the cost of its first result, in forward runs of an episode."""
+        """Return the cost of the first result, in forward runs of an episode."""
         return problem.gradient_runs + 1.0 if self.needs_gradient else 1.0
 
     def problem(self, problem: Problem) -> Problem:
-        """Return the task as the best of a search plays it."""
+        """Return the task in the form played by the best of a search."""
         return problem
 
     @abstractmethod
     def run(self, search: Search) -> None:
-        """Search until the budget is spent (`BudgetSpentError`), or nothing more is to be found."""
+        """Search until the budget is spent (`BudgetSpentError`) or the search is complete."""
 
     def actor(self, search: Search) -> Policy:
-        """Return an agent that plays the best of a search in a single environment."""
+        """Return a policy that plays the best of a search in a single environment."""
         return OpenLoop(search.shape.actions(search.best[None])[0])

@@ -1,4 +1,4 @@
-"""Random search: points drawn evenly between the bounds, the measure of every other method."""
+"""Random search: points sampled uniformly between the bounds, the reference for all other methods."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from .method import MethodTable
 
 
 class RandomSearch(MethodTable):
-    """Draws knots evenly between the drive's bounds, and keeps the best."""
+    """A search that samples knots uniformly between the drive's bounds and keeps the best."""
 
     type: Literal["random"] = "random"
     batch: int = Field(default=32, ge=1, le=100_000, description="drives that are simulated at a time")
 
     def run(self, search: Search) -> None:
-        """Draw batch after batch."""
+        """Sample one batch after another."""
         random, shape = search.random(), search.shape
         while True:
             search.returns(random.uniform(shape.lowest, shape.highest, (self.batch, shape.size)))

@@ -1,4 +1,4 @@
-"""PPO (Schulman et al. 2017) and SAC (Haarnoja et al. 2018), by stable-baselines3, on a batch of environments."""
+"""PPO (Schulman et al. 2017) and SAC (Haarnoja et al. 2018) from stable-baselines3, on a batch of environments."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from .method import MethodTable
 
 
 class Reinforcement(MethodTable):
-    """Base of both: rounds of training, and every few rounds the policy, without its noise, in the study's episodes.
+    """Base of both: rounds of training and, every few rounds, an evaluation of the noise-free policy in the study's episodes.
 
-    The best of these policies is kept.
+    The best policy is kept.
     """
 
     packages: ClassVar[tuple[str, ...]] = ("torch", "stable_baselines3")
@@ -38,10 +38,10 @@ class Reinforcement(MethodTable):
 
     @abstractmethod
     def algorithm(self, env: Any, seed: int) -> Any:
-        """Return the algorithm on an environment of stable-baselines3."""
+        """Return the algorithm for an environment of stable-baselines3."""
 
     def run(self, search: Search) -> None:
-        """Train round after round until the budget is spent."""
+        """Train in rounds until the budget is spent."""
         from ..stable_baselines import Sb3VecEnv
 
         decisions, rounds, problem = self.rollout * self.environments, 0, self.problem(search.problem)
@@ -54,7 +54,7 @@ class Reinforcement(MethodTable):
                 if is_last:
                     raise BudgetSpentError
                 model.learn(decisions, reset_num_timesteps=False, log_interval=None)
-                search.count(decisions * self.hold)  # an action that the end of an episode cuts short counts in full
+                search.count(decisions * self.hold)  # an action truncated by the end of an episode counts in full
                 rounds += 1
 
     def _evaluate(self, policy: Any, problem: Problem, search: Search) -> None:
@@ -64,11 +64,11 @@ class Reinforcement(MethodTable):
         search.note_return(copy.deepcopy(policy) if value > search.best_return else None, value, steps)
 
     def problem(self, problem: Problem) -> Problem:
-        """Return the task with actions that are held, and a clock."""
+        """Return the task with held actions and a clock."""
         return problem.with_options(hold=self.hold, clock=self.clock)
 
     def actor(self, search: Search) -> Policy:
-        """Return the best policy as an agent."""
+        """Return the best policy as an actor."""
         return TrainedPolicy(search.best)
 
 
@@ -96,7 +96,7 @@ class PPO(Reinforcement):
 
 
 class SAC(Reinforcement):
-    """Soft actor-critic: learns from a memory of decisions, so it needs less physics and more arithmetic."""
+    """Soft actor-critic: learns from a replay buffer, so it needs less simulation and more arithmetic."""
 
     type: Literal["sac"] = "sac"
     rollout: int = Field(default=16, ge=1, description="decisions of an environment in a round")
@@ -118,28 +118,28 @@ class SAC(Reinforcement):
 
 
 class TrainedPolicy:
-    """A trained policy without its noise.
+    """A trained policy without noise.
 
-    It acts in a batch, on observations of shape (environments, size), and in a single environment.
+    The policy acts in a batch, on observations of shape (environments, size), and in a single environment.
     """
 
     def __init__(self, policy: Any) -> None:
         self._policy = policy
 
     def reset(self) -> None:
-        """Do nothing: there is no memory."""
+        """Do nothing, because the policy has no memory."""
 
     def __call__(self, observation: npt.NDArray[Any], info: Any = None) -> npt.NDArray[Any]:
         """Return the next actions."""
         with one_thread():
-            # One at a time: in a batch the sums of a network have other last bits.
+            # Evaluate one at a time: in a batch, sums of a network differ in the last bits.
             actions = [self._policy.predict(one, deterministic=True)[0] for one in np.atleast_2d(observation)]
         return np.array(actions) if np.ndim(observation) > 1 else actions[0]
 
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Let torch use one thread: networks this small are slower on several, and sum in another order."""
+    """Restrict torch to one thread: with several threads, small networks are slower and sum in a different order."""
     import torch  # pyright: ignore[reportMissingImports]
 
     before = torch.get_num_threads()

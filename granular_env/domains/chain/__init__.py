@@ -4,5 +4,5 @@ from __future__ import annotations
 
 import lazy_loader
 
-# The names of __init__.pyi: Gymnasium and numba take a while to import.
+# Load the names of __init__.pyi lazily: Gymnasium and numba are slow to import.
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,4 +1,4 @@
-"""A native batch of chains: their tables in one array, advanced by one call of compiled code, and read row by row."""
+"""A native batch of chains: their tables share one array, which a single compiled call advances."""
 
 from __future__ import annotations
 
@@ -34,18 +34,18 @@ def _energies_between(law, tables, first, last, out):
 
 
 class ChainRows:
-    """Chains as rows of arrays, for tasks that judge rows and for native batches.
+    """Chains as rows of arrays, for row-based tasks and native batches.
 
-    One chain alone has no axis of chains: an output has its own shape, and a number is a number.
+    A single chain has no axis of chains: outputs keep their own shapes, and scalars stay scalars.
 
     Args:
         chains: of equal size, law and integrator.
-        together: whether the chains are copied into one array; otherwise there is one chain, which stays where it is.
+        together: whether to copy the chains into one array; otherwise there is one chain, which keeps its memory.
 
     Attributes:
         components: the chains.
         tables: their tables, shape (chains, rows, width).
-        displacement: of the grains, shape (chains, grains) [m]; a view that cannot be written.
+        displacement: of the grains, shape (chains, grains) [m]; a read-only view.
         velocity: likewise [m/s].
     """
 
@@ -69,7 +69,7 @@ class ChainRows:
                 self.take_back(k)
             self._kept, self._first_row = np.zeros((rows.stop - rows.start, self.tables.shape[2])), rows.start
 
-    # -- what tasks read ----------------------------------------------------------------------------------------------
+    # -- for tasks ----------------------------------------------------------------------------------------------------
 
     @property
     def input_work(self) -> FloatArray:
@@ -90,14 +90,14 @@ class ChainRows:
         return 0.0 - self.call(_contact_forces, 1, self.grains)[:, 0]
 
     def energy_from(self, grain: int) -> FloatArray:
-        """Return the energy above that at rest of the grains from `grain` on and of their contacts, shape (chains,) [J]."""
+        """Return the energy above the rest state of grains `grain` to the last and their contacts, shape (chains,) [J]."""
         return self.call(_energies_between, 1, grain + 1, self.grains)[..., 0]
 
     def call(self, kernel: Callable[..., Any], size: int, *arguments: Any) -> FloatArray:
-        """Return what a jitted function writes, shape (chains, size).
+        """Return the results of a jitted function for each chain, shape (chains, size).
 
-        It is called with a law, the tables, the arguments, and the array to write: ``chain_state(law, tables[k])`` is chain k.
-        Integers among the arguments are the same for all chains, anything else has one row for each.
+        The function receives a law, the tables, the arguments and the output array; ``chain_state(law, tables[k])`` is chain k.
+        Integer arguments are common to all chains; all other arguments have one row per chain.
         """
         if not self._together:
             arguments = tuple(one if isinstance(one, int) else np.asarray(one, dtype=np.float64)[None] for one in arguments)
@@ -105,7 +105,7 @@ class ChainRows:
         kernel(self._law, self.tables, *arguments, found)
         return found[self._chosen]
 
-    # -- what batches do ----------------------------------------------------------------------------------------------
+    # -- for batches --------------------------------------------------------------------------------------------------
 
     @property
     def time(self) -> FloatArray:
@@ -113,7 +113,7 @@ class ChainRows:
         return np.asarray(self._ticks * self.components[0].step_size, dtype=np.float64)
 
     def read(self, name: str) -> FloatArray:
-        """Return an output of every chain of a batch, with a leading axis."""
+        """Return an output of all chains of a batch, with a leading axis."""
         if name in ("displacement", "velocity", "contact_force", "right_wall_force", "input_work"):
             return getattr(self, name)
         for k in range(len(self.components)):
@@ -121,16 +121,16 @@ class ChainRows:
         return np.array([chain.get(name) for chain in self.components], dtype=np.float64)
 
     def adopt(self, k: int, chain: Chain) -> Chain:
-        """Return chain k replaced by a copy of the one given, in the memory of the batch."""
+        """Replace chain k by a copy of `chain` in the memory of the batch, and return the copy."""
         self.components[k] = chain.clone(self.tables[k])
         self.components[k].restore(chain.save())
         return self.components[k]
 
     def take_back(self, k: int) -> None:
-        """Take time and inputs of chain k after others have used it.
+        """Update the batch's time and inputs of chain k after it was used outside the batch.
 
         Raises:
-            ParameterError: an input follows a profile, or the chain is recorded: the batch steps it without the recorder.
+            ParameterError: an input follows a profile, or the chain is recorded (the batch steps without the recorder).
         """
         chain = self.components[k]
         if chain.is_observed:
@@ -144,24 +144,24 @@ class ChainRows:
             self._inputs[k, _SIDES[side]] = chain.peek(name)
 
     def hand_out(self, k: int) -> None:
-        """Give chain k its time and the inputs that are held."""
+        """Write the batch's time and held inputs of chain k to the chain."""
         held = {name: float(self._inputs[k, _SIDES[side]]) for side, name in self._names}
         self.components[k].adopt(int(self._ticks[k]), held)
 
     def advance(self, inputs: Mapping[str, FloatArray], ticks: int, moving: npt.NDArray[np.bool_]) -> dict[int, str]:
-        """Advance the chains that move; return the messages of those that refuse, which stay where they were.
+        """Advance the moving chains; return the error messages of chains that failed and kept their states.
 
         Args:
             inputs: name -> value for each chain.
-            ticks: to advance.
-            moving: which chains move.
+            ticks: number of ticks.
+            moving: mask of the chains to advance.
         """
         before, done, errors = self._inputs.copy(), moving.copy(), dict[int, str]()
         for name, values in inputs.items():
             np.copyto(self._inputs[:, _SIDES[name.partition("_")[0]]], values, where=moving)
         first = self.components[0]
         first.entries.advance_batch(self.tables, self._inputs, self._ticks, ticks, done, self._kept, self._first_row)
-        # The kernel also returns where a chain has something to warn of: then the chain itself can take the step.
+        # The kernel also stops at warnings. The chain itself can then take the step.
         for k in np.flatnonzero(moving & ~done).tolist():
             self._inputs[k] = before[k]
             self.hand_out(k)

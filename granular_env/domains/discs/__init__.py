@@ -1,1 +1,1 @@
-"""Discs in a box: the environment of a task on them, as an example of a small domain without a native batch."""
+"""Discs in a box: the environment of one task, an example of a small domain without a native batch."""

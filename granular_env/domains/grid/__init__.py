@@ -1,1 +1,1 @@
-"""The grid: its environments and their tasks."""
+"""The grid: environments and tasks."""

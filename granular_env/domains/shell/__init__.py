@@ -1,4 +1,4 @@
-"""The solid with thin walls: the remark below pictures of half a tube, whose other half is not drawn."""
+"""The solid with thin walls: a remark below pictures of a half tube, whose mirror image is not drawn."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ _HALF = "Half of the tube is computed and drawn (y > 0); the other half is its m
 
 
 def remark(parameters: Mapping[str, Any]) -> str:
-    """Return what a picture of a body leaves out: the mirror image of half a tube; "" where nothing is missing.
+    """Return a remark on the mirror image that a picture of a half tube omits; "" for other bodies.
 
     Args:
-        parameters: of a `shell`, or of a `tube`, which has one; plain values, of a log whatever it holds.
+        parameters: of a `shell`, or of a `tube` (which contains one), as plain values; from a log they are not validated.
     """
     shell = parameters.get("shell", parameters)
     body = shell.get("body") if isinstance(shell, Mapping) else None

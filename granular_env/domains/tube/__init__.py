@@ -1,1 +1,1 @@
-"""A detonation in a tube that gives way: its environments."""
+"""Environments of a detonation in a deformable tube."""

@@ -1,1 +1,1 @@
-"""The preview of a log, which stock viewers show: messages made of the frames of a run."""
+"""The preview of a log for stock viewers: messages made from the frames of a run."""

@@ -1,4 +1,4 @@
-"""The scale of drawn displacements, so that a wave of microns is seen on bodies of millimetres."""
+"""The scale of drawn displacements, which makes a wave of microns visible on bodies of millimetres."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ import numpy as np
 from ...components.support.float_arrays import FloatArray
 from ...components.support.round_numbers import round_down_to_125
 
-# The deepest overlap of two neighbours is drawn as about this part of the smaller radius.
+# Drawn size of the deepest overlap of two neighbours, relative to the smaller radius.
 _DRAWN_OVERLAP = 0.5
-# Largest drawn displacement in lengths of the scene: of points, and of the nodes of cells.
+# Largest drawn displacement of points and of the nodes of cells, relative to the scene's length.
 _DRAWN_TRAVEL, _DRAWN_NODE_TRAVEL = 1.0, 0.1
 _LARGEST = 1e9
-# Two points are neighbours up to this many sums of radii.
+# Largest distance of neighbours, in sums of their radii.
 _NEARLY = 1.1
 
 
 def common_exaggeration(
     points: Iterable[tuple[FloatArray, FloatArray, FloatArray]], cells: Iterable[tuple[FloatArray, FloatArray]]
 ) -> float:
-    """Return one factor for all displacements: no particles pass one another, and nodes stay near.
+    """Return one factor for all displacements, for which particles do not pass one another and nodes stay near.
 
     Args:
         points: reference (n, 3), radius (n,) and displacement (frames, n, 3) of points [m].
@@ -35,10 +35,10 @@ def common_exaggeration(
 
 
 def choose_exaggeration(reference: FloatArray, radius: FloatArray, displacement: FloatArray) -> float:
-    """Return a factor 1, 2 or 5 x 10^k, at least 1, by which displacements can be multiplied for the eye.
+    """Return a display factor for displacements of the form 1, 2 or 5 x 10^k, at least 1.
 
-    Two limits: no two neighbours (in a row along x, in a plane and in space those that nearly touch) come closer than half a
-    radius of overlap, so none pass one another; and nothing travels further than the scene is long.
+    There are two limits. Neighbours (in a row along x; in a plane and in space those that nearly touch) overlap by at most
+    half a radius, so they do not pass one another. No displacement exceeds the length of the scene.
 
     Args:
         reference: positions at rest, shape (n, 3) [m].
@@ -54,7 +54,7 @@ def choose_exaggeration(reference: FloatArray, radius: FloatArray, displacement:
 
 
 def _overlap_limit(reference: FloatArray, radius: FloatArray, displacement: FloatArray) -> float:
-    """Return the factor at which the first two neighbours overlap too far, by their approach along the line between them."""
+    """Return the factor at which the first pair of neighbours overlaps too far, from their approach along their axis."""
     if np.ptp(reference[:, 1:], axis=0).any():
         from scipy.spatial import KDTree
 

@@ -1,7 +1,7 @@
-"""Messages of a log in bytes: schemas and contents in protobuf, and the ROS 2 messages that stock rerun plots, in CDR.
+"""Encoded messages of a log: schemas and contents in protobuf, and ROS 2 messages for rerun's plots in CDR.
 
-Foxglove's messages are those of its package. Points and numbers are laid out by numpy as whole arrays of bytes: an object for
-each would take longer than the run that they show.
+Foxglove's message types come from its package. NumPy encodes points and numbers as whole arrays of bytes, because one object
+per element would take longer than the run.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ string label
 uint32 size
 uint32 stride
 """
-# The fields of our own messages; the values of frames lie one after another.
+# The fields of our messages; the values of frames are concatenated.
 _OWN_FIELDS = {
     "granular.Block": [("data", "TYPE_BYTES", "LABEL_OPTIONAL")],
     "granular.Frames": [
@@ -46,7 +46,7 @@ _POINT = np.dtype([("position", "<f4", 3), ("colour", "u1", 4)])
 
 @cache
 def point_cloud_schema() -> bytes:
-    """Return the FileDescriptorSet of ``foxglove.PointCloud``: its file after all that it imports."""
+    """Return the FileDescriptorSet of ``foxglove.PointCloud``: its file preceded by its imports."""
     from foxglove_schemas_protobuf import PointCloud_pb2
     from google.protobuf.descriptor_pb2 import FileDescriptorProto, FileDescriptorSet
 
@@ -65,7 +65,7 @@ def point_cloud_schema() -> bytes:
 
 @cache
 def own_schema(name: str) -> bytes:
-    """Return the FileDescriptorSet of ``granular.Block`` or ``granular.Frames``: a file with that message."""
+    """Return the FileDescriptorSet of ``granular.Block`` or ``granular.Frames``: a file with this message."""
     from google.protobuf.descriptor_pb2 import FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet
 
     package, _, title = name.partition(".")
@@ -78,9 +78,9 @@ def own_schema(name: str) -> bytes:
 
 
 def encode_point_cloud(nanoseconds: int, positions: np.ndarray, colours: np.ndarray) -> bytes:
-    """Return one ``foxglove.PointCloud``.
+    """Return a ``foxglove.PointCloud``.
 
-    The bytes of a colour are blue, green, red, alpha. Rerun reads them as four fields of these names; Foxglove chooses the
+    The bytes of a colour are blue, green, red, alpha. Rerun reads them as four fields with these names; Foxglove uses the
     field ``rgba``, which is the same four bytes as one number.
 
     Args:
@@ -98,7 +98,7 @@ def encode_point_cloud(nanoseconds: int, positions: np.ndarray, colours: np.ndar
 
 @cache
 def _point_cloud_head() -> bytes:
-    """Return frame, pose, stride and fields. Viewers draw nothing where the pose is not set."""
+    """Return frame, pose, stride and fields. Viewers draw nothing without a pose."""
     from foxglove_schemas_protobuf.PackedElementField_pb2 import PackedElementField as Field
     from foxglove_schemas_protobuf.PointCloud_pb2 import PointCloud
     from foxglove_schemas_protobuf.Pose_pb2 import Pose
@@ -114,12 +114,12 @@ def _point_cloud_head() -> bytes:
 
 
 def encode_text(text: str) -> bytes:
-    """Return one ``std_msgs/String``."""
+    """Return a ``std_msgs/String``."""
     return CDR_HEAD + _string(text)
 
 
 def encode_numbers(names: Sequence[str], rows: np.ndarray) -> list[bytes]:
-    """Return one ``std_msgs/Float64MultiArray`` for each row of `rows`, shape (messages, numbers), with their names."""
+    """Return a ``std_msgs/Float64MultiArray`` with names for each row of `rows`, shape (messages, numbers)."""
     count, label = rows.shape[1], _string(", ".join(names))
     body = struct.pack("<I", 1) + label
     body += bytes(-len(body) % 4) + struct.pack("<4I", count, count, 0, count)
@@ -128,7 +128,7 @@ def encode_numbers(names: Sequence[str], rows: np.ndarray) -> list[bytes]:
 
 
 def names_of_numbers(data: bytes) -> list[str]:
-    """Return the names in a message that `encode_numbers` wrote."""
+    """Return the names in a message from `encode_numbers`."""
     (length,) = struct.unpack_from("<I", data, 8)
     return data[12 : 12 + length - 1].decode().split(", ")
 

@@ -1,16 +1,16 @@
-"""The preview of a log for stock viewers: messages made of some of its frames, for looking and never read back.
+"""The preview of a log for stock viewers: messages made from some of its frames, for display only.
 
-A run of a wave lasts microseconds and moves particles by microns, so:
+A wave lasts microseconds and moves particles by microns. Therefore:
 
 - `log_time`, which viewers play, is a **slow clock**: the whole run lasts about 10 s. `publish_time` and the time stamps inside
   the messages are the simulated time.
-- Displacements are multiplied by a stated factor. Each drawable is a ``foxglove.PointCloud``: ``/points/NAME``, grey dots
-  between the linked points of ``/links/NAME``, the nodes or centres of ``/cells/NAME``, the values of ``/curves/NAME`` as
-  heights over the coordinate. The output that colours the others runs from blue through grey to red; points in a row along x
-  have it as a height too.
-- One topic for each unit, such as ``/energy[J]``, is a ROS 2 ``Float64MultiArray``, which viewers plot; its label has the names
-  of the numbers. Scalars that stay zero are left out.
-- ``/about`` says in words: factor, clock, colours and the order of the numbers.
+  - Displacements are multiplied by a stated factor. Each drawable is a ``foxglove.PointCloud``: ``/points/NAME``, grey dots
+    between the linked points of ``/links/NAME``, the nodes or centres of ``/cells/NAME``, the values of ``/curves/NAME`` as
+    heights over the coordinate. The colouring output runs from blue through grey to red; for points in a row along x it is
+    also drawn as a height.
+  - One topic per unit, such as ``/energy[J]``, is a ROS 2 ``Float64MultiArray``, which viewers plot; its label has the names
+    of the numbers. Scalars that stay zero are omitted.
+  - ``/about`` describes factor, clock, colours and the order of the numbers.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ from ...components.variables import Variable
 from . import encoding
 from .displacement_scale import common_exaggeration
 
-# Length of the whole run on the slow clock [s], about.
+# Approximate length of the whole run on the slow clock [s].
 _SHOWN_SECONDS = 10.0
 _SINGLE_DIGITS = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
-# Bounds: frames whose scalars are kept; frames that are drawn, and the memory for these [bytes]; places of one drawable.
+# Limits: frames with stored scalars; drawn frames, and their memory [bytes]; places per drawable.
 MOST_FRAMES, MOST_PICTURES, _MOST_BYTES, MOST_PLACES = 400, 100, 8 << 20, 5_000
-# Dots on a link; height of the largest value of a curve in parts of its length; shades on each side of grey.
+# Dots per link; height of a curve's largest value relative to its length; shades on each side of grey.
 _LINK_DOTS, _HEIGHT, _SHADES = 5, 0.22, 15
-# A grey that is seen on light and on dark grounds.
+# A grey that is visible on light and dark backgrounds.
 _ZERO = "#bebebe"
 ABOUT_TOPIC = "/about"
 _FOLDERS = {Points: "points", Links: "links", Cells: "cells", Curve: "curves"}
@@ -58,12 +58,12 @@ class Topic(NamedTuple):
 
     @property
     def message_encoding(self) -> str:
-        """Return what MCAP calls the encoding of the messages."""
+        """Return MCAP's name for the encoding of the messages."""
         return "cdr" if self.encoding == "ros2msg" else self.encoding
 
 
 class PreviewMessage(NamedTuple):
-    """One message: `log_time` on the slow clock, `publish_time` simulated [ns]."""
+    """A message, with `log_time` on the slow clock and simulated `publish_time` [ns]."""
 
     topic: Topic
     log_time: int
@@ -71,17 +71,17 @@ class PreviewMessage(NamedTuple):
     data: bytes
 
 
-# A picture: its time [ns], and the drawn outputs.
+# A picture: time [ns] and drawn outputs.
 _Picture = tuple[int, dict[str, np.ndarray]]
 
 
 class Preview:
-    """The frames of a log that its preview shows: every n-th, so that memory and file stay bounded however long the run is.
+    """The frames for the preview of a log: every n-th frame, so that memory and file are bounded for any run.
 
     Args:
-        title: what the log is of.
-        drawables: of the component; those of which nothing is recorded are left out.
-        variables: those recorded, by name.
+        title: title of the log.
+        drawables: of the component; drawables without recorded outputs are omitted.
+        variables: recorded variables by name.
     """
 
     def __init__(self, title: str, drawables: Sequence[Drawable], variables: Mapping[str, Variable]) -> None:
@@ -97,7 +97,7 @@ class Preview:
         self._pictures: list[_Picture] = []
 
     def add(self, nanoseconds: int, values: Mapping[str, Any]) -> None:
-        """Take the next frame: its time since the log began, and the recorded values by name."""
+        """Add the next frame: its time since the start of the log, and the recorded values by name."""
         if self._count % self._row_stride == 0:
             self._rows.append((nanoseconds, [float(values[name]) for name in self._scalars]))
         if self._count % self._picture_stride == 0:
@@ -110,7 +110,7 @@ class Preview:
         self._count += 1
 
     def messages(self) -> list[PreviewMessage]:
-        """Return the whole preview, in the order of time."""
+        """Return the whole preview in the order of time."""
         if not self._rows:
             return []
         start = self._rows[0][0]
@@ -140,7 +140,7 @@ class Preview:
 
 
 def _clock_unit(nanoseconds: int) -> float:
-    """Return the simulated time that takes 1 s on the slow clock [ns], with a single digit (or 1.5, 2.5) for the eye."""
+    """Return the simulated time per second of the slow clock [ns], rounded to one digit (or 1.5, 2.5) for readability."""
     if nanoseconds <= 0:
         return 1e9
     value = nanoseconds / _SHOWN_SECONDS
@@ -149,7 +149,7 @@ def _clock_unit(nanoseconds: int) -> float:
 
 
 class _Clouds:
-    """The drawables as point clouds, displacements multiplied by one factor, colours to the largest value of all pictures."""
+    """The drawables as point clouds, with one displacement factor and colours scaled to the largest value of all pictures."""
 
     def __init__(self, drawables: Sequence[Drawable], pictures: Sequence[_Picture]) -> None:
         self._drawables = drawables
@@ -168,7 +168,7 @@ class _Clouds:
         self._factor = common_exaggeration(points, cells)
 
     def messages(self, nanoseconds: int, drawn: Mapping[str, np.ndarray]) -> Iterator[tuple[Topic, bytes]]:
-        """Yield the messages of one picture."""
+        """Yield the messages of a picture."""
         for one in self._drawables:
             places, colours = self._cloud(one, drawn)
             some = _some(places)
@@ -186,7 +186,7 @@ class _Clouds:
         return lines
 
     def _cloud(self, one: Drawable, drawn: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-        """Return places and colours of a drawable."""
+        """Return positions and colours of a drawable."""
         if isinstance(one, Points):
             some, moved = _some(one.radius), drawn.get(one.displacement)
             colour = drawn[one.colour][some] if one.colour else np.zeros(len(one.radius[some]), np.float32)
@@ -216,14 +216,14 @@ class _Clouds:
         return places, colours_of(field, self._largest[one.field])
 
     def _moved(self, reference: np.ndarray, displacement: np.ndarray | None) -> np.ndarray:
-        """Return places in space; those at rest where no displacement was recorded."""
+        """Return positions in space; rest positions if no displacement was recorded."""
         return spatial(reference) + (0.0 if displacement is None else self._factor * spatial(displacement.astype(np.float64)))
 
 
 def shown_drawables(drawables: Sequence[Drawable], variables: Mapping[str, Variable]) -> tuple[Drawable, ...]:
-    """Return the drawables of which something is recorded, without the names of outputs that are not.
+    """Return the drawables with recorded outputs, without the names of unrecorded outputs.
 
-    Points and cells without a recorded displacement are shown at rest; links need their state, and points to lie between.
+    Points and cells without a recorded displacement are shown at rest; links need their state and their points.
     """
     found: list[Drawable] = []
     for one in drawables:
@@ -244,7 +244,7 @@ def cloud_topic(drawable: Drawable) -> str:
 
 
 def picture_box(drawables: Sequence[Drawable]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lowest and the highest corner of all that is drawn, before anything moves; shape (3,) each [m]."""
+    """Return the lowest and highest corner of all drawables in the initial state, shape (3,) each [m]."""
     lows, highs = [], []
     for one in drawables:
         if isinstance(one, Links):
@@ -258,7 +258,7 @@ def picture_box(drawables: Sequence[Drawable]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _height(one: Drawable) -> float:
-    """Return the height of the largest value over points in a row along x, or over a curve [m]; 0 for all others."""
+    """Return the drawn height of the largest value above points in a row along x, or of a curve [m]; 0 for others."""
     if isinstance(one, Points) and one.colour and not np.ptp(one.reference[:, 1:], axis=0).any():
         return _HEIGHT * float(np.ptp(one.reference[:, 0]))
     return _HEIGHT * float(np.ptp(one.coordinate)) if isinstance(one, Curve) else 0.0
@@ -267,7 +267,7 @@ def _height(one: Drawable) -> float:
 def topic_name(unit: str) -> str:
     """Return the topic of the scalars of a unit, such as ``/velocity[m\u00b7s\u207b\u00b9]``.
 
-    There is no slash or space in the unit: viewers would split the name there.
+    The unit has no slash or space, because viewers would split the name there.
     """
     quantity = QUANTITIES.get(unit, "value")
     if unit in ("", "1"):
@@ -284,7 +284,7 @@ def topic_name(unit: str) -> str:
 
 
 def colours_of(values: np.ndarray, largest: float) -> np.ndarray:
-    """Return blue below 0, grey at 0 and where there is no number, red above, full at `largest`; shape (n, 4) uint8."""
+    """Return blue below 0, grey at 0 and for NaN, red above, saturated at `largest`; shape (n, 4) uint8."""
     with np.errstate(invalid="ignore"):
         shades = np.clip(values * np.float32(_SHADES / (largest or 1.0)), -_SHADES, _SHADES)
     return _palette()[np.rint(np.nan_to_num(shades)).astype(np.int16) + _SHADES]
@@ -297,17 +297,17 @@ def _palette() -> np.ndarray:
 
 
 def _largest(pictures: Sequence[_Picture], name: str) -> float:
-    """Return the largest finite magnitude of an output in all pictures; 1 where it stays 0."""
+    """Return the largest finite magnitude of an output in all pictures, or 1 if all values are 0."""
     values = [np.abs(drawn[name]) for _, drawn in pictures]
     return max((float(one.max(initial=0.0, where=np.isfinite(one))) for one in values), default=0.0) or 1.0
 
 
 def _displacements(pictures: Sequence[_Picture], name: str, some: slice) -> np.ndarray:
-    """Return displacements as vectors, shape (pictures, n, 3); zeros where they are not finite."""
+    """Return displacements as vectors, shape (pictures, n, 3), with 0 for values that are not finite."""
     found = np.stack([spatial(drawn[name][some].astype(np.float64)) for _, drawn in pictures])
     return np.nan_to_num(found, posinf=0.0, neginf=0.0)
 
 
 def _some(places: np.ndarray) -> slice:
-    """Return which places are drawn of many."""
+    """Return the indices of the drawn places."""
     return slice(None, None, -(-len(places) // MOST_PLACES) or 1)

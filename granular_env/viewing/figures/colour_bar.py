@@ -1,4 +1,4 @@
-"""The bar of a scale of colours, with its numbers, in a figure."""
+"""The labelled colour bar of a figure."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from granular_env.colours import DIVERGING
 from ..scene_scales import ColourScale
 from .drawing import new_figure
 
-# Numbers between these limits are written in full; others with the prefixes of units, such as 400 M.
+# Numbers between these limits are written in full, others with unit prefixes, such as 400 M.
 _PLAIN = 1e-3, 1e4
-# Most steps of the numbers: more would overlap in a bar as wide as half a page.
+# Largest number of intervals between labels: more labels would overlap in a bar half a page wide.
 _MOST_STEPS = 6
 
 
 def add_bar(figure: Figure, scale: ColourScale, **where: Any) -> None:
-    """Draw the bar of a scale; one without negative values has no blue half.
+    """Draw the bar of a colour scale; without negative values the blue half is omitted.
 
     Args:
-        figure: where to.
-        scale: what the colours mean.
-        where: the axes to draw in (cax) or next to (ax), and other options of matplotlib's `Figure.colorbar`.
+        figure: the figure to draw in.
+        scale: the colour scale.
+        where: the axes to draw in (cax) or next to (ax), and other options of `Figure.colorbar`.
     """
     anchors, low = (DIVERGING, -scale.limit) if scale.has_sign else (DIVERGING[len(DIVERGING) // 2 :], 0.0)
     shades = ScalarMappable(Normalize(low, scale.limit), LinearSegmentedColormap.from_list("granular", anchors))
@@ -41,7 +41,7 @@ def add_bar(figure: Figure, scale: ColourScale, **where: Any) -> None:
 
 
 def draw_bars(scales: Sequence[ColourScale], width: float, height: float) -> Figure:
-    """Draw the bars of some scales below each other, each so wide and high [inch]."""
+    """Draw the bars of several scales below each other, each of the given width and height [inch]."""
     figure = new_figure(width, height * len(scales))
     for axes, scale in zip(figure.subplots(len(scales), 1, squeeze=False)[:, 0], scales, strict=True):
         add_bar(figure, scale, cax=axes)

@@ -1,4 +1,4 @@
-"""Drawing that all figures share: style, x-t diagrams and curves on axes, and PNG and SVG from a figure."""
+"""Drawing functions shared by all figures: style, x-t diagrams, curves, PNG and SVG output."""
 
 from __future__ import annotations
 
@@ -33,19 +33,19 @@ Result = TypeVar("Result")
 
 _LINE_STYLES = ("-", "--", "-.", ":")
 _ROWS, _FEW_ROWS = 800, 240
-# Reach of a frame in usual times between frames: one frame may be missing, as in thinned runs, not two.
+# Reach of a frame in usual frame intervals: one missing frame is bridged, as in thinned runs, but not two.
 _REACH_OF_FRAME = 1.05
-# Half as many frames, evenly spaced, fill a diagram.
+# Half this number of evenly spaced frames fills a diagram.
 _FEWEST_FRAMES = 40
-# Curves that change by less than this part of themselves are flat.
+# Curves with a smaller relative change are flat.
 _FLAT = 1e-3
-# Ground of an x-t diagram: instants without a frame.
+# Background of an x-t diagram, visible at times without a frame.
 NOT_SAMPLED = "#8b9096"
 _STYLE: Any = {
     "font.size": 11.0, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.alpha": 0.25,
     "axes.titlelocation": "left", "legend.frameon": False, "lines.linewidth": 1.7,
 }  # fmt: skip
-# Colours of a figure as a file -> those of the page's style sheet.
+# Colours of a figure in a file -> colours of the page's style sheet.
 _PAGE_COLOURS = {
     "#ffffff": "none", "#000000": "currentColor", "#b0b0b0": "var(--grid)", "#737373": "var(--dim)", "#595959": "var(--dim)",
     **{colour: f"var(--c{place})" for place, colour in enumerate(PALETTE)},
@@ -57,7 +57,7 @@ DARK: Any = {
 
 
 def with_style(draw: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
-    """Wrap a drawing function: it runs in our style and leaves matplotlib's settings alone."""
+    """Wrap a drawing function so that it uses our style without changing matplotlib's global settings."""
 
     @functools.wraps(draw)
     def inside(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
@@ -68,7 +68,7 @@ def with_style(draw: Callable[Arguments, Result]) -> Callable[Arguments, Result]
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """Return an empty figure [inch], outside pyplot."""
+    """Return an empty figure of the given size [inch], outside pyplot."""
     return Figure(figsize=(width, height), layout="constrained")
 
 
@@ -81,33 +81,33 @@ def canvas(figure: Figure, dots_per_inch: int) -> FigureCanvasAgg:
 
 
 def png(figure: Figure, dots_per_inch: int = 130) -> bytes:
-    """Return a figure as the bytes of a PNG file; the same figure gives the same bytes."""
+    """Return a figure as the bytes of a PNG file; equal figures give equal bytes."""
     buffer = io.BytesIO()
     figure.set_dpi(dots_per_inch)
     FigureCanvasAgg(figure).print_png(buffer, metadata={"Software": None})
-    # The places are worked out; drawn once more, the figure need not do it again.
+    # The layout has been computed; skip the layout engine when the figure is drawn again.
     figure.set_layout_engine("none")
     return buffer.getvalue()
 
 
 def svg(figure: Figure, name: str, dots_per_inch: int = 150) -> str:
-    """Return a figure as SVG for an HTML page, whose style sheet gives it the colours of the page.
+    """Return a figure as SVG for an HTML page, with colours from the page's style sheet.
 
     Args:
-        figure: what to draw.
+        figure: the figure to draw.
         name: of the figure, unique in the page.
-        dots_per_inch: of the pictures in it.
+        dots_per_inch: resolution of embedded pictures.
     """
     buffer = io.StringIO()
     figure.set_dpi(dots_per_inch)
     with matplotlib.rc_context({"svg.fonttype": "none", "svg.hashsalt": name}):
         FigureCanvasSVG(figure).print_svg(buffer, metadata={"Date": None, "Creator": None})
-    # The header of the file is left out, and the page's style sheet gives the colours.
+    # Omit the header of the file; the page's style sheet sets the colours.
     drawn = buffer.getvalue()
     drawn = drawn[drawn.index("<svg") :]
     drawn = re.sub(r"<metadata>.*?</metadata>|<style[^>]*>.*?</style>|<!--.*?-->|<!DOCTYPE[^>]*>", "", drawn, flags=re.DOTALL)
     drawn = re.sub(r' (?:width|height)="[0-9.]+pt"| xmlns(?::xlink)?="[^"]*"| version="[^"]*"', "", drawn)
-    # Hundredths of a point are finer than any screen.
+    # Round to hundredths of a point, which are finer than any screen.
     drawn = re.sub(r' d="[^"]*"', lambda path: re.sub(r"(\.\d\d)\d+", r"\1", path[0]), drawn)
     used = set(re.findall(r'(?:url\(#|href="#)([^)"]+)', drawn))
     drawn = re.sub(r' id="([^"]*)"', lambda found: found[0] if found[1] in used else "", drawn)
@@ -120,16 +120,16 @@ def svg(figure: Figure, name: str, dots_per_inch: int = 150) -> str:
 def draw_space_time(
     figure: FigureBase, axes: Axes, shown: Field, limit: float | None, ends: tuple[float, float] | None = None
 ) -> None:
-    """Draw the colouring quantity of every particle (across) at every instant (up), with its colour bar.
+    """Draw the colouring quantity over particles (horizontal) and time (vertical), with its colour bar.
 
-    Instants that are far from any frame are left in a grey that the colour map does not hold.
+    Times far from any frame stay in a grey that is not part of the colour map.
 
     Args:
-        figure: it gets the colour bar.
-        axes: where to draw.
-        shown: what to draw.
+        figure: figure for the colour bar.
+        axes: axes to draw in.
+        shown: the field to draw.
         limit: the value at the ends of the colour map; None for the largest magnitude.
-        ends: first and last instant of the diagram [s]; None for those of the field.
+        ends: first and last time of the diagram [s]; None for those of the field.
     """
     limit = limit or symmetric_limit(shown.values)
     first, last = ends or (float(shown.times[0]), float(shown.times[-1]))
@@ -148,12 +148,12 @@ def draw_space_time(
     axes.set(xlabel=shown.axis, ylabel=f"time [{unit}]")
     bar = figure.colorbar(image, ax=axes, label=shown.label, pad=0.02)
     if shown.values.size and float(np.nanmin(shown.values, initial=0.0)) >= 0.0 and ends is None:
-        # Nothing is negative: the blue half of the bar would say nothing.
+        # Without negative values, omit the blue half of the bar.
         bar.ax.set_ylim(0.0, limit)
 
 
 def _evenly_timed(times: FloatArray, values: FloatArray, first: float, last: float) -> FloatArray:
-    """Return rows at even instants, each of the nearest frame, NaN where none is near."""
+    """Return rows at even times, each from the nearest frame; NaN if no frame is near."""
     if len(times) < 2:
         return values
     instants = np.linspace(first, last, min(_ROWS, max(_FEW_ROWS, 4 * len(times))))
@@ -162,10 +162,10 @@ def _evenly_timed(times: FloatArray, values: FloatArray, first: float, last: flo
 
 
 def nearest_frames(times: FloatArray, instants: FloatArray) -> npt.NDArray[np.int64]:
-    """Return the index of the frame nearest to each instant, -1 where it is too far away.
+    """Return the index of the frame nearest to each time, -1 if it is too far away.
 
-    A frame covers the instants around it, up to the usual time between frames and at most a 20th of all instants: a few
-    frames of a long run are stripes, not a run at rest in between.
+    A frame covers the times around it, up to the usual frame interval and at most a 20th of the range. A few frames of a
+    long run therefore appear as stripes, not as a run at rest in between.
 
     Args:
         times: of the frames, ascending, shape (frames,) [s].
@@ -195,14 +195,14 @@ def draw_curves(axes: Axes, curves: Sequence[Curve], label: str, valid_until: fl
 
 
 def mark_end_of_validity(axes: Axes, time: float) -> None:
-    """Draw a line at the time, in the unit of the axes, from which on results are not valid; none if it is infinite."""
+    """Draw a line at the end of validity (in the unit of the axes), unless it is infinite."""
     if np.isfinite(time):
         axes.axvline(time, color=DIVERGING[-1], linewidth=0.8)
         axes.text(time, 0.98, " not valid", transform=axes.get_xaxis_transform(), va="top", color=DIVERGING[-1], fontsize=9)
 
 
 def _show_zero_of_flat_curves(axes: Axes, curves: Sequence[Curve]) -> None:
-    """Let the axis of curves that hardly change begin at zero: a narrow range would magnify rounding."""
+    """Include zero in the axis of nearly constant curves, because a narrow range would magnify rounding."""
     values = np.concatenate([curve.values for curve in curves])
     values = values[np.isfinite(values)]
     if not values.size or float(np.ptp(values)) > _FLAT * float(np.abs(values).max()):
@@ -218,7 +218,7 @@ def insert_gaps(times: FloatArray, values: FloatArray, cuts: npt.NDArray[np.int6
 
 
 def line(place: int) -> dict[str, Any]:
-    """Return colour and dashes of the n-th line: lines differ by more than their colour."""
+    """Return colour and dashes of the n-th line, so that lines differ by more than colour."""
     return {"color": PALETTE[place % len(PALETTE)], "linestyle": _LINE_STYLES[place % len(_LINE_STYLES)]}
 
 
@@ -228,18 +228,18 @@ def legend(axes: Axes) -> None:
 
 
 def markers(shown: Field) -> dict[str, Any]:
-    """Draw a dot on each place, while the dots are distinguishable."""
+    """Return options that mark each place with a dot, unless there are too many places."""
     return {"marker": "o", "markersize": 3} if shown.values.shape[1] <= 60 else {}
 
 
 def name_of_place(shown: Field, column: int) -> str:
-    """Return what a place is called in a legend: its number, and where it lies if that is not the same."""
+    """Return the name of a place in a legend: its number and, if known, its coordinate."""
     name = f"{shown.place} {column * shown.every}"
     return name if shown.coordinate is None else f"{name}, x = {shown.coordinate[column]:.4g} m"
 
 
 def time_unit(duration: float) -> tuple[float, str]:
-    """Factor and name of the unit in which a duration [s] reads well."""
+    """Return factor and name of a suitable unit for a duration [s]."""
     for factor, unit, least in ((1.0, "s", 1.0), (1e3, "ms", 1e-3), (1e6, "\u00b5s", 1e-6)):
         if duration >= least:
             return factor, unit

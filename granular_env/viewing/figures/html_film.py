@@ -1,7 +1,7 @@
-"""A film for an HTML page: pictures of the plane at several instants, and a time axis with what happened when.
+"""A film for an HTML page: pictures of the plane at several times, and a time axis with the events.
 
-The page runs no script: the instants are radio buttons, which a mouse and the arrow keys choose from, and the style sheet shows
-the picture of the one that is chosen; "play" lets it show them in turn.
+The page runs no script. The times are radio buttons, selected with the mouse or the arrow keys, and the style sheet shows the
+picture of the selected time; "play" shows all pictures in sequence.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from .colour_bar import draw_bars
 from .drawing import canvas, new_figure, svg, time_unit, with_style
 from .plane import Plane, draw_instant, events_in_sight, instant_words, load_plane, stretch_words
 
-# Frames, and shapes in all of them together: fewer frames of many shapes, and no film where few would be left.
+# Most and fewest frames, and most shapes in all frames: many shapes reduce the frames; with too few frames there is no film.
 _MOST_FRAMES, _FEWEST_FRAMES, _MOST_DRAWN = 25, 5, 200_000
-# The largest picture [inch] and its fineness.
+# Size of the largest picture [inch], and its resolution.
 _LARGEST, _DOTS_PER_INCH = (7.2, 6.4), 110
-# Larger pictures get a palette, which makes them a third of the size; its steps are not visible in them.
+# Larger pictures get a palette, which reduces them to a third without visible steps.
 _MOST_BYTES, _COLOURS = 40_000, 64
 
 
@@ -36,13 +36,13 @@ class Film:
     """A film.
 
     Attributes:
-        instants: time in words and picture as an address (data:) of each, in the order of time.
-        ratio: width over height of each.
-        events: height of a bar for each picture but the first, 0 to 1: what happened since the one before; empty where nothing
-            happened.
-        words: what happened when.
-        bars: what the colours mean, as SVG; empty where there are none.
-        stretch: how displacements are drawn, in words; empty where they are true to scale.
+        instants: time label and picture (as a data: URL) of each frame, in the order of time.
+        ratio: width over height of each picture.
+        events: height, 0 to 1, of a bar for each picture but the first: events since the previous picture; empty without
+            events.
+        words: description of the events.
+        bars: colour bars as SVG; empty if there are none.
+        stretch: description of the drawn displacements; empty if they are true to scale.
     """
 
     instants: tuple[tuple[str, str], ...]
@@ -54,7 +54,7 @@ class Film:
 
 
 def film_of(log: Any, scene_data: SceneData) -> Film | None:
-    """Draw the film of a log; None where nothing lies or moves in a plane, nothing moves at all, or too much would be drawn."""
+    """Draw the film of a log; None without a plane or body in space, without motion, or with too many shapes."""
     clocks = [shape.times for shape in scene_data.shapes if len(shape.times) > 1]
     if not scene_data.is_plane or not clocks:
         return None
@@ -74,7 +74,7 @@ def film_of(log: Any, scene_data: SceneData) -> Film | None:
 
 
 def _instants(log: Any, clock: FloatArray, frames: int) -> list[float]:
-    """Return as many instants [s]: half of them evenly spaced, the others closer where more happens; all where nothing does."""
+    """Return `frames` times [s]: half evenly spaced, the others concentrated at events; all evenly spaced without events."""
     events = events_in_sight(log)
     if not events or len(clock) <= frames:
         return clock[evenly_picked(len(clock), frames)].tolist()
@@ -93,7 +93,7 @@ def _size(plane: Plane) -> tuple[float, float]:
 
 @with_style
 def _picture(plane: Plane, frame: int) -> bytes:
-    """Return the picture of one frame, on no ground, as the bytes of a PNG file."""
+    """Return the picture of one frame, with a transparent background, as the bytes of a PNG file."""
     figure = new_figure(*_size(plane))
     figure.set_layout_engine("none")
     figure.patch.set_alpha(0.0)
@@ -119,13 +119,13 @@ def _bars(plane: Plane) -> str:
 
 
 def _events(log: Any, instants: FloatArray) -> tuple[tuple[float, ...], str]:
-    """Return the heights of the bars of events, and in words how many there are, when the first was, and what was before."""
+    """Return the heights of the event bars, and a text on the number of events, the first event and earlier events."""
     found, earlier = log.events(), log.earlier_events()
     if not found:
         return (), ""
     times = _times(log, found)
     counts = np.bincount(np.searchsorted(instants[1:-1], times), minlength=len(instants) - 1)
-    # A single event next to thousands is still visible.
+    # Keep a single event visible next to thousands.
     heights = np.where(counts > 0, np.maximum(counts / counts.max(), 0.08), 0.0)
     scale, unit = time_unit(float(instants[-1]))
     before = f"; before this log begins {_count_words(earlier)}" if earlier else ""

@@ -1,4 +1,4 @@
-"""Pictures of bodies in a plane, or obliquely in space, at some instants: points, links and cells, coloured by an output."""
+"""Pictures of bodies in a plane, or of bodies in space seen obliquely: points, links and cells, coloured by an output."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ from ..visible_drawables import area_vectors
 from .colour_bar import add_bar
 from .drawing import new_figure, time_unit, with_style
 
-# Pictures of more shapes hold pixels instead of paths: a page with a path for each shape would be slow.
+# Rasterise pictures with more shapes: a page with a path for each shape would be slow.
 _MOST_SHAPES = 400
 _WIDTH, _TWO_ABREAST, _LARGEST_HEIGHT = 8.0, 2.5, 4.5  # inch, width over height, inch
-# The scale bar is at most this part of the width of the picture.
-_LENGTH_PART, _LENGTH_HEIGHT = 0.3, 0.4  # and its room, inch
-# Grey edges, and links and cracks that are visible on white, on red and on light and dark pages.
+# Largest length of the scale bar, as a fraction of the picture's width.
+_LENGTH_PART, _LENGTH_HEIGHT = 0.3, 0.4  # and its height, inch
+# Grey edges; links and cracks in colours that are visible on white, on red, and on light and dark pages.
 _EDGE, _LINK, _CRACK, _SPOKE = "#737373", "#218a52", "#101214", "#808080"
-_WIDEST_EDGE, _EDGE_PART, _LEAST_EDGED = 0.6, 1.0 / 16.0, 3.0  # point, of a thing, point
-# Cells touch: between smaller ones the lines would hide the colours [point].
+_WIDEST_EDGE, _EDGE_PART, _LEAST_EDGED = 0.6, 1.0 / 16.0, 3.0  # point, fraction of a shape, point
+# Smallest cell with edges [point]: cells touch, and edges of smaller cells would hide the colours.
 _LEAST_EDGED_CELL = 8.0
-# Light comes from the eye; cells that face away from it are darker by this part.
+# Light comes from the eye; cells that face away from it are darkened by this fraction.
 _SHADE, _INSIDE = 0.35, np.array([0.23, 0.24, 0.26])
-# Events nearer to the start or the end, in lengths of the run, have no extra picture.
+# Events closer than this to the start or the end, as a fraction of the run, get no extra picture.
 _MARGIN = 0.05
 
 
@@ -51,16 +51,16 @@ class Plane:
 
     @property
     def times(self) -> FloatArray:
-        """The instants of the frames, ascending [s]."""
+        """The times of the frames, ascending [s]."""
         return self.scene.shapes[0].times
 
     def seen(self, shape: Motion | MeshFrames, frames: int | slice) -> FloatArray:
-        """Return the places of points or nodes in the picture, with the distance towards the eye, shape (..., n, 3) [m]."""
+        """Return picture coordinates of points or nodes, and their distance towards the eye, shape (..., n, 3) [m]."""
         return drawn_places(shape, self.scales.exaggeration, frames) @ self.eye
 
     @cached_property
     def eye(self) -> FloatArray:
-        """The directions right and up in the picture, and towards the eye, as columns: a plane is seen from above."""
+        """The directions right, up and towards the eye as columns; a plane is seen from above."""
         if not self.scene.is_solid:
             return np.eye(3)
         x, y, z = self.scene.viewpoint.tolist()
@@ -69,7 +69,7 @@ class Plane:
 
     @cached_property
     def box(self) -> tuple[FloatArray, FloatArray]:
-        """The corners of the box around all shapes in all frames [m]."""
+        """The corners of the bounding box of all shapes in all frames [m]."""
         corners = []
         for shape in self.scene.shapes:
             reach = shape.radius[:, None] if isinstance(shape, Motion) else 0.0
@@ -84,16 +84,16 @@ class Plane:
 def load_plane(
     log: Any, scene_data: SceneData, times: Sequence[float] | None = None, colour: str | None = None
 ) -> Plane | None:
-    """Read the shapes of a log at some instants; None where nothing lies or moves in a plane.
+    """Read the shapes of a log at given times; None if no shape lies or moves in a plane or in space.
 
     Args:
         log: an open log.
-        scene_data: of the whole log; it decides how displacements are stretched, and the scales of the colours.
-        times: the instants [s]; default: four that show the run, the first event among them.
-        colour: a recorded output that colours the shapes, with a scale for these instants.
+        scene_data: of the whole log; it sets the displacement factor and the colour scales.
+        times: times of the pictures [s]; default: four times that include the first event.
+        colour: a recorded output that colours the shapes, with a scale for these times.
 
     Raises:
-        ParameterError: an instant outside the recorded span, or nothing can be coloured by that output.
+        ParameterError: a time outside the recorded span, or an output that can colour no shape.
     """
     scales = scales_of(scene_data)
     if scales is None or not scene_data.is_plane:
@@ -105,7 +105,7 @@ def load_plane(
 
 
 def events_in_sight(log: Any) -> Sequence[Any]:
-    """Return the events at something that is drawn; without any all, such as the ignition of the gas in a tube."""
+    """Return the events located at a drawn shape, or all events if there are none (for example ignition in a tube)."""
     happened, details = log.events(), log.event_details
     return [event for event in happened if event.kind in details and details[event.kind].counts] or happened
 
@@ -116,13 +116,13 @@ def _instants(log: Any, clock: FloatArray) -> list[float]:
     third, events = start + (end - start) / 3.0, events_in_sight(log)
     first = events[0].tick * log.step_size if events else third
     if not _MARGIN <= (first - start) / max(end - start, 1e-300) <= 1.0 - _MARGIN:
-        first = third  # too near to the start or to the end
+        first = third  # too close to the start or the end
     return [start, first, 0.5 * (first + end), end]
 
 
 @with_style
 def draw_plane(plane: Plane) -> Figure:
-    """Draw the plane at each of its instants, with a colour bar for each quantity."""
+    """Draw the plane at each of its times, with a colour bar for each quantity."""
     low, high = plane.box
     width, height = (high - low).tolist()
     bars, times = plane.scales.colours, plane.times
@@ -145,14 +145,14 @@ def draw_plane(plane: Plane) -> Figure:
 
 
 def instant_words(plane: Plane, frame: int) -> str:
-    """Return the instant of a frame, and whether the results are valid then."""
+    """Return a label with the time of a frame and the validity of the results."""
     scale, unit = time_unit(float(plane.times[-1]))
     time = plane.times[frame]
     return f"{time * scale:.4g} {unit}{'' if time < plane.scene.valid_until else ', not valid'}"
 
 
 def _add_length(axes: Axes, plane: Plane) -> None:
-    """Draw a bar of a round length below a picture."""
+    """Draw a scale bar of a round length below a picture."""
     low, high = plane.box
     length = round_down_to_125(_LENGTH_PART * float(high[0] - low[0]))
     axes.add_artist(
@@ -164,7 +164,7 @@ def _add_length(axes: Axes, plane: Plane) -> None:
 
 
 def draw_instant(axes: Axes, plane: Plane, frame: int) -> None:
-    """Draw everything in one frame; the axes show the box of all frames."""
+    """Draw one frame; the axes cover the bounding box of all frames."""
     low, high = plane.box
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal", xticks=[], yticks=[])
     axes.spines[:].set_visible(False)
@@ -178,7 +178,7 @@ def draw_instant(axes: Axes, plane: Plane, frame: int) -> None:
 
 
 def _edge_width(axes: Axes, plane: Plane, size: float, least: float = _LEAST_EDGED) -> float:
-    """Return the width of the edges of shapes of a size [m] in points; 0 below `least`, where edges would hide the colours."""
+    """Return the edge width in points for shapes of a size [m]; 0 below `least`, where edges would hide the colours."""
     low, high = plane.box
     place, figure = axes.get_position(), axes.get_figure(root=True)
     assert figure is not None
@@ -211,26 +211,26 @@ def _draw_cells(axes: Axes, plane: Plane, mesh: MeshFrames, frame: int) -> None:
         values = values[mesh.connectivity].mean(axis=1)
     colours = plane.scales.colours_of(mesh.field_variable, values, len(mesh.connectivity)) / 255.0
     if plane.scene.is_solid:
-        # The nearest cells are drawn last: they hide the others.
+        # Draw the nearest cells last, so that they hide the others.
         shown = shown[np.argsort(seen[mesh.connectivity[shown], 2].mean(axis=1), kind="stable")]
         colours = _lit(colours, seen[mesh.connectivity])
     corners = seen[mesh.connectivity[shown]][..., :2]
     size = float(np.sqrt(np.median(np.ptp(corners, axis=1).prod(axis=1)))) if len(corners) else 0.0
     width = min(0.2, _edge_width(axes, plane, size, _LEAST_EDGED_CELL))
-    # Smooth edges of cells without lines between them would leave seams.
+    # Without edge lines, antialiasing would leave seams between cells.
     edge = {"edgecolor": _EDGE, "linewidth": width} if width else {"linewidth": 0.0, "antialiased": False}
     shapes = PolyCollection(list(corners), facecolor=colours[shown], **edge)
-    # Browsers round narrow shapes without lines to whole pixels, so that they leave gaps: these are pixels already.
+    # Rasterise shapes without lines: browsers round narrow ones to whole pixels, which leaves gaps.
     shapes.set_rasterized(len(corners) > _MOST_SHAPES or not width)
     axes.add_collection(shapes)
 
 
 def _lit(colours: FloatArray, corners: FloatArray) -> FloatArray:
-    """Return colours with light from the eye, and the inside of the body, which is seen through gaps, dark.
+    """Return colours lit from the eye; the inside of the body, visible through gaps, is dark.
 
     Args:
         colours: of the cells, shape (m, 3).
-        corners: of each, as seen, shape (m, k, 3).
+        corners: of each cell in picture coordinates, shape (m, k, 3).
     """
     normal = area_vectors(corners)
     length = np.maximum(np.sqrt((normal * normal).sum(axis=1)), 1e-300)
@@ -239,7 +239,7 @@ def _lit(colours: FloatArray, corners: FloatArray) -> FloatArray:
 
 
 def _draw_links(axes: Axes, plane: Plane, motion: Motion, links: LinkFrames, frame: int) -> None:
-    """Draw the cracks and, where they hide nothing, the links that hold."""
+    """Draw the cracks and, unless they hide the points, the intact links."""
     places, state = plane.seen(motion, frame)[:, :2], links.state[frame]
     width = _edge_width(axes, plane, 2.0 * float(np.median(motion.radius)))
     if len(links.pairs) <= MOST_LINES:
@@ -254,7 +254,7 @@ def _add_lines(axes: Axes, lines: FloatArray, colour: str, width: float) -> None
 
 
 def stretch_words(plane: Plane) -> str:
-    """Return how displacements are drawn, in sentences; "" where they are true to scale."""
+    """Return sentences on the drawn displacements; "" if they are true to scale."""
     sentences = [] if plane.scales.exaggeration == 1.0 else [f"Displacements drawn {plane.scales.exaggeration:g} x larger."]
     if still := plane.scene.unmoved:
         sentences.append(f"Drawn at the places of the start, as no displacements were recorded: {', '.join(still)}.")
@@ -262,7 +262,7 @@ def stretch_words(plane: Plane) -> str:
 
 
 def words(plane: Plane) -> str:
-    """Return what the pictures show, in sentences."""
+    """Return sentences on the content of the pictures."""
     links = [one for motion in plane.scene.motions for one in motion.links]
     names = ", ".join(one.name.replace("_", " ") for one in (*plane.scene.shapes, *links))
     axes = "" if plane.scene.is_solid else ", x to the right, y up"

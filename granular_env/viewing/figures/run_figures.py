@@ -1,7 +1,7 @@
 """Figures of a run: x-t diagrams, profiles, histories, balances, inputs.
 
-Every function returns a matplotlib Figure made without pyplot: nothing global changes, no window opens. `drawing.png` turns a
-figure into the bytes of a file, `drawing.svg` into a part of a page.
+Every function returns a matplotlib Figure created without pyplot: global state does not change and no window opens.
+`drawing.png` converts a figure to the bytes of a file, `drawing.svg` to a part of a page.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ from .drawing import (
     with_style,
 )
 
-# Frames in figures: more than in a viewer, because a figure is drawn once.
+# Frames in figures: more than in a viewer, because a figure is drawn only once.
 FRAMES = 2000
-# Kinds of figures of arrays, and their heights [inch]; of profiles that of one instant.
+# Kinds of array figures, and their heights [inch] (for profiles the height per time).
 _HEIGHTS = {"space-time": 5.2, "profiles": 1.8, "histories": 4.2}
 _PROFILES = 4
-# Parts of a run in which events are counted.
+# Number of time intervals in which events are counted.
 EVENT_BINS = 100
-# The wave has reached a particle that changed by this part of the largest change.
+# The wave has reached a particle once its change exceeds this fraction of the largest change.
 _REACHED = 0.05
 
 
@@ -54,17 +54,17 @@ def draw_fields(
     indices: Sequence[int] | None = None,
     valid_until: float = np.inf,
 ) -> Figure:
-    """Draw one field, or several such as the components of vectors, one above the other.
+    """Draw one field, or several fields (such as the components of vectors) one above the other.
 
     Args:
-        fields: what to draw.
-        kind: "space-time" (the x-t diagram), "profiles" (along the places, at some instants) or "histories" (of some places).
-        times: instants of the profiles [s]; default: four, evenly spaced.
+        fields: the fields to draw.
+        kind: "space-time" (x-t diagram), "profiles" (along the places at given times) or "histories" (of given places).
+        times: times of the profiles [s]; default: four, evenly spaced.
         indices: places of the histories; default: up to five, evenly spaced among those that the wave reached.
         valid_until: as of `SceneData`; histories mark it.
 
     Raises:
-        ParameterError: an instant outside the recorded span, or no such place.
+        ParameterError: a time outside the recorded span, or an unknown place.
     """
     count = (_PROFILES if times is None else len(times)) if kind == "profiles" else 1
     figure = new_figure(8.0, len(fields) * count * _HEIGHTS[kind])
@@ -106,11 +106,11 @@ def _draw_histories(figure: FigureBase, shown: Field, indices: Sequence[int] | N
 
 
 def _default_indices(shown: Field) -> list[int]:
-    """Return up to five places, evenly spaced among those that the wave reached (all of them, where nothing changed)."""
+    """Return up to five places, evenly spaced among those that the wave reached (among all, if nothing changed)."""
     with np.errstate(invalid="ignore", over="ignore"):
         change = np.abs(shown.values - shown.values[0]).max(axis=0)
     largest = np.max(change, initial=0.0, where=np.isfinite(change))
-    # Changes that are not finite count too.
+    # The negation also selects non-finite changes.
     reached = np.flatnonzero(~(change <= _REACHED * largest))
     reached = reached if len(reached) else np.arange(len(change))
     columns = reached[np.unique(np.rint(np.linspace(0, len(reached) - 1, 5)).astype(int))]
@@ -118,7 +118,7 @@ def _default_indices(shown: Field) -> list[int]:
 
 
 def _column_of(shown: Field, index: int) -> int:
-    """Return the column of a place (negative numbers count from the end); `ParameterError` where there is none."""
+    """Return the column of a place (negative numbers count from the end); `ParameterError` if it does not exist."""
     if not isinstance(index, int) or not -shown.total <= index < shown.total:
         raise ParameterError(
             f"got {index!r}", expected=f"a whole number from {-shown.total} to {shown.total - 1}", at="indices"
@@ -128,7 +128,7 @@ def _column_of(shown: Field, index: int) -> int:
 
 @with_style
 def balance(scene_data: SceneData, quantity: str = "energy") -> Figure | None:
-    """Draw the entries of a balance in time, and below them its residual; None where there are none."""
+    """Draw the entries of a balance over time, with its residual below; None if there are no entries."""
     names = next((balance for balance in scene_data.balances if balance.quantity == quantity), None)
     if names is None or not (amounts := scene_data.group(names.entries)):
         return None
@@ -161,10 +161,10 @@ def curves(chosen: Sequence[Curve], valid_until: float = np.inf) -> Figure:
 
 @with_style
 def event_counts(events: Sequence[tuple[float, str]], span: tuple[float, float]) -> Figure:
-    """Draw the number of events in each part of the run.
+    """Draw the number of events in each interval of the run.
 
     Args:
-        events: the instant [s] and the kind of each.
+        events: time [s] and kind of each event.
         span: start and end of the run [s].
     """
     scale, unit = time_unit(span[1])
@@ -196,22 +196,22 @@ def plot(
     """Return a figure of a recorded variable or an input of a log.
 
         figure = ge.viewing.plot(log, "contact_force", "histories", indices=[10, 20])
-        figure.savefig("force.pdf")              # a notebook shows it after %matplotlib inline
+        figure.savefig("force.pdf")              # a notebook displays it after %matplotlib inline
 
     Args:
         log: an open log.
-        variable: a recorded output, or an input. Scalars and inputs of a few numbers are drawn as curves in time, whatever
-            the kind; the components of vectors are drawn one above the other.
+        variable: a recorded output, or an input. Scalars and inputs of a few numbers are drawn as curves over time for every
+            kind; the components of vectors are drawn one above the other.
         kind: of an array: "space-time", "profiles" (at `times`) or "histories" (of `indices`).
-        times: instants of the profiles [s]; default: four, evenly spaced.
-        indices: of which elements; default: up to five that changed.
+        times: times of the profiles [s]; default: four, evenly spaced.
+        indices: elements of the histories; default: up to five that changed.
 
     Returns:
-        A figure outside pyplot; `figure.axes` can be changed.
+        A figure outside pyplot; its axes (`figure.axes`) may be changed.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
-        ParameterError: the log does not hold this variable, an instant or an index, or there is no such kind.
+        ParameterError: the log does not contain the variable, a time or an index, or the kind is unknown.
     """
     if kind not in _HEIGHTS:
         raise ParameterError(f"got {kind!r}", expected=f"one of {', '.join(_HEIGHTS)}", at="kind")

@@ -1,1 +1,1 @@
-"""The report of a run: one page that needs nothing else, its tables and its figures."""
+"""The report of a run: a self-contained page with tables and figures."""

@@ -1,4 +1,4 @@
-"""The figures of a report: every recorded array and every scalar that is not zero all the time."""
+"""The figures of a report: every recorded array, and every scalar that is not always zero."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ class Shown:
 
 @dataclass(frozen=True)
 class Choice:
-    """The choice of a user: names of variables, instants [s], places; None for the default."""
+    """The user's choice of variable names, times [s] and places; None for the default."""
 
     variables: Sequence[str] | None = None
     times: Sequence[float] | None = None
     indices: Sequence[int] | None = None
 
     def check(self, log: Any) -> None:
-        """Raise `ParameterError` for what this log does not hold."""
+        """Raise `ParameterError` for variables, times or places that the log does not contain."""
         arrays = array_names(log)
         known = [*arrays, *(name for name in recorded_outputs(log) if name not in arrays)]
         if unknown := [name for name in self.variables or () if name not in known]:
@@ -53,20 +53,20 @@ class Choice:
             )
 
     def holds(self, name: str) -> bool:
-        """Return whether a variable is to be shown."""
+        """Return whether to show a variable."""
         return self.variables is None or name in self.variables
 
 
 def draw_report(log: Any, choice: Choice, progress: Callable[[float], None]) -> tuple[SceneData, dict[str, Shown]]:
-    """Return what a log holds, and its figures by the names of their files, in the order of the page.
+    """Return the scene data of a log, and its figures by file name, in the order of the page.
 
     Args:
         log: an open log.
-        choice: what to show.
-        progress: called with the part of the work that is done.
+        choice: the user's choice.
+        progress: called with the completed fraction.
 
     Raises:
-        ParameterError: as in `Choice.check`, or an instant or a place that the log does not have.
+        ParameterError: as in `Choice.check`, or a time or place outside the log.
     """
     choice.check(log)
     scene_data = from_log(log, run_figures.FRAMES)
@@ -88,7 +88,7 @@ def draw_report(log: Any, choice: Choice, progress: Callable[[float], None]) -> 
 
 
 def _pictures(log: Any, scene_data: SceneData, choice: Choice) -> dict[str, Shown]:
-    """Return pictures of a plane or a body in space; of a surface one for each output that can colour it."""
+    """Return pictures of a plane or a body in space; for a surface, one per output that can colour it."""
     if (shown := plane.load_plane(log, scene_data, choice.times)) is None:
         return {}
     heading = "In space" if scene_data.is_solid else "In the plane"
@@ -104,7 +104,7 @@ def _pictures(log: Any, scene_data: SceneData, choice: Choice) -> dict[str, Show
 
 
 def _chosen_arrays(log: Any, scene_data: SceneData, choice: Choice) -> list[str]:
-    """Return the arrays to show; by default all but those that other figures show, with that of the particles' colour first."""
+    """Return the arrays to show, the particles' colour first; by default all arrays that no other figure shows."""
     if choice.variables is not None:
         return [name for name in array_names(log) if choice.holds(name)]
     elsewhere = {name for balance in log.balances for name in (*balance.entries, balance.residual)}
@@ -116,16 +116,16 @@ def _chosen_arrays(log: Any, scene_data: SceneData, choice: Choice) -> list[str]
 
 
 def _main(scene_data: SceneData) -> str:
-    """Return the name of the output that colours the first particles; "" where none does."""
+    """Return the name of the output that colours the first particles; "" if there is none."""
     motion = scene_data.motion
     return "" if motion is None or motion.colour is None else motion.colour_variable.name
 
 
 def _array_figures(log: Any, scene_data: SceneData, name: str, choice: Choice) -> dict[str, Shown]:
-    """Return the figures of one array: its x-t diagram, profiles of the main array or where asked for, histories.
+    """Return the figures of an array: x-t diagram, profiles (of the main array or on request) and histories.
 
-    Vectors have histories alone. So have values of things that fill a plane, unless they are asked for: their numbers do not
-    give their places.
+    Vectors have only histories. The same holds, unless requested, for values at places that fill a plane, because the
+    number of such a place does not determine its position.
     """
     fields = load_fields(log, name, run_figures.FRAMES)
     field, is_vector = fields[0], len(log.variables[name].shape) > 1
@@ -157,7 +157,7 @@ def _across(field: Field) -> str:
 
 
 def _things(log: Any, field: Field) -> str:
-    """Return the plural of the places of an array, such as "grains"."""
+    """Return the plural name of an array's places, such as "grains"."""
     drawn = (one for one in log.drawables if isinstance(one, Points | Links) and element_count(one) == field.total)
     return next((one.name.replace("_", " ") for one in drawn), f"{field.place}s")
 
@@ -177,7 +177,7 @@ def _acting_curves(scene_data: SceneData, group: str) -> list[Curve]:
 
 
 def _inputs(log: Any, scene_data: SceneData) -> dict[str, Shown]:
-    """Return a figure of the inputs that are one number, and one of each array that acts; of many elements x-t diagrams too."""
+    """Return a figure of all scalar inputs and one per active array input; large arrays also get x-t diagrams."""
     drawn: dict[str, Shown] = {}
     scalars = {name for name, one in log.input_variables.items() if one.shape == ()}
     if curves := [one for one in _acting_curves(scene_data, "inputs") if one.name in scalars]:
@@ -196,7 +196,7 @@ def _inputs(log: Any, scene_data: SceneData) -> dict[str, Shown]:
 
 
 def _input_words(acted: InputCurves) -> str:
-    """Return the description of an array input, the axes of its elements, and which of them are drawn."""
+    """Return a caption for an array input: its description, the axes of its elements, and the elements drawn."""
     variable = acted.variable
     words = f"{_title(variable.name)} in time: {variable.description}."
     if variable.axes:

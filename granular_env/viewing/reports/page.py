@@ -1,4 +1,4 @@
-"""A report of a run: one HTML page that needs nothing else, and its pictures as PNG files."""
+"""The report of a run: a self-contained HTML page, and its pictures as PNG files."""
 
 from __future__ import annotations
 
@@ -35,25 +35,24 @@ def report(
 
         ge.viewing.report(log, "piston", variables=["contact_force"], indices=[10, 20], times=[1e-4, 2e-4])
 
-    The page carries its pictures and its style, runs no script and is forbidden the network by its own policy; text from
-    the log is escaped. It is light or dark with the reader's system.
+    The page embeds its pictures and style, runs no script, and forbids network access by a policy. Text from the log is
+    escaped. The page follows the light or dark theme of the reader's system.
 
     Args:
         log: an open log, of any component.
-        folder: where to; made if it is not there.
-        times: instants of the profiles [s]; default: four, evenly spaced.
-        indices: of which elements the histories are drawn; default: up to five that changed.
+        folder: target folder; it is created if necessary.
+        times: times of the profiles [s]; default: four, evenly spaced.
+        indices: elements of the histories; default: up to five that changed.
         variables: recorded outputs to show; default: all. Arrays get x-t diagrams and histories, scalars curves.
-        progress: show a bar, or call this with the part that is done.
+        progress: show a bar, or call this with the completed fraction.
 
     Returns:
         The path of the page.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
-        ParameterError: a variable, an instant or an index that the log does not have, or `folder` is a file; nothing is
-            written.
-        GranularError: the files cannot be written; then none of them is.
+        ParameterError: a variable, time or index that the log does not contain, or `folder` is a file; nothing is written.
+        GranularError: the files cannot be written; none is written.
     """
     require_log(log)
     target = Path(folder) / "report.html"
@@ -73,7 +72,7 @@ def report(
 
 
 def _sections(log: Any, scene_data: SceneData, drawn: Mapping[str, Shown]) -> list[tuple[str, Markup]]:
-    """Return heading and HTML of each section."""
+    """Return the heading and HTML of each section."""
     shown = {name: (one.heading, parts.picture(drawing.svg(one.figure, name), one.words)) for name, one in drawn.items()}
     balances = Markup().join(shown.pop(name)[1] for name in list(shown) if name.startswith("balance-"))
     inputs = Markup().join(shown.pop(name)[1] for name in list(shown) if shown[name][0] == "Inputs")
@@ -93,7 +92,7 @@ def _sections(log: Any, scene_data: SceneData, drawn: Mapping[str, Shown]) -> li
 
 
 def _lead(log: Any, scene_data: SceneData) -> Markup:
-    """Return what the experiment is, how long the run was, and notes."""
+    """Return the description of the experiment, the length of the run, and notes."""
     metadata = log.metadata
     experiment = metadata.get("experiment") if isinstance(metadata.get("experiment"), dict) else {}
     scale, unit = drawing.time_unit(log.duration)

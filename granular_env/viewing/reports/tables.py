@@ -1,4 +1,4 @@
-"""The tables of a report: balances, events, validity, parameters, the experiment, the machine, and how to replay the log."""
+"""The tables of a report: balances, events, validity, parameters, experiment, machine, and replay commands."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _MOST_INCIDENTS, _LONGEST_MESSAGE = 20, 1000
 
 
 def balances(scene_data: SceneData) -> Markup:
-    """Return the entries of the balances at the start and at the end, and how large each residual is."""
+    """Return the entries of the balances at the start and the end, and the size of each residual."""
     rows: list[list[Any]] = []
     sentences = []
     for balance in scene_data.balances:
@@ -48,7 +48,7 @@ def balances(scene_data: SceneData) -> Markup:
 
 
 def incident_sentences(log: Any) -> list[str]:
-    """Return a sentence for each incident that is no step, and one for the segments if they are several."""
+    """Return a sentence for each incident other than a step, and one on the segments if there are several."""
     sentences = [text for incident in log.incidents if (text := _incident_sentence(incident))][:_MOST_INCIDENTS]
     if (count := len(log.segments)) > 1:
         why = "the component was reset, restored or put back in between"
@@ -70,7 +70,7 @@ def _incident_sentence(incident: Mapping[str, Any]) -> str | None:
 
 
 def events(log: Any) -> Markup:
-    """Return the events of the run and, of a branch, those before it; empty where none can occur."""
+    """Return the events of the run and, for a branch, earlier events; empty if no event can occur."""
     kinds = log.event_kinds
     if not kinds:
         return Markup()
@@ -93,7 +93,7 @@ def events(log: Any) -> Markup:
 
 
 def validity(log: Any) -> Markup:
-    """Return how far the model's assumptions held."""
+    """Return the validity of the model's assumptions."""
     figures, cautions = log.metadata["report"], log.metadata["cautions"]
     rows = [[typeset(name), "unknown" if value is None else value] for name, value in figures.items()]
     reported = parts.table(["figure", "value"], rows) if rows else parts.paragraph("No figures of validity.")
@@ -101,7 +101,7 @@ def validity(log: Any) -> Markup:
 
 
 def parameters(log: Any) -> Markup:
-    """Return every parameter with its value, also where that is a default; those of tables have the names TABLE.PARAMETER."""
+    """Return all parameters with their values, including defaults; parameters in tables are named TABLE.PARAMETER."""
     model = None
     with suppress(GranularError):
         model = log.component().parameters
@@ -110,7 +110,7 @@ def parameters(log: Any) -> Markup:
 
 
 def _parameter_rows(prefix: str, values: Mapping[str, Any], model: Any) -> Iterator[list[Any]]:
-    """Yield a row for each value, in tables too; `model` has units and meanings, None where they are not known."""
+    """Yield a row for each value, including values in tables; `model` supplies units and meanings (None if unknown)."""
     fields = getattr(type(model), "model_fields", {})
     for name, value in values.items():
         own = getattr(model, name, None)
@@ -133,11 +133,11 @@ def _short(value: Any) -> str:
             return f"{_short(value[0])} ({len(value)} times)"
         more = f", ... ({len(value)} values)" if len(value) > _LONGEST_LIST else ""
         return ", ".join(_short(entry) for entry in value[:_LONGEST_LIST]) + more
-    return f"{value + 0.0:.6g}" if isinstance(value, float) else "" if value is None else str(value)  # no -0
+    return f"{value + 0.0:.6g}" if isinstance(value, float) else "" if value is None else str(value)  # avoid -0
 
 
 def experiment(log: Any) -> Markup:
-    """Return the experiment as a TOML file that can be run again; "" where the log was recorded by a script."""
+    """Return the experiment as a TOML file that can be run again; "" if a script recorded the log."""
     content = log.metadata.get("experiment")
     if not isinstance(content, dict) or "component" not in content:
         return Markup()
@@ -147,7 +147,7 @@ def experiment(log: Any) -> Markup:
 
 
 def environment(log: Any) -> Markup:
-    """Return what the log was recorded with, and its size."""
+    """Return the software and machine that recorded the log, and its size."""
     metadata = log.metadata
     rows = [[f"{name} version", text] for name, text in metadata["versions"].items()]
     rows += [[name.replace("_", " "), _short(value)] for name, value in metadata["machine"].items()]
@@ -156,7 +156,7 @@ def environment(log: Any) -> Markup:
 
 
 def replay(log: Any) -> Markup:
-    """Return the commands that re-run the log, branch it off and show it."""
+    """Return the commands that replay the log, branch from it and show it."""
     path = shlex.quote(str(log.path))
     middle = (log.start_tick + round(0.5 * log.duration / log.step_size)) * log.step_size
     commands = [

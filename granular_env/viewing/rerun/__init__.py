@@ -1,6 +1,6 @@
-"""Scenes for rerun and its viewers."""
+"""Scenes and viewers for rerun."""
 
 from granular_env.optional_packages import import_optional
 
-# Its error names the package to install; the modules of this folder import rerun as usual.
+# The error names the package to install. The modules of this folder import rerun as usual.
 import_optional("rerun", "the viewer")

@@ -1,4 +1,4 @@
-"""The layout of a scene in rerun: the particles above, the domain's own views, the plots and the caption below."""
+"""The layout of a scene in rerun: particles at the top, then the domain's views, plots and caption."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from ..scene_scales import Scales
 from .profiles import profile_pane
 from .scene import LEGEND, TIMELINE, plot_paths, whole_camera
 
-# A run is played back in about this wall time [s].
+# Approximate wall time for the playback of a run [s].
 _PLAYBACK_SECONDS = 10.0
-# Plots with and without particles: more would be too small to be read; users can add the others in the viewer.
+# Number of plots with and without particles: more would be too small to read; users can add others in the viewer.
 _SHOWN_PLOTS, _SHOWN_PLOTS_ALONE = 3, 4
-# Panes of fields along a line.
+# Number of panes for fields along a line.
 _SHOWN_PROFILES = 4
 
-# Distance of the eye from a body in space, in diagonals of its box: all of it is within the 55 degrees that rerun's eye sees.
+# Distance of the eye from a body in space, in diagonals of its box, so that the body fits rerun's 55-degree field of view.
 _EYE_DISTANCE = 1.1
 
-# A narrower plane, in heights, is shown next to the plots, not above them.
+# A plane with a smaller ratio of width to height is shown next to the plots, not above them.
 _WIDE = 2.0
 
 
@@ -32,10 +32,10 @@ def blueprint(scene_data: SceneData, scales: Scales | None, views: Views | None,
     """Return the layout of a scene.
 
     Args:
-        scene_data: what is shown.
-        scales: None where nothing is drawn in space.
-        views: of the component's domain; None where there are no particles.
-        duration: of the run [s], which sets the playback speed; None for a run that is still going on.
+        scene_data: the scene.
+        scales: None if nothing is drawn in space.
+        views: of the component's domain; None without particles.
+        duration: of the run [s], which sets the playback speed; None for a running simulation.
     """
     shown: list[Any] = [rrb.TextDocumentView(origin="caption", name="What you see")]
     scalars = select_plots(scene_data, _SHOWN_PLOTS_ALONE if scales is None else _SHOWN_PLOTS)
@@ -52,10 +52,10 @@ def blueprint(scene_data: SceneData, scales: Scales | None, views: Views | None,
             shown = [*views.panes(motion, scales), *shown]
             rows += views.rows(motion, scales)
     if profiles := [profile_pane(profile) for profile in scene_data.profiles[:_SHOWN_PROFILES]]:
-        # A grid of one pane would leave half of the width empty.
+        # A two-column grid with one pane would leave half of the width empty.
         rows.append((profiles[0] if len(profiles) == 1 else rrb.Grid(*profiles, grid_columns=2), 4.5))
     if scales is not None and _is_tall(scene_data, scales):
-        # Beside each other: a picture as high as it is wide has little room above the plots.
+        # Side by side, because a square picture has little room above the plots.
         beside = rrb.Vertical(*reversed(shown), row_shares=[3.0, 6.0][-len(shown) :])
         content = rrb.Horizontal(_stack(rows, 10.0), beside, column_shares=[5.0, 4.0])
     else:
@@ -71,7 +71,7 @@ def blueprint(scene_data: SceneData, scales: Scales | None, views: Views | None,
 
 
 def _stack(rows: list[tuple[Any, float]], first: float | None = None) -> Any:
-    """Return panes one above the other, each with its share of the height; `first`: that of the first one instead."""
+    """Return panes one above the other with their shares of the height; `first` replaces the share of the first pane."""
     shares = [share for _, share in rows]
     return rrb.Vertical(*(row for row, _ in rows), row_shares=[first or shares[0], *shares[1:]])
 
@@ -96,7 +96,7 @@ def _plot(plot: Plot) -> Any:
 
 
 def _whole(scene_data: SceneData, scales: Scales, views: Views | None) -> Any:
-    """Return the whole scene, from the side or from above, and in a second tab as a space to turn around in.
+    """Return the whole scene from the side or from above, and a second tab with an interactive 3D view.
 
     The second tab is active for a body in space.
     """
@@ -116,7 +116,7 @@ def _whole(scene_data: SceneData, scales: Scales, views: Views | None) -> Any:
 
 
 def _oblique(scene_data: SceneData, scales: Scales) -> Any:
-    """Return an eye that sees everything obliquely: a row or a plane from near, a body in space as a whole."""
+    """Return an oblique eye: close to a row or a plane, far enough to see a body in space as a whole."""
     low, high = scales.magnification * np.array(scales.low), scales.magnification * np.array(scales.high)
     middle = 0.5 * (low + high)
     away = np.array([-0.35, -0.55, 0.3]) * float((high - low).max())

@@ -1,7 +1,7 @@
-"""Cameras that look at a scene from so far away that spheres stay round.
+"""Distant cameras, for which spheres stay round.
 
-Rerun's own 3D camera opens 55 degrees, so a pane that is many times wider than high would stretch the shapes at its ends. A
-pinhole far away is nearly a parallel projection, shows the same entities, and always fits its pane.
+Rerun's 3D camera has a field of view of 55 degrees, so a pane much wider than high would stretch the shapes at its ends. A
+distant pinhole camera is nearly a parallel projection, shows the same entities, and always fits its pane.
 """
 
 from __future__ import annotations
@@ -13,27 +13,27 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-# Distance in widths: the ends are seen at 18 degrees. Further away, rerun's single precision frays the spheres.
+# Distance in widths: the ends are at 18 degrees. At larger distances, rerun's single precision distorts the spheres.
 _DISTANCE = 1.5
 _PIXELS = 2000.0
-# Rerun draws nothing that is nearer than 0.1 to a camera [m].
+# Smallest distance of the camera [m]; rerun clips everything closer than 0.1 m.
 _NEAREST = 0.15
 
 
-# The camera's directions right, down and forward, as columns: along +y with z up (a row is seen from the side), or along -z
-# with y up (a plane is seen from above).
+# Columns are the camera's directions right, down and forward: along +y with z up (a row from the side), or along -z with y up
+# (a plane from above).
 _SIDE = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 _ABOVE = np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]])
 
 
 @dataclass(frozen=True)
 class Camera:
-    """A camera with x to the right, that looks along +y (z up) or from above, along -z (y up).
+    """A camera with x to the right that looks along +y (z up), or from above along -z (y up).
 
     Attributes:
-        path: its entity.
-        middle: what it looks at: x, and z (or y, from above) [m].
-        width, height: what it sees [m].
+        path: path of its entity.
+        middle: centre of its picture: x and z (from above: x and y) [m].
+        width, height: visible extent [m].
         is_above: whether it looks from above.
     """
 
@@ -53,12 +53,12 @@ class Camera:
 
     @property
     def place(self) -> tuple[float, float, float]:
-        """Return where it is [m]."""
+        """Return the camera's position [m]."""
         x, other = self.middle
         return (x, other, self._distance) if self.is_above else (x, -self._distance, other)
 
     def send(self, recording: Any) -> None:
-        """Put the camera into the scene."""
+        """Send the camera to the scene."""
         width, height = self._image
         place = rr.Transform3D(translation=self.place, mat3x3=_ABOVE if self.is_above else _SIDE)
         lens = rr.Pinhole(
@@ -67,7 +67,7 @@ class Camera:
         recording.log(self.path, place, lens, static=True)
 
     def view(self, name: str, contents: list[str]) -> Any:
-        """Return a pane that shows entities through this camera."""
+        """Return a pane that shows entities with this camera."""
         across, down = self._image
         return rrb.Spatial2DView(
             origin=self.path,

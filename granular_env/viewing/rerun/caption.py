@@ -17,12 +17,12 @@ _MARKUP = str.maketrans({character: f"\\{character}" for character in "\\`*_{}[]
 
 
 def plain(text: str) -> str:
-    """Text from a log with nothing that markdown would act on."""
+    """Return text from a log without markdown syntax."""
     return " ".join(str(text).split()).translate(_MARKUP)
 
 
 def caption(scene_data: SceneData, scales: Scales | None, views: Views | None) -> str:
-    """Return a markdown text that lets a stranger read the scene."""
+    """Return a markdown text that explains the scene to a new reader."""
     words = [f"# {plain(scene_data.title)}"]
     if scene_data.conclusions:
         words += ["**At the end of the run**", _bullets(scene_data.conclusions)]
@@ -37,7 +37,7 @@ def caption(scene_data: SceneData, scales: Scales | None, views: Views | None) -
         words.append(f"**Curves along x:** {names}, at the instant of the cursor; a line marks 0.")
     if any(scene_data.group(balance.entries) for balance in scene_data.balances):
         words.append("**Plots.** Balances since the reset. Their residuals are the errors of the numerics.")
-    # A single sample, of a live run, does not say so.
+    # A single sample (live run) does not show whether an input acts.
     inputs = scene_data.inputs.values()
     if inputs and not any(curve.values.any() or len(curve.values) < 2 for curve in inputs):
         words.append("No input acts in this run.")

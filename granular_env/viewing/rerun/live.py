@@ -1,4 +1,4 @@
-"""A viewer of a running component: an observer, which never changes the component."""
+"""A viewer of a running component: an observer that never changes the component."""
 
 from __future__ import annotations
 
@@ -28,37 +28,37 @@ from .scene import APPLICATION, send_curves, send_frames, send_static
 from .viewer import output_path
 
 FRAME_SECONDS = 0.05
-# Distances between frames grow by this factor at most.
+# Largest growth factor of the distance between frames.
 _GROWTH = 4.0
-# Wall time between two pictures that take long to draw [s].
+# Wall time between two slow pictures [s].
 _PICTURE_SECONDS = 0.25
 _NEVER = 1 << 62
-# Room left and right of the particles at rest, in parts of their extent.
+# Room left and right of the particles at rest, as a fraction of their extent.
 _ROOM = (0.1, 0.3)
-# Older frames are dropped by the viewer beyond this.
+# Memory limits above which the viewer drops old frames.
 _MEMORY = ("--memory-limit", "2GB", "--server-memory-limit", "512MB")
 
 
 class Pace:
-    """The ticks at which frames are sent, about one in `FRAME_SECONDS`, and the wait of a run that is ahead of its pace.
+    """Schedule of the frames, about one per `FRAME_SECONDS`, and the waiting time of a run that is ahead of its pace.
 
     Args:
-        ticks_per_second: the most ticks in a second of wall time; infinity for as many as the run can do.
+        ticks_per_second: largest number of ticks per second of wall time; infinity for no limit.
     """
 
     def __init__(self, ticks_per_second: float = math.inf) -> None:
-        """Begin at tick 0."""
+        """Start at tick 0."""
         self._pace, self._stride, self._sending = ticks_per_second, 1.0, 0.0
         self.restart(0)
 
     def restart(self, tick: int) -> None:
-        """Count from this tick and this moment on."""
+        """Restart the count at this tick and the present wall time."""
         self._first_tick, self._first = tick, perf_counter()
         self._left_tick, self._left = tick, self._first
         self._arrived, self._rate = self._first, math.inf
 
     def arrive(self, tick: int) -> None:
-        """Note how fast the run was; wait where it is ahead of its pace."""
+        """Measure the speed of the run, and wait if it is ahead of its pace."""
         self._arrived = perf_counter()
         if tick > self._left_tick:
             self._rate = (tick - self._left_tick) / max(self._arrived - self._left, 1e-9)
@@ -67,35 +67,35 @@ class Pace:
             sleep(ahead)
             self._arrived = perf_counter()
         else:
-            # Lost time is not caught up: the frames in between would be missing.
+            # Do not catch up on lost time: the frames in between would be missing.
             self._first -= ahead
 
     def leave(self, tick: int) -> int:
-        """Return the tick of the next frame, after this one was sent."""
+        """Return the tick of the next frame, after a frame was sent."""
         self._left_tick, self._left = tick, perf_counter()
-        # Frames take at most half of the time, however large they are; a single slow one does not count.
+        # Sending takes at most half of the time for frames of any size; a single slow frame does not count.
         last, self._sending = self._sending, self._left - self._arrived
         sending = min(last, self._sending)
         interval = max(FRAME_SECONDS, 2.0 * sending)
-        # The rate of the first ticks says little.
+        # Limit the growth, because the rate of the first ticks is unreliable.
         most = _GROWTH * self._stride if math.isinf(self._pace) else self._pace * interval
         self._stride = max(1.0, min(self._rate * (interval - sending), most))
         return tick + int(self._stride)
 
 
 class LiveViewer:
-    """Shows a component in rerun while it steps.
+    """A viewer that shows a component in rerun while it steps.
 
         with LiveViewer(chain):
             chain.step(5e-4, left_velocity=5.0)
 
-    Twenty frames per second of wall time are sent, however fast the run is. Most runs are over within one of them: with
-    `duration` and `pace` the run is held back, so that it can be watched. After a reset or a restore the
-    viewer's time continues: the histories are laid end to end, as in a log.
+    The viewer sends twenty frames per second of wall time at any speed of the run. Most runs take less time than one frame;
+    `duration` and `pace` slow the run down so that it can be watched. After a reset or a restore the viewer's time
+    continues, and histories are concatenated as in a log.
 
     Attributes:
-        next_tick: the tick at which it wants to look next.
-        frames: how many frames were sent.
+        next_tick: tick of the next frame.
+        frames: number of frames sent.
     """
 
     def __init__(
@@ -109,22 +109,22 @@ class LiveViewer:
         duration: float | None = None,
         pace: float | None = None,
     ) -> None:
-        """Open the viewer and begin to look.
+        """Open the viewer and start to observe.
 
         Args:
-            component: what to look at.
+            component: the component to show.
             title: of the scene; default: the component's name.
             web: serve the web viewer on 127.0.0.1 and print its address, instead of opening a window.
             save: write the frames to this .rrd file, instead of opening a viewer.
-            exaggerate: draw displacements so many times larger; by default chosen, and lowered as the wave grows.
-            duration: how much simulated time is going to be shown [s], if that is known.
-            pace: the wall time that `duration` takes at least [s]; by default the run goes as fast as it can.
+            exaggerate: factor of the drawn displacements; by default automatic, and reduced as the wave grows.
+            duration: simulated time to be shown [s], if known.
+            pace: least wall time for `duration` [s]; by default the run is not slowed down.
 
         Raises:
             MissingExtraError: rerun is not installed.
-            ParameterError: `save` does not end in .rrd; `duration` or `pace` is not a positive number, or there is a pace for
-                no duration.
-            GranularError: there is no screen, or the viewer cannot be started.
+            ParameterError: `save` does not end in .rrd, `duration` or `pace` is not a positive number, or `pace` has no
+                `duration`.
+            GranularError: there is no screen, or the viewer cannot start.
         """
         self.next_tick, self.frames = 0, 0
         self._component, self._title, self._exaggerate = component, title, exaggerate
@@ -150,10 +150,10 @@ class LiveViewer:
         component.observe(self)
 
     def _start(self, web: bool) -> str:
-        """Start a viewer and return the address that it takes data from."""
+        """Start a viewer and return the address at which it receives data."""
         if not web:
             require_screen("use the web viewer, web=True (--web), or write a rerun file, save='FILE.rrd' (--save FILE.rrd)")
-        # A window is its user's to close, also after this program has ended.
+        # The user closes the window, possibly after this program has ended.
         process = RerunProcess(*(() if web else ("--expect-data-soon",)), *_MEMORY, web=web, outlives=not web)
         try:
             process.wait_until_it_listens()
@@ -176,7 +176,7 @@ class LiveViewer:
         self.next_tick = component.tick + 1
 
     def on_sample(self, component: Component) -> None:
-        """Send a frame if one is due; wait before, if the run is ahead of its pace."""
+        """Send a frame if one is due, after waiting if the run is ahead of its pace."""
         self._last_tick = component.tick
         if not self._working:
             self.next_tick = _NEVER
@@ -187,11 +187,11 @@ class LiveViewer:
         self.next_tick = self._pacing.leave(shown) - self._elapsed
 
     def on_step(self, component: Component, ticks: int, inputs: Mapping[str, Held]) -> None:
-        """Do nothing: `on_sample` has seen it."""
+        """Do nothing: `on_sample` handles the frames."""
         self._last_tick = component.tick
 
     def on_failure(self, component: Component, error: BaseException) -> None:
-        """Go back to where the failed step began, as the component did."""
+        """Return to the start of the failed step, like the component."""
         self._last_tick = component.tick
         self._pacing.restart(self._elapsed + component.tick)
         self.next_tick = component.tick + 1
@@ -199,7 +199,7 @@ class LiveViewer:
     # -- the end ----------------------------------------------------------------------------------------------------
 
     def close(self) -> None:
-        """Send the last state and stop looking; a window stays open, a served page ends (call `wait` before, to keep it)."""
+        """Send the last state and stop observing. A window stays open; a served page ends (call `wait` before to keep it)."""
         self._component.ignore(self)
         if self._elapsed + self._component.tick != self._sent_tick:
             self._send(self._component, anew=False)
@@ -212,7 +212,7 @@ class LiveViewer:
             self._process.stop()
 
     def wait(self) -> None:
-        """Until the viewer is closed, or Ctrl-C."""
+        """Wait until the viewer is closed, or until Ctrl-C."""
         if self._process is not None:
             with contextlib.suppress(KeyboardInterrupt):
                 self._process.process.wait()
@@ -227,7 +227,7 @@ class LiveViewer:
     # -- details ----------------------------------------------------------------------------------------------------
 
     def _send(self, component: Component, anew: bool) -> None:
-        """One frame. A viewer that is gone must not stop a run: it is reported once, then left alone."""
+        """Send a frame. The failure of a viewer must not stop a run: it is reported once, then nothing more is sent."""
         if not self._working:
             return
         try:
@@ -255,7 +255,7 @@ class LiveViewer:
         self.frames += 1
 
     def _draw_pictures(self, motion: Motion | None = None) -> None:
-        """Send what takes long to draw, as far as the run has come."""
+        """Send the slow pictures of the run so far."""
         motion = motion or from_component(self._component).motion
         if motion is not None and self._scales is not None and self._views is not None:
             self._views.send_pictures(self._recording, motion, self._scales)
@@ -263,7 +263,7 @@ class LiveViewer:
 
 
 def _first_scales(scene_data: SceneData, exaggerate: float | None) -> Scales | None:
-    """Return scales with room around the shapes at rest for their motion."""
+    """Return scales with room for motion around the shapes at rest."""
     first = scales_of(scene_data, exaggerate)
     if first is None:
         return None

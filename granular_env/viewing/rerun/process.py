@@ -1,7 +1,7 @@
-"""Rerun's program as a process: a viewer or a server that listens on 127.0.0.1 only.
+"""Rerun's executable as a process: a viewer or a server that listens only on 127.0.0.1.
 
-Rerun's own `spawn`, `serve_grpc` and `serve_web_viewer` listen on all interfaces and have no option to change that; the program
-has one. On Linux the process also ends when this one is killed.
+Rerun's `spawn`, `serve_grpc` and `serve_web_viewer` listen on all interfaces without an option to change that; the executable
+has this option. On Linux the process also ends when the parent process is killed.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _END_SECONDS = 5.0
 _POLL_SECONDS = 0.05
 _LONGEST_MESSAGE = 400
 
-# Only errors are printed, without colours. With CI set, rerun sends no usage data.
+# Print only errors, without colours. With CI set, rerun sends no usage data.
 _ENVIRONMENT = {"RUST_LOG": "error", "NO_COLOR": "1", "CI": "true"}
 # Linux sends SIGKILL to a process with PR_SET_PDEATHSIG (1) when its parent ends.
 _ENDS_WITH_PARENT = (
@@ -42,12 +42,12 @@ _ENDS_WITH_PARENT = (
 
 
 class RerunProcess:
-    """A viewer or a server of rerun, ended by `stop` or at the end of a `with` block.
+    """A rerun viewer or server, ended by `stop` or at the end of a `with` block.
 
     Attributes:
         process: the process.
-        port: where it takes data and commands.
-        web_port: where it serves its page, if it does.
+        port: port for data and commands.
+        web_port: port of the served page, if any.
     """
 
     def __init__(
@@ -56,11 +56,11 @@ class RerunProcess:
         """Start rerun.
 
         Args:
-            arguments: further arguments of its command.
+            arguments: further command-line arguments.
             data: content of an .rrd file to show.
             web: serve the web viewer instead of opening a window.
             outlives: keep the window open when this process ends.
-            advice: what to do where it does not start.
+            advice: advice to the user if it does not start.
         """
         self.port, self.web_port, self._is_web, self._advice = _free_port(), _free_port(), web, advice
         self._messages: IO[bytes] = tempfile.TemporaryFile()
@@ -72,7 +72,7 @@ class RerunProcess:
         with tempfile.TemporaryFile() as file:
             file.write(data or b"")
             file.seek(0)
-            # In a session of its own, a window that outlives this process does not see Ctrl-C at the terminal.
+            # In a separate session, a window that outlives this process does not receive Ctrl-C from the terminal.
             self.process = subprocess.Popen(
                 command, stdin=file, stdout=self._messages, stderr=self._messages,
                 env={**os.environ, **_ENVIRONMENT}, start_new_session=True,
@@ -85,11 +85,11 @@ class RerunProcess:
 
     @property
     def page(self) -> str:
-        """The address of the web viewer; rerun's light theme would frame the dark pictures."""
+        """The address of the web viewer, with the dark theme to match the dark pictures."""
         return f"http://{LOCALHOST}:{self.web_port}/?url={quote(self.url, safe='')}&theme=dark"
 
     def wait_until_it_listens(self) -> None:
-        """Wait for its ports; raise `GranularError` where it ends before, or takes too long."""
+        """Wait until the ports are open; raise `GranularError` if the process ends first or takes too long."""
         deadline = time.monotonic() + START_SECONDS
         for port in (self.port, self.web_port) if self._is_web else (self.port,):
             while not _listens(port):
@@ -99,24 +99,24 @@ class RerunProcess:
                 time.sleep(_POLL_SECONDS)
 
     def require_alive(self) -> None:
-        """Raise `GranularError` with rerun's message if it has ended."""
+        """Raise `GranularError` with rerun's message if the process has ended."""
         if (status := self.process.poll()) is not None:
             raise self.failure(f"ended with status {status}")
 
     def failure(self, what: str) -> GranularError:
-        """Return the error of a viewer that failed, with the first words that rerun printed, without its stack of calls."""
+        """Return the error of a failed viewer, with the beginning of rerun's output, without the stack trace."""
         self._messages.seek(0)
         printed = self._messages.read(1 << 16).decode(errors="replace").partition("stack backtrace:")[0]
         said = f"it said: {' '.join(printed.split())[:_LONGEST_MESSAGE] or 'nothing'}"
         return GranularError(f"rerun's viewer {what}", hint=f"{self._advice}; {said}" if self._advice else said)
 
     def wait(self) -> None:
-        """Wait until it ends; raise `GranularError` where it ends with an error."""
+        """Wait until the process ends; raise `GranularError` if it ends with an error."""
         if self.process.wait():
             self.require_alive()
 
     def stop(self) -> None:
-        """End it."""
+        """End the process."""
         self.process.terminate()
         try:
             self.process.wait(_END_SECONDS)
@@ -133,14 +133,14 @@ class RerunProcess:
 
 
 def require_screen(advice: str) -> None:
-    """Raise `GranularError` with this advice where no window can open."""
+    """Raise `GranularError` with this advice if no window can open."""
     if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         missing = "no screen: neither DISPLAY nor WAYLAND_DISPLAY is set, so the desktop viewer cannot open"
         raise GranularError(missing, hint=advice)
 
 
 def _rerun_program() -> str:
-    """Return the path of the program that the package rerun-sdk brings."""
+    """Return the path of the executable in the package rerun-sdk."""
     folder = Path(rerun_cli.__file__).parent
     names = ("Rerun.app/Contents/MacOS/Rerun", "rerun", "rerun.exe")
     return next((str(folder / name) for name in names if (folder / name).is_file()), "rerun")

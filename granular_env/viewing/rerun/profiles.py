@@ -1,4 +1,4 @@
-"""The panes of a rerun scene that show a field along a line: a curve over its coordinate; the title says both ranges."""
+"""Rerun panes for a field along a line: a curve over the coordinate, with both ranges in the title."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from ..scene_data import ProfileFrames
 from ..unit_labels import label_with_unit
 from .shapes import entity
 
-# Width and height of the frame, and the room around it, in pixels of the pane.
+# Width and height of the plot frame, and the margin around it, in pixels of the pane.
 _WIDTH, _HEIGHT, _ROOM = 1000.0, 120.0, 8.0
 _FRAME = (90, 95, 98)
-# Room above the largest value, as a part of the height.
+# Room above the largest value, as a fraction of the height.
 _HEADROOM = 0.05
 
 
 def profile_entity(profile: ProfileFrames) -> str:
-    """Return the path under which a profile lies."""
+    """Return the entity path of a profile."""
     return entity("profiles/", profile.name)
 
 
@@ -36,7 +36,7 @@ def profile_pane(profile: ProfileFrames) -> Any:
 
 
 def send_profile(recording: Any, profile: ProfileFrames, when: list[Any]) -> None:
-    """Send the frame, which stays, and the curve of each instant.
+    """Send the static plot frame, and the curve of each time.
 
     Args:
         recording: rerun's recording.
@@ -61,12 +61,12 @@ def send_profile(recording: Any, profile: ProfileFrames, when: list[Any]) -> Non
 
 
 def _limits(values: FloatArray) -> tuple[float, float]:
-    """Return lowest and highest value of the frame; zero lies between."""
+    """Return the lowest and highest value of the frame, which includes zero."""
     low, high = min(float(values.min()), 0.0), max(float(values.max()), 0.0)
     room = _HEADROOM * (high - low) or 1.0
     return (low - room if low < 0.0 else 0.0), (high + room if high > 0.0 else room)
 
 
 def _heights(values: FloatArray, low: float, high: float) -> FloatArray:
-    """Return the places of values in the frame, downwards from its top."""
+    """Return the pixel distances of values from the top of the frame."""
     return _HEIGHT * (high - values) / (high - low)

@@ -1,14 +1,14 @@
-"""A rerun scene: what is sent, entity by entity. The same functions send a whole log or the one frame of a live component.
+"""A rerun scene and its entities. The same functions send a whole log or the single frame of a live component.
 
-scene/particles_...     spheres with their true radii, coloured by a variable, displacements stretched by a stated factor
-scene/spokes_...        how they are turned
-scene/links_..., scene/cracks_...   links that hold, and those that are broken
+scene/particles_...     spheres with true radii, coloured by a variable, displacements stretched by a stated factor
+scene/spokes_...        rotation of the particles
+scene/links_..., scene/cracks_...   intact and broken links
 scene/cells_..., scene/edges_...    meshes, coloured by a variable
-legend                  what the colours mean
+legend                  colour bars
 profiles/...            fields along a line
-scene/..., closeup/...  what the component's domain adds (`domain_views.Views`)
+scene/..., closeup/...  additions of the component's domain (`domain_views.Views`)
 energy, inputs, ...     scalar plots
-caption                 what is seen, in words: units, factors, limits
+caption                 description: units, factors, limits
 """
 
 from __future__ import annotations
@@ -37,13 +37,13 @@ from .shapes import entity, send_links, send_mesh, send_spokes, send_triangles
 APPLICATION = "granular-env"
 LEGEND = "legend"
 TIMELINE, TICKS = "time", "tick"
-# Size of one bar with its numbers [inch], and its resolution.
+# Size of a labelled colour bar [inch], and its resolution.
 _BAR_WIDTH, _BAR_HEIGHT = 5.0, 0.8
 _DOTS_PER_INCH = 150
 
 
 def whole_camera(scene_data: SceneData, scales: Scales, views: Views | None) -> Camera:
-    """Return the camera that sees everything: a row from the side, a plane from above."""
+    """Return the camera of the whole scene: a row from the side, a plane from above."""
     low, high = scales.magnification * np.array(scales.low), scales.magnification * np.array(scales.high)
     middle = 0.5 * (low + high)
     if scene_data.is_plane:
@@ -55,7 +55,7 @@ def whole_camera(scene_data: SceneData, scales: Scales, views: Views | None) -> 
 
 
 def send(recording: Any, scene_data: SceneData, scales: Scales | None, views: Views | None) -> None:
-    """Send everything of a log: first what never changes, then every frame, then the plots."""
+    """Send a whole log: first the static parts, then the frames, then the plots."""
     send_static(recording, scene_data, scales, views)
     if scales is not None:
         send_frames(recording, scene_data, scales, views)
@@ -67,7 +67,7 @@ def send(recording: Any, scene_data: SceneData, scales: Scales | None, views: Vi
 
 
 def send_static(recording: Any, scene_data: SceneData, scales: Scales | None, views: Views | None) -> None:
-    """Send the caption, the legend, what of the shapes does not change, cameras and the names of the curves."""
+    """Send the static parts: caption, legend, connectivity of the shapes, cameras and names of the curves."""
     text = rr.TextDocument(caption(scene_data, scales, views), media_type=rr.MediaType.MARKDOWN)
     recording.log("caption", text, static=True)
     if scales is not None:
@@ -88,7 +88,7 @@ def send_static(recording: Any, scene_data: SceneData, scales: Scales | None, vi
     for plot in plots(scene_data):
         for place, (path, curve) in enumerate(zip(plot_paths(plot), plot.curves, strict=True)):
             name, colour = f"{curve.name.replace('_', ' ')} [{curve.unit}]", rgb(PALETTE[place % len(PALETTE)])
-            # Rerun's default draws the mean of the points that fall on one pixel: stairs would become ramps of other heights.
+            # Rerun's default averages the points on one pixel, which would turn stairs into ramps of other heights.
             lines = rr.SeriesLines(
                 names=name, colors=colour, widths=2.0, aggregation_policy=rr.components.AggregationPolicy.Off
             )
@@ -96,7 +96,7 @@ def send_static(recording: Any, scene_data: SceneData, scales: Scales | None, vi
 
 
 def send_frames(recording: Any, scene_data: SceneData, scales: Scales, views: Views | None) -> None:
-    """Send some frames of everything that moves, each in one message, and what the domain shows of the first particles."""
+    """Send frames of all moving parts, each part in one message, and the domain's views of the first particles."""
     for mesh in scene_data.meshes:
         drawn = drawn_places(mesh, scales.exaggeration).astype(np.float32)
         count = len(mesh.nodes) if mesh.field is None else mesh.field.shape[1]
@@ -134,13 +134,13 @@ def send_curves(recording: Any, scene_data: SceneData) -> None:
     """Send the scalar plots."""
     for plot in plots(scene_data):
         for path, curve in zip(plot_paths(plot), plot.curves, strict=True):
-            # The sides of a jump are put 1 ns and one tick apart: rerun would draw the mean of what falls on one instant.
+            # Separate the two sides of a jump by 1 ns and one tick, because rerun would draw the mean of simultaneous values.
             before_jump = np.append(np.diff(curve.times) <= 0.0, False).astype(np.int64)
             when = time_columns(curve.times, curve.ticks - before_jump, before_jump)
             recording.send_columns(path, when, rr.Scalars.columns(scalars=curve.values))
 
 
 def time_columns(times: FloatArray, ticks: npt.NDArray[np.int64], earlier: npt.NDArray[np.int64] | int = 0) -> list[Any]:
-    """Return both timelines; times in whole nanoseconds, as rerun keeps them, `earlier` of them earlier."""
+    """Return both timelines; times are in whole nanoseconds, as in rerun, and reduced by `earlier` nanoseconds."""
     nanoseconds = np.rint(times * 1e9).astype(np.int64) - earlier
     return [rr.TimeColumn(TIMELINE, duration=nanoseconds.astype("timedelta64[ns]")), rr.TimeColumn(TICKS, sequence=ticks)]

@@ -1,4 +1,4 @@
-"""Links, turns and cells in a rerun scene: lines and cracks in front of the particles, and meshes with their edges."""
+"""Links, rotations and cells in a rerun scene: lines and cracks in front of the particles, meshes with edges."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from ..cracks import MOST_LINES, crack_lines
 from ..scene_data import MeshFrames, Motion
 from ..visible_drawables import area_vectors
 
-# Radius of a line as a part of the smallest particle's; how far in front of the centres, in the largest one's: a line lies on
-# the ray from the camera through its place, so that it is seen at it, however far from the middle of the picture.
+# Radii of lines, relative to the smallest particle radius, and distance of lines in front of the centres, relative to the
+# largest radius. A line is moved along the ray to the camera, so that it appears at its place anywhere in the picture.
 _THICKNESS, _CRACK_THICKNESS, _SPOKE_THICKNESS, _IN_FRONT = 0.12, 0.16, 0.05, 1.05
-# A crack is seen on the grounds of the dark and of the light theme, and on every colour of particles.
+# The crack colour is visible on the dark and light backgrounds and on every colour of particles.
 _CRACK, _SPOKE = (190, 0, 255), (90, 95, 100)
 _SPOKE_LENGTH = 0.9
-# Up to so many cells, and so many along the longest side, the edges of all of them are drawn; beyond, those at the rim.
+# Up to these numbers of cells, in total and along the longest side, all edges are drawn; beyond, only boundary edges.
 _MOST_EDGED_CELLS, _MOST_ALONG = 2000, 200.0
-# The edges lie before the cells, by this part of the mesh's length.
+# Distance of the edges in front of the cells, relative to the mesh's length.
 _EDGES_IN_FRONT = 2e-3
 _EDGE = (120, 124, 128)
-# The colour of the inside of a body in space, and how far below the surface it lies, in lengths of the mesh.
+# Colour of the inside of a body in space, and its distance below the surface, relative to the mesh's length.
 _INSIDE, _LINING = (45, 48, 52, 255), 2e-3
 
 
 def entity(place: str, name: str) -> str:
-    """Return the path of a name, which may hold spaces and slashes, below a place such as "scene/links_"."""
+    """Return the entity path of a name, which may contain spaces and slashes, after a prefix such as "scene/links_"."""
     return place + rr.escape_entity_path_part(name)
 
 
@@ -39,13 +39,13 @@ def entity(place: str, name: str) -> str:
 
 
 def send_links(recording: Any, motion: Motion, drawn: npt.NDArray[Any], eye: FloatArray, when: list[Any]) -> None:
-    """Send the cracks of some frames and, unless they would hide the particles, the links that hold.
+    """Send the cracks of the frames and, unless they would hide the particles, the intact links.
 
     Args:
         recording: rerun's recording.
         motion: the frames.
-        drawn: where the particles are drawn, shape (frames, n, 3) [m].
-        eye: where the camera is that sees them, shape (3,) [m].
+        drawn: drawn positions of the particles, shape (frames, n, 3) [m].
+        eye: position of the camera, shape (3,) [m].
         when: rerun's time columns.
     """
     towards = _towards(motion)
@@ -68,7 +68,7 @@ def send_links(recording: Any, motion: Motion, drawn: npt.NDArray[Any], eye: Flo
 
 
 def send_spokes(recording: Any, motion: Motion, drawn: npt.NDArray[Any], eye: FloatArray, when: list[Any]) -> None:
-    """Send a line in each particle from its centre outwards, which shows how it is turned; arguments as in `send_links`."""
+    """Send a radial line in each particle, which shows its rotation; arguments as for `send_links`."""
     if motion.rotation is None or not motion.is_plane:
         return
     front, angle = _in_front(motion, drawn, eye), motion.rotation
@@ -81,12 +81,12 @@ def send_spokes(recording: Any, motion: Motion, drawn: npt.NDArray[Any], eye: Fl
 
 
 def _towards(motion: Motion) -> npt.NDArray[np.float64]:
-    """Return the direction of the camera: a plane is seen from above, a row along +y."""
+    """Return the direction towards the camera, which sees a plane from above and a row along +y."""
     return np.array([0.0, 0.0, 1.0] if motion.is_plane else [0.0, -1.0, 0.0])
 
 
 def _in_front(motion: Motion, drawn: npt.NDArray[Any], eye: FloatArray) -> npt.NDArray[np.float32]:
-    """Return the places moved towards the eye, until they are in front of the largest particle."""
+    """Return the positions moved towards the eye, to the front of the largest particle."""
     ray = eye - drawn
     part = _IN_FRONT * float(motion.radius.max()) / (ray @ _towards(motion))
     return (drawn + part[..., None] * ray).astype(np.float32)
@@ -95,7 +95,7 @@ def _in_front(motion: Motion, drawn: npt.NDArray[Any], eye: FloatArray) -> npt.N
 def _send_lines(
     recording: Any, path: str, frames: list[npt.NDArray[Any]], colour: tuple[int, int, int], radius: float, when: list[Any]
 ) -> None:
-    """Send lines of one colour; `frames` has those of each frame, shape (lines, 2, 3) [m]."""
+    """Send lines of one colour; each entry of `frames` holds the lines of a frame, shape (lines, 2, 3) [m]."""
     strips = np.concatenate(frames)
     colours = np.broadcast_to(np.array(colour, np.uint8), (len(strips), 3))
     _send_strips(recording, path, strips, np.array([len(one) for one in frames]), colours, radius, when)
@@ -120,21 +120,21 @@ def _send_strips(
 
 
 def cells_entity(mesh: MeshFrames) -> str:
-    """Return the path of the triangles."""
+    """Return the entity path of a mesh's triangles."""
     return entity("scene/cells_", mesh.name)
 
 
 def triangles_of(connectivity: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
-    """Return the triangles that fill cells, fans around the first corner of each, shape (m (k - 2), 3)."""
+    """Return the triangles of cells, as fans around the first corner of each cell, shape (m (k - 2), 3)."""
     first, second, third = connectivity[:, :1], connectivity[:, 1:-1], connectivity[:, 2:]
     fans = np.stack([np.broadcast_to(first, second.shape), second, third], axis=2)
     return fans.reshape(-1, 3)
 
 
 def edges_of(connectivity: npt.NDArray[np.int64], nodes: npt.NDArray[np.float64]) -> npt.NDArray[np.int64]:
-    """Return the edges to draw, shape (edges, 2): each once, or where cells are many those that belong to one cell only."""
+    """Return the edges to draw, shape (edges, 2): each edge once or, for many cells, only the boundary edges."""
     ends = np.sort(np.stack([connectivity, np.roll(connectivity, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
-    # One number for both ends: sorted ten times as fast as pairs.
+    # Encode both ends in one number, which sorts ten times as fast as pairs.
     keys, counts = np.unique(ends[:, 0] * len(nodes) + ends[:, 1], return_counts=True)
     edges = np.stack(np.divmod(keys, len(nodes)), axis=1)
     if not len(edges):
@@ -146,7 +146,7 @@ def edges_of(connectivity: npt.NDArray[np.int64], nodes: npt.NDArray[np.float64]
 
 
 def send_triangles(recording: Any, mesh: MeshFrames) -> None:
-    """Send what does not change: which nodes make which triangle, unless cells break."""
+    """Send the triangles' connectivity, which is static unless cells break."""
     if mesh.whole is None:
         triangles = rr.Mesh3D.from_fields(triangle_indices=triangles_of(_drawn_corners(mesh)).astype(np.uint32))
         recording.log(cells_entity(mesh), triangles, static=True)
@@ -161,12 +161,12 @@ def send_triangles(recording: Any, mesh: MeshFrames) -> None:
 def send_mesh(
     recording: Any, mesh: MeshFrames, drawn: npt.NDArray[Any], colours: npt.NDArray[np.uint8], when: list[Any]
 ) -> None:
-    """Send some frames.
+    """Send frames of a mesh.
 
     Args:
         recording: rerun's recording.
         mesh: the frames.
-        drawn: where the nodes are drawn, shape (frames, n, 3) [m].
+        drawn: drawn positions of the nodes, shape (frames, n, 3) [m].
         colours: of the nodes or of the cells, shape (frames, n or m, 3).
         when: rerun's time columns.
     """
@@ -185,7 +185,7 @@ def send_mesh(
 
 
 def _send_inside(recording: Any, mesh: MeshFrames, drawn: npt.NDArray[Any], when: list[Any]) -> None:
-    """Send a dark lining of a body in space, just below its surface: through gaps one sees that, not the far side's colours."""
+    """Send a dark lining just below the surface of a body in space, which hides the far side's colours behind gaps."""
     lining = (drawn - _LINING * float(np.ptp(mesh.nodes, axis=0).max()) * _normals(mesh)).astype(np.float32)
     whole = np.ones((len(drawn), len(mesh.connectivity)), bool) if mesh.whole is None else mesh.whole
     path = _inside_entity(mesh)
@@ -197,7 +197,7 @@ def _send_inside(recording: Any, mesh: MeshFrames, drawn: npt.NDArray[Any], when
 def _send_triangles(
     recording: Any, path: str, corners: npt.NDArray[np.int64], whole: npt.NDArray[np.bool_], when: list[Any]
 ) -> None:
-    """Send the triangles of the cells that are whole, in each frame."""
+    """Send the triangles of the unbroken cells in each frame."""
     triangles = [triangles_of(corners[kept]) for kept in whole]
     shown = rr.Mesh3D.columns(triangle_indices=np.concatenate(triangles).astype(np.uint32))
     recording.send_columns(path, when, shown.partition([len(one) for one in triangles]))
@@ -208,7 +208,7 @@ def _inside_entity(mesh: MeshFrames) -> str:
 
 
 def _normals(mesh: MeshFrames) -> npt.NDArray[np.float32]:
-    """Return the outward normals of the nodes before anything moved, shape (n, 3)."""
+    """Return the outward normals at the nodes in the initial state, shape (n, 3)."""
     across = area_vectors(mesh.nodes[mesh.connectivity])
     sums = np.zeros_like(mesh.nodes)
     for place in range(mesh.connectivity.shape[1]):
@@ -218,7 +218,7 @@ def _normals(mesh: MeshFrames) -> npt.NDArray[np.float32]:
 
 
 def _send_edges(recording: Any, mesh: MeshFrames, drawn: npt.NDArray[Any], when: list[Any]) -> None:
-    """Send the edges of cells that are not broken; those of a plane in front of it."""
+    """Send the edges of unbroken cells; the edges of a plane lie in front of it."""
     whole = np.ones((1, len(mesh.connectivity)), bool) if mesh.whole is None else mesh.whole
     edges = [edges_of(mesh.connectivity[kept], mesh.nodes) for kept in whole] * (len(drawn) if mesh.whole is None else 1)
     strips = np.concatenate([places[ends] for places, ends in zip(drawn, edges, strict=True)])
@@ -231,7 +231,7 @@ def _send_edges(recording: Any, mesh: MeshFrames, drawn: npt.NDArray[Any], when:
 
 
 def _drawn_corners(mesh: MeshFrames) -> npt.NDArray[np.int64]:
-    """Return the corners of each cell among those that are sent: with a colour for each cell none are shared."""
+    """Return the corners of each cell as indices of the sent vertices, which cells do not share if each has a colour."""
     if mesh.is_of_cells:
         return np.arange(mesh.connectivity.size).reshape(mesh.connectivity.shape)
     return mesh.connectivity

@@ -1,7 +1,7 @@
-"""Rerun files and rerun's viewers, for logs.
+"""Rerun files and viewers for logs.
 
-`save_rrd` writes a file with its layout, `view` opens the desktop or the web viewer, `screenshot` takes a picture without a
-screen. Every server that is started listens on 127.0.0.1 only.
+`save_rrd` writes a file with its layout, `view` opens the desktop or the web viewer, and `screenshot` takes a picture without
+a screen. All servers listen only on 127.0.0.1.
 """
 
 from __future__ import annotations
@@ -43,17 +43,17 @@ def save_rrd(
     Args:
         log: an open log.
         path: of the .rrd file; an existing file is replaced.
-        exaggerate: factor of the displacements; by default the wave is visible and no particles pass one another. The scene
-            states the factor.
-        progress: show a bar, or call this with the part that is done.
-        colour: a recorded output that colours what is drawn, instead of the component's choice.
+        exaggerate: factor of the displacements, which the scene states; by default the wave is visible and particles do not
+            pass one another.
+        progress: show a bar, or call this with the completed fraction.
+        colour: a recorded output that colours the shapes, instead of the component's choice.
 
     Returns:
         The path.
 
     Raises:
         MissingExtraError: rerun or matplotlib is not installed.
-        ParameterError: the factor is not a positive number, nothing can be coloured by that output, or the path does not end in
+        ParameterError: the factor is not a positive number, the output cannot colour any shape, or the path does not end in
             .rrd.
         GranularError: the file cannot be written.
     """
@@ -69,7 +69,7 @@ def scene_bytes(
     progress: Callable[[float], None] | None = None,
     colour: str | None = None,
 ) -> bytes:
-    """Return the content of the file that `save_rrd` writes; errors as there."""
+    """Return the content of the file that `save_rrd` writes; errors as for `save_rrd`."""
     require_log(log)
     if exaggerate is not None:
         positive_number("exaggerate", exaggerate)
@@ -78,10 +78,10 @@ def scene_bytes(
     scales = scales_of(scene_data, exaggerate)
     views = make_views(str(log.metadata.get("component")), scene_data, scales)
     recording = rr.RecordingStream(APPLICATION, recording_id=f"{scene_data.title} ({log.metadata.get('created')})")
-    # Through memory: where the disk becomes full, rerun's own writer drops the rest, or hangs, and raises nothing.
+    # Write through memory: on a full disk, rerun's writer drops the rest or hangs, without an error.
     kept = recording.memory_recording()
     try:
-        # Active: the web viewer does not show the default layout of a server.
+        # Make the layout active, because the web viewer does not show the default layout of a server.
         recording.send_blueprint(blueprint(scene_data, scales, views, log.duration), make_active=True)
         recording.send_recording_name(scene_data.title)
         send(recording, scene_data, scales, views)
@@ -92,13 +92,13 @@ def scene_bytes(
 
 
 def view(log: Any, web: bool = False, exaggerate: float | None = None, colour: str | None = None) -> None:
-    """Show a log in rerun's desktop viewer, or serve it for a browser; returns when the viewer is closed (or at Ctrl-C).
+    """Show a log in rerun's desktop viewer, or serve it for a browser; return when the viewer is closed (or at Ctrl-C).
 
     Args:
         log: an open log.
         web: serve the web viewer on 127.0.0.1 and print its address.
         exaggerate: as in `save_rrd`.
-        colour: as there.
+        colour: as in `save_rrd`.
 
     Raises:
         MissingExtraError, GranularError: rerun is not installed, or cannot start (no screen).
@@ -123,15 +123,15 @@ def screenshot(
     exaggerate: float | None = None,
     colour: str | None = None,
 ) -> Path:
-    """Take a picture of the whole viewer, taken without a screen.
+    """Take a picture of the whole viewer, without a screen.
 
     Args:
         log: an open log.
         png: path of the picture.
-        at: instant shown [s]; by default the end of a run with events, two thirds of another.
+        at: time shown [s]; by default the end of a run with events, two thirds of any other run.
         size: width and height of the viewer's window [points].
         exaggerate: as in `save_rrd`.
-        colour: as there.
+        colour: as in `save_rrd`.
 
     Raises:
         MissingExtraError: rerun is not installed.
@@ -148,23 +148,23 @@ def screenshot(
 
 
 def _take(viewer: RerunProcess, instant: float) -> bytes:
-    """Return the PNG of a viewer without a window at an instant [s]."""
+    """Return the PNG of a windowless viewer at a time [s]."""
     viewer.wait_until_it_listens()
     client = _while_it_lives(viewer, lambda: ViewerClient.connect(viewer.url))
-    # Until the recording is loaded there is no such time.
+    # Setting the time fails until the recording is loaded.
     _while_it_lives(viewer, lambda: client.set_time(TIMELINE, duration=instant, play_state="paused"))
-    # Textures arrive some frames later, the viewer's own notices leave after seconds, and rerun has no signal for either.
+    # Textures arrive some frames later and the viewer's notices disappear after seconds; rerun signals neither.
     time.sleep(_SETTLE_SECONDS)
     return _while_it_lives(viewer, client.take_screenshot)
 
 
 def _while_it_lives(viewer: RerunProcess, ask: Callable[[], Any]) -> Any:
-    """Return what a viewer answers, asking again until it does; `GranularError` where it ends, or never answers."""
+    """Repeat a request until the viewer answers; `GranularError` if the viewer ends or never answers."""
     deadline = time.monotonic() + START_SECONDS
     while True:
         try:
             return ask()
-        except Exception as error:  # rerun raises several kinds
+        except Exception as error:  # rerun raises several types
             viewer.require_alive()
             if time.monotonic() > deadline:
                 raise viewer.failure(f"gave no picture: {error}") from error
@@ -172,7 +172,7 @@ def _while_it_lives(viewer: RerunProcess, ask: Callable[[], Any]) -> Any:
 
 
 def output_path(path: str | os.PathLike[str], suffix: str) -> Path:
-    """Return the path of a file to write; refuse one that cannot be written or whose name does not end in the suffix."""
+    """Return the path of a file to write; refuse an unwritable path, or a name without the suffix."""
     require_writable(path)
     if Path(path).suffix.lower() != suffix:
         raise ParameterError(f"got {os.fspath(path)!r}", expected=f"the name of a file that ends in {suffix}", at="path")
@@ -180,11 +180,11 @@ def output_path(path: str | os.PathLike[str], suffix: str) -> Path:
 
 
 def _instant(log: Any, at: float | None) -> float:
-    """Return the instant to show [s]: where none is given the end, with all that has broken, or two thirds of the run."""
+    """Return the time to show [s]: `at` or, by default, the end of a run with events, two thirds of any other run."""
     start = log.start_tick * log.step_size
     shown = log.duration if log.events() else 2.0 / 3.0 * log.duration
     instant = start + shown if at is None else finite_number("at", at, "seconds")
-    # The end as people write it may be a rounding error later.
+    # Allow for rounding in a user's value of the end time.
     slack = 1e-9 * max(abs(start), log.duration)
     if not start - slack <= instant <= start + log.duration + slack:
         raise ParameterError(f"got {instant:g} s", expected=f"{start:g} to {start + log.duration:g} s", at="at")

@@ -21,19 +21,19 @@ from granular_env.envs.factory import Options, environment_factory
 from granular_env.envs.policies import Constant, OpenLoop, Policy
 from granular_env.envs.task import Seen, Task
 
-# The specimen: 22 distances of rows high, of which the lowest and the highest are held, on a hexagonal packing.
+# The specimen: hexagonal packing, 22 row distances high; its lowest and highest rows are held.
 _DIAMETER, _WIDTH, _ROWS = 2e-3, 0.02, 22
 _ROCK = {"density": 2600.0, "young": 5e10, "poisson": 0.25}
 _CRITERION = {"name": "mohr_coulomb", "cohesion": 1.5e7, "internal_friction": 0.4, "tensile": 1e7}
-# Depth of the held ends in distances of rows: two rows are held.
+# Depth of the held ends in row distances: two rows are held.
 _GRIP = 1.04
-# The best pressures that are known for the arguments that are the defaults, in units of `pressure`, at evenly spaced instants
-# from the start to the deadline; between them the pressure is linear. Found by random search over 8 numbers, for the
-# mean return of six draws of strengths.
+# Best known pressures for the default arguments, in units of `pressure`, at evenly spaced instants from the start to the
+# deadline, with linear interpolation. Found by random search over 8 numbers, maximising the mean return of six samples of
+# strengths.
 _BEST = (0.037, 0.0, 0.0, 0.148, 0.298, 0.474, 0.627, 0.837)
-# The best constant pressure, likewise.
+# The best known constant pressure, found likewise.
 _CONSTANT = 0.5
-# The largest seed of the strengths that are drawn for an episode.
+# Largest seed for the strengths of an episode.
 _LARGEST_SEED = 2**16 - 1
 
 
@@ -52,7 +52,7 @@ class ConfinementTask(Task):
     """
 
     name = "confinement"
-    # Sides cannot be pulled.
+    # The sides cannot be pulled.
     lowest_action = 0.0
 
     def __init__(
@@ -71,7 +71,7 @@ class ConfinementTask(Task):
         self.strain, self.deadline, self.price, self.lost = strain, deadline, price, lost
         self._pairs = len(specimen.get("linked"))
         height = specimen.packing.reference[:, 1]
-        # The held rows move as a whole; between them the start velocity is that of an even compression.
+        # The held rows move rigidly; between them the start velocity is linear (uniform compression).
         part = np.clip((height - height.min() - grip) / (np.ptp(height) - 2.0 * grip), 0.0, 1.0)
         self.speed = strain * (float(np.ptp(height)) - 2.0 * grip) / (deadline * control_step)
         self._start = {"velocity": np.stack([np.zeros_like(part), -self.speed * part], axis=1)}
@@ -81,7 +81,7 @@ class ConfinementTask(Task):
         self.theory = np.array([confining_pressure(one, solid.young, solid.poisson, friction) for one in strains])  # type: ignore[union-attr]
 
     def start(self, random: Generator) -> Mapping[str, Any]:
-        """Return the velocities of an even compression, so that no wave runs from the side that moves."""
+        """Return the velocities of a uniform compression, so that no wave starts from the moving side."""
         return self._start
 
     def begin(self, component: Component, seen: Seen) -> None:
@@ -89,12 +89,12 @@ class ConfinementTask(Task):
         self.counters = {"broken_part": 0.0}
 
     def inputs(self, component: Component, driven: dict[str, Any]) -> dict[str, Any]:
-        """Return the pressure on both sides, and the velocity of the upper one."""
+        """Return the tractions on the left and right sides and the velocity of the upper side."""
         left = driven["left_traction"]
         return {"left_traction": left, "right_traction": -left, "top_velocity": np.array([0.0, -self.speed])}
 
     def judge(self, component: Component, seen: Seen, duration: float) -> tuple[float, bool]:
-        """Return minus what broke and minus what the pressure costs; a specimen that is lost counts as wholly broken."""
+        """Return minus the newly broken fraction minus the cost of the pressure; a lost specimen counts as wholly broken."""
         before, broken = self.counters["broken_part"], float(component.get("broken_links")) / self._pairs
         self.counters["broken_part"] = broken
         pressed = float(component.get("left_traction")[0]) / self.actions["left_traction[0]"]
@@ -102,9 +102,9 @@ class ConfinementTask(Task):
         return before - (1.0 if is_lost else broken) - self.price * pressed / self.deadline, is_lost
 
     def baselines(self) -> Mapping[str, Policy]:
-        """Return doing nothing, a constant pressure, that of theory at each instant, and the best that is known.
+        """Return the policies "nothing", "constant" (pressure), "theory" and "best" (best known drive).
 
-        "theory" is Mohr and Coulomb's pressure for a specimen without cohesion: at it no pair slides, however weak it is.
+        "theory" is the Mohr-Coulomb pressure for a specimen without cohesion, at which even the weakest pair does not slide.
         """
         return {
             "nothing": Constant([0.0]),
@@ -115,7 +115,7 @@ class ConfinementTask(Task):
 
 
 def drive_through(knots: npt.ArrayLike, steps: int) -> FloatArray:
-    """Return a drive that is linear between evenly spaced numbers, shape (steps,)."""
+    """Return the drive that interpolates evenly spaced knots linearly, shape (steps,)."""
     numbers = np.asarray(knots, dtype=np.float64)
     return np.interp((np.arange(steps) + 0.5) / steps, np.linspace(0.0, 1.0, len(numbers)), numbers)
 

@@ -1,4 +1,4 @@
-"""The check of an objective's hand-written derivatives against difference quotients; of whole runs: `finite_differences`."""
+"""Check an objective's hand-written derivatives against difference quotients (`finite_differences` checks whole runs)."""
 
 from __future__ import annotations
 
@@ -23,31 +23,31 @@ _ROWS = {
 }
 _STEP = 1e-5
 _SEED = 20
-# Derivatives so much smaller than the value, in units of their entry, are lost in its differences.
+# A derivative (times its entry's scale) below this fraction of the value is lost in the rounding error of the differences.
 _SMALL_PART = 1e-3
 
 
 def check_objective(objective: Objective, chain: Chain, *, steps: int = 8, tolerance: float = 1e-6) -> float:
-    """Compare an objective's derivatives with differences, in a random state of a chain with pressed contacts.
+    """Compare an objective's derivatives with difference quotients, in a random state of a chain with compressed contacts.
 
     Args:
-        objective: what to check.
-        chain: a chain of the size and law that it is for; it stays as it is.
-        steps: control steps of the imagined run; its first, second and last are looked at.
-        tolerance: the largest error, as a part of the derivative.
+        objective: the objective to check.
+        chain: a chain of the objective's size and law; it is not changed.
+        steps: control steps of the imagined run; its first, second and last are checked.
+        tolerance: largest accepted error relative to the derivative.
 
     Returns:
-        The largest error that there was.
+        The largest relative error found.
 
     Raises:
-        ParameterError: a derivative is wrong, or `note` reads what no derivative goes through; names the entry.
+        ParameterError: a derivative is wrong, or `note` reads a row that has no derivative; the message names the entry.
     """
     refuse_without_gradients(chain)
     objective.fit(chain.parameters.grains, steps)
     compiled_judge(objective, chain)
     note, pullback = _by_table(chain, objective.note), _by_table(chain, objective.pullback)
     objective = replace(objective, note=note, value=objective.value, pullback=pullback)
-    # Of the further constants of a law, gradients know the dissipation alone.
+    # Among a law's further constants, gradients cover only the dissipation.
     rows = {
         name: row for name, row in _ROWS.items() if name != "LAW_CONSTANTS" or isinstance(chain.parameters.law, Dissipative)
     }
@@ -67,7 +67,7 @@ def check_objective(objective: Objective, chain: Chain, *, steps: int = 8, toler
 
 
 def _by_table(chain: Chain, function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return an objective's function that takes tables instead of chains."""
+    """Wrap an objective's function so that it takes tables instead of chains."""
     kind = chain.parameters.law.contacts
 
     def call(table: FloatArray, *rest: Any) -> Any:
@@ -80,7 +80,7 @@ def _by_table(chain: Chain, function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def _state(chain: Chain, rng: np.random.Generator) -> FloatArray:
-    """Every contact pressed by some hundredth of the smallest radius; velocities of some m/s."""
+    """Return a random state: overlaps of 1 to 2 % of the smallest radius, normally distributed velocities of about 1 m/s."""
     a, n = chain.detached_table(), chain.parameters.grains
     overlap = 1e-2 * float(chain.geometry.radius.min()) * (1.0 + rng.random(n + 1))
     a[layout.U, 1 : n + 1] = -np.cumsum(overlap[:n])
@@ -100,7 +100,7 @@ def _feature_sums(objective: Objective, a: FloatArray, step: int, steps: int, in
 
 
 def _quotient(function: Callable[[], FloatArray], memory: FloatArray, place: tuple[int, ...], h: float) -> FloatArray:
-    """Return a central difference of fourth order."""
+    """Return a fourth-order central difference."""
     before, found = memory[place], []
     for way in (1.0, -1.0, 2.0, -2.0):
         memory[place] = before + way * h
@@ -192,7 +192,7 @@ def _refuse_peaks(objective: Objective, a: FloatArray, step: int, steps: int, in
 def _largest_error(
     errors: FloatArray, sizes: FloatArray, value: float, tolerance: float, fault_at: Callable[[int], Fault]
 ) -> float:
-    """Return the largest error relative to its derivative, or to the rounding error in differences of a value of that size."""
+    """Return the largest error relative to the derivative plus `_SMALL_PART` times the value; refuse it above the tolerance."""
     relative = errors / np.maximum(sizes + _SMALL_PART * value, np.finfo(np.float64).tiny)
     wrong = int(np.argmax(relative))
     if not relative[wrong] <= tolerance:

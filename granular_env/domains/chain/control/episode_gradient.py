@@ -12,25 +12,25 @@ from granular_env.components.chain.adjoint import value_and_adjoint
 from granular_env.components.errors import ParameterError
 from granular_env.components.support.float_arrays import FloatArray
 
-# What one gradient counts as, in forward runs: a run forward, one again from the checkpoints, and the sweep back, which
-# differentiates every force of a run and transposes it: counted as two.
+# Cost of one gradient in forward runs: the forward run, its repetition from the checkpoints, and the backward sweep, which
+# differentiates and transposes every force and counts as two.
 RUNS = 4.0
 
 
 def value_and_grad(
     env: Any, drive: FloatArray, seeds: Sequence[int], stage: Mapping[str, Any] | None = None
 ) -> tuple[float, FloatArray]:
-    """Return the objective, averaged over the episodes, and its derivatives with respect to the drive, (steps, entries).
+    """Return the objective averaged over the episodes, and its derivatives with respect to the drive, shape (steps, entries).
 
     Args:
         env: the environment of a chain.
         drive: an action for every control step, shape (steps, entries).
         seeds: one for each episode.
-        stage: keyword arguments of the task's `objective`, where they are not its defaults.
+        stage: keyword arguments of the task's `objective` that differ from their defaults.
 
     Raises:
-        ParameterError: the task has no objective with a gradient, or its chain has none.
-        StepError: the drive breaks the physics.
+        ParameterError: the task's objective or its chain has no gradient.
+        StepError: the physics breaks down under the drive.
     """
     steps = len(drive)
     value, slopes, actuator = 0.0, np.zeros_like(drive), env.actuator
@@ -40,7 +40,7 @@ def value_and_grad(
         _, info = env.reset(seed=seed)
         settings = dict(stage or {})
         if names := env.task.counter_names[: len(env.task.goal_scales)]:
-            # The objective of a task that draws its goals is that of the present one.
+            # A task that samples its goals needs the goal of each episode.
             settings["goal"] = np.array([info[name] for name in names])
         inputs = np.zeros((steps, 2))
         inputs[actuator.delay :, sides] = actuator.scales * drive[:late]
@@ -51,7 +51,7 @@ def value_and_grad(
 
 
 def _objective(env: Any, steps: int, settings: Mapping[str, Any]) -> Any:
-    """Return the task's objective; `ParameterError` for a setting that it does not take, or that has another shape."""
+    """Return the task's objective; `ParameterError` for an unknown setting or one of the wrong shape."""
     known = inspect.signature(env.task.objective).parameters
     for name, value in settings.items():
         default = known[name].default if name in known else None

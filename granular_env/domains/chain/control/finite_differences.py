@@ -1,8 +1,8 @@
-"""Central differences to compare with exact gradients: a difference quotient along a direction, and its error.
+"""Central differences to compare with exact gradients: a directional difference quotient and its error.
 
-Contact forces have a continuous first derivative and no second one where a contact opens or closes. A difference quotient
-across such a kink converges slowly, and a jump (of a dissipative force that sets in at a finite speed) spoils it altogether:
-its error is large there.
+When a contact opens or closes, its force has a continuous first derivative but no second derivative. A difference quotient
+across this kink converges slowly. Across a jump (a dissipative force that sets in at a finite speed) it does not converge,
+and its error is large.
 """
 
 from __future__ import annotations
@@ -26,17 +26,17 @@ from granular_env.components.support.validation import positive_number
 from .gradient import Judged, objective_of, refuse_without_gradients
 
 _LEVELS, _FACTOR = 8, 2.0
-# What a run's rounding leaves of J, as a part of it: some operations of each step add up.
+# Relative rounding error of J after a run: the errors of several operations per step add up.
 _ROUNDING = 32.0 * np.finfo(np.float64).eps
 
 
 @dataclass(frozen=True)
 class Difference:
-    """A derivative along a direction, by differences.
+    """A directional derivative from differences.
 
     Attributes:
-        value: the quotient, extrapolated to a step of zero.
-        error: how far extrapolations differ: what the quotient is worth.
+        value: the quotient extrapolated to zero step.
+        error: error estimate, the difference between extrapolations.
     """
 
     value: float
@@ -52,15 +52,15 @@ def central_differences(
     ticks: int,
     step: float = 1e-2,
 ) -> Difference:
-    """Return the derivative along a direction, by central differences with ever smaller steps, extrapolated (Ridders 1982).
+    """Return the directional derivative from central differences with decreasing steps, extrapolated (Ridders 1982).
 
     Args:
         objective: as for `value_and_grad`.
-        chain: what is driven, from its present state; it stays as it is.
+        chain: the driven chain in its start state; it is not changed.
         drive: shape (steps, 2).
-        direction: for each thing that `value_and_grad` knows and that shall change, how: in the shape of its gradient.
+        direction: name (as in `value_and_grad`) -> change, in the shape of its gradient.
         ticks: internal steps of a control step.
-        step: the first step tried, in units of the direction; each next one is half as long.
+        step: the first step tried, in units of the direction; it is halved each time.
     """
     refuse_without_gradients(chain)
     base = validate_drive(chain, drive)
@@ -76,11 +76,11 @@ def central_differences(
 
 
 def _extrapolate(quotients: list[float], roundings: list[float]) -> tuple[float, float]:
-    """Return the entry of Neville's table that is worth most: C. J. F. Ridders, Adv. Eng. Softw. 4 (1982) 75.
+    """Return the entry of Neville's table with the smallest error: C. J. F. Ridders, Adv. Eng. Softw. 4 (1982) 75.
 
-    `scipy.differentiate.derivative` needs 11 to 15 evaluations instead of 16, but on the cases of the tests its errors are 5
-    to 18 times as large (in the median, at orders 4 to 8), and a third to a half of its estimates are below the true error;
-    here none is.
+    `scipy.differentiate.derivative` needs 11 to 15 evaluations instead of 16. In the test cases, however, its errors are 5 to
+    18 times as large (median, orders 4 to 8), and a third to a half of its error estimates are below the true error. None is
+    here.
     """
     best, error, row = quotients[0], float("inf"), [quotients[0]]
     for quotient, rounding in zip(quotients[1:], roundings[1:], strict=True):
@@ -96,7 +96,7 @@ def _extrapolate(quotients: list[float], roundings: list[float]) -> tuple[float,
 
 
 def _move(chain: Chain, drive: FloatArray, direction: Mapping[str, npt.ArrayLike], h: float) -> tuple[Chain, FloatArray]:
-    """Return a chain of other parameters in the state of this one, and another drive."""
+    """Return a chain with changed parameters in the same state, and the changed drive."""
     for name in direction:
         if name not in KNOWN:
             raise ParameterError(f"{name!r} has no gradient", hint=nearest(name, KNOWN), at="direction")
@@ -109,7 +109,7 @@ def _move(chain: Chain, drive: FloatArray, direction: Mapping[str, npt.ArrayLike
             hint="take a smaller step, or move the chain away from the limit",
             at="direction",
         ) from None
-    except ValueError as error:  # numpy's word for shapes that do not go together
+    except ValueError as error:  # NumPy's error for shapes that do not broadcast
         shapes = ", ".join(f"{name} of shape {np.shape(way)}" for name, way in direction.items())
         raise ParameterError(f"got {shapes}", expected=f"the shapes of their gradients: {error}", at="direction") from None
 
@@ -124,7 +124,7 @@ def _shift(chain: Chain, drive: FloatArray, changes: dict[str, FloatArray]) -> t
 
 
 def _parameters_with(chain: Chain, changes: Mapping[str, FloatArray]) -> dict[str, Any]:
-    """Return the chain's parameters with everything settled that would otherwise follow from what changes."""
+    """Return the chain's parameters with derived values fixed, so that they do not follow the changes."""
     p = chain.parameters
     given: dict[str, Any] = p.model_dump() | {"step_size": chain.step_size}
     if "radius" in changes or "mass" in changes:

@@ -1,4 +1,4 @@
-"""Gradients of what a driven chain is judged by, with respect to its drive and its parameters."""
+"""Gradients of the objective of a driven chain with respect to its drive and parameters."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from granular_env.domains import gradient_domains
 
 
 def refuse_without_gradients(component: object) -> None:
-    """Raise `ParameterError` for anything but a chain, with the components that have gradients."""
+    """Raise `ParameterError` unless the component is a chain; the message lists the components that have gradients."""
     if not isinstance(component, Chain):
         raise ParameterError(
             f"got {one_line(component)}",
@@ -28,7 +28,7 @@ def refuse_without_gradients(component: object) -> None:
 
 
 class Judged(Protocol):
-    """A task, or whatever else has an objective."""
+    """A task, or another object with an objective."""
 
     objective: Callable[[Chain, int], Objective]
     """objective(chain, steps): what is to become small, for an episode of so many control steps."""
@@ -42,27 +42,27 @@ def value_and_grad(
     ticks: int,
     with_respect_to: str | Iterable[str] = ("drive",),
 ) -> tuple[float, dict[str, FloatArray]]:
-    """Return what the run of a drive is worth, and its exact derivatives.
+    """Return the objective of a driven run and its exact derivatives.
 
-    The run starts from the chain's present state, and the chain stays as it is. The derivatives are those of the discrete run,
-    rounding apart; the internal step is held. They exist for the integrators pefrl and leapfrog and the laws hertz, power,
-    viscous, kuwabara_kono and linear.
+    The run starts from the chain's present state; the chain is not changed. The derivatives are those of the discrete run at a
+    fixed internal step, up to rounding. They exist for the integrators pefrl and leapfrog and the laws hertz, power, viscous,
+    kuwabara_kono and linear.
 
     Args:
-        objective: an `Objective`, or a task, whose own smooth objective is taken.
-        chain: what is driven.
-        drive: inputs left and right held in each control step, shape (steps, 2); 0 where an end has none.
+        objective: an `Objective`, or a task with a smooth objective.
+        chain: the driven chain.
+        drive: left and right inputs held in each control step, shape (steps, 2); 0 for an end without an input.
         ticks: internal steps of a control step.
         with_respect_to: "drive", "radius", "mass", "contact_stiffness", "precompression", "dissipation", "gap", "gravity",
             "velocity" and "displacement" (at the start), one or more of them.
 
     Returns:
-        The value; and the derivatives by name, each in the shape of what it is by: (steps, 2) for the drive, one number, shape
-        (), where a parameter was given as one number for all, else one number each.
+        The value, and the derivatives by name, each in the shape of its variable: (steps, 2) for the drive, () for a parameter
+        given as one number for all, else one number each.
 
     Raises:
-        ParameterError: there is no such gradient, the drive does not fit, or the objective is not a number; says where.
-        StepError: the physics breaks down; names the control step.
+        ParameterError: an unsupported gradient, a drive of the wrong shape, or an objective that is not a number.
+        StepError: the physics breaks down; the message names the control step.
     """
     refuse_without_gradients(chain)
     if not isinstance(with_respect_to, Iterable):
@@ -76,7 +76,7 @@ def value_and_grad(
 
 
 def objective_of(objective: Objective | Judged, chain: Chain, steps: int) -> Objective:
-    """Return the objective itself, or a task's for that chain and horizon."""
+    """Return the objective itself, or a task's objective for this chain and horizon."""
     if isinstance(objective, Objective):
         return objective
     build = getattr(objective, "objective", None)

@@ -1,11 +1,11 @@
-"""Terms of which objectives are summed, without writing kernels; and how to write an objective of one's own.
+"""Terms of objectives that need no kernels, and a guide to writing a custom objective.
 
     J = total(chain, velocity(-1).at_end(target=5.0), 1e-4 * contact_force(-1).peak(scale=100.0))
 
-is the squared distance of the last grain's velocity from 5 m/s when the run ends, and some of the largest force in the last
-contact. It is to become small; a factor of -1 in front of a term makes what is wanted large.
+is the squared deviation of the last grain's final velocity from 5 m/s, plus a small multiple of the peak force in the last
+contact. Objectives are minimised; a factor of -1 in front of a term maximises its quantity.
 
-One's own objective is three jitted functions. The kinetic energy of grain 5, averaged over the run:
+A custom objective consists of three jitted functions. For the kinetic energy of grain 5, averaged over the run:
 
     from granular_env.components.chain.layout import MASS, V
     from granular_env.components.support.jit import jit
@@ -27,9 +27,9 @@ One's own objective is three jitted functions. The kinetic energy of grain 5, av
     J = Objective(note, value, pullback)
     check_objective(J, chain)
 
-`components.chain.differentiable_quantities` has ready-made quantities with their pullbacks;
-`derivative_check.check_objective` finds a wrong `pullback`.
-The derivatives go through displacements, velocities, inputs and the table's constants, and nothing else: not through PEAK.
+`components.chain.differentiable_quantities` provides quantities with their pullbacks;
+`derivative_check.check_objective` finds errors in a `pullback`.
+Derivatives pass only through displacements, velocities, inputs and the table's constants, not through PEAK.
 """
 
 from __future__ import annotations
@@ -65,13 +65,13 @@ __all__ = [
 
 _VELOCITY, _DISPLACEMENT, _CONTACT_FORCE, _KINETIC, _ENERGY, _MOMENTUM, _APPLIED = range(7)
 _LINEAR, _SQUARED, _PEAK = range(3)
-# One term among the constants: the quantity (0), first and last place, kind, target or scale, power, window, weight.
+# Layout of one term among the constants: quantity (0), first and last index, kind, target or scale, power, window, weight.
 _FIRST, _LAST, _KIND, _TARGET, _POWER, _BEGIN, _END, _WEIGHT, _TERM = range(1, 10)
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """Something that a chain has after each control step. Its methods make terms of an objective from it."""
+    """A quantity of a chain, evaluated after each control step. Its methods return terms of an objective."""
 
     code: int
     first: int
@@ -79,22 +79,22 @@ class Quantity:
     name: str
 
     def at_end(self, target: float | None = None) -> Term:
-        """Return the quantity after the last control step; with a target, its squared distance from that."""
+        """Return the quantity after the last control step or, given a target, its squared deviation from the target."""
         return self._term(target, -1, 0, "at the end")
 
     def mean(self, target: float | None = None, *, begin: int = 0, end: int = 0) -> Term:
-        """Return the mean over control steps begin to end - 1 (0: the last), or that of the squared distance to a target."""
+        """Return the mean over control steps begin to end - 1 (end = 0: to the last step), or the mean squared deviation."""
         _check_window(begin, end)
         return self._term(target, begin, end, "on average")
 
     def peak(self, scale: float, *, power: int = 32, begin: int = 0, end: int = 0) -> Term:
-        """Return a smooth maximum of its size: scale (sum (q / scale)^power)^(1/power), over control steps begin to end - 1.
+        """Return a smooth maximum of |q|: scale (sum (q / scale)^power)^(1/power), over control steps begin to end - 1.
 
         Args:
-            scale: about what the peak will be, in the quantity's unit: it keeps the powers within range.
-            power: even; the larger, the nearer to the true peak, and the harder to minimise.
-            begin: the first control step that counts; negative from the end.
-            end: the first that no longer counts; 0 or negative from the end.
+            scale: rough estimate of the peak, in the quantity's unit; it keeps the powers within range.
+            power: even; a larger power is closer to the true peak but harder to minimise.
+            begin: first control step of the window; negative values count from the end.
+            end: first control step after the window; 0 or negative values count from the end.
         """
         if not (isinstance(scale, (int, float)) and 0.0 < scale < float("inf")):
             raise ParameterError(f"got {one_line(scale)}", expected="the size of the peak to come, above 0", at="scale")
@@ -112,7 +112,7 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Term:
-    """A part of an objective; terms can be added and subtracted, multiplied and divided by numbers."""
+    """A part of an objective. Terms can be added, subtracted, and multiplied or divided by numbers."""
 
     parts: tuple[tuple[Quantity, int, float, int, int, int, float], ...]
     body: str
@@ -120,7 +120,7 @@ class Term:
 
     @property
     def description(self) -> str:
-        """One line for people."""
+        """One line of text for users."""
         return self.body if self.factor == 1.0 else f"{self.factor:g} ({self.body})"
 
     def __add__(self, other: Term) -> Term:
@@ -145,17 +145,17 @@ def _check_window(begin: Any, end: Any) -> None:
     for name, place in (("begin", begin), ("end", end)):
         if isinstance(place, bool) or not isinstance(place, (int, np.integer)):
             raise ParameterError(f"got {one_line(place)}", expected="a control step, negative from the end", at=name)
-    if end <= begin and (begin < 0 or end > 0):  # counted from one side
+    if end <= begin and (begin < 0 or end > 0):  # both counted from the same side
         raise ParameterError(f"begin, end: got {begin} and {end}", expected="at least one control step between them")
 
 
 def velocity(grain: int) -> Quantity:
-    """Return a grain's velocity [m/s]; -1 is the last one."""
+    """Return a grain's velocity [m/s]; -1 is the last grain."""
     return Quantity(_VELOCITY, grain, grain, f"velocity[{grain}]")
 
 
 def displacement(grain: int) -> Quantity:
-    """Return a grain's displacement [m]; -1 is the last one."""
+    """Return a grain's displacement [m]; -1 is the last grain."""
     return Quantity(_DISPLACEMENT, grain, grain, f"displacement[{grain}]")
 
 
@@ -165,22 +165,22 @@ def contact_force(contact: int) -> Quantity:
 
 
 def kinetic_energy(first: int = 0, last: int = -1) -> Quantity:
-    """Return that of the grains first to last, both included [J]."""
+    """Return the kinetic energy of grains first to last, both included [J]."""
     return Quantity(_KINETIC, first, last, f"kinetic_energy[{first}:{last}]")
 
 
 def energy(first: int = 0, last: int = -1) -> Quantity:
-    """Kinetic, and elastic in the contacts, of those at the rim a half [J]."""
+    """Return the kinetic energy and the elastic energy of the contacts, counting half of each contact at the border [J]."""
     return Quantity(_ENERGY, first, last, f"energy[{first}:{last}]")
 
 
 def momentum(first: int = 0, last: int = -1) -> Quantity:
-    """Return that of the grains first to last, both included [kg m/s]."""
+    """Return the momentum of grains first to last, both included [kg m/s]."""
     return Quantity(_MOMENTUM, first, last, f"momentum[{first}:{last}]")
 
 
 def applied(side: Literal["left", "right"]) -> Quantity:
-    """Return the input itself: the force on a free end [N], the velocity of a piston [m/s]."""
+    """Return the input: the force on a free end [N] or the velocity of a piston [m/s]."""
     if side not in ("left", "right"):
         raise ParameterError(f"got {one_line(side)}", expected="'left' or 'right'", at="side")
     place = 0 if side == "left" else 1
@@ -188,10 +188,10 @@ def applied(side: Literal["left", "right"]) -> Quantity:
 
 
 def total(chain: Chain, *terms: Term) -> Objective:
-    """Return the sum of terms, for chains of that size and law.
+    """Return the sum of terms as an objective for chains of this size and law.
 
     Raises:
-        ParameterError: no terms, a grain or contact that there is not, or forces of contacts that remember.
+        ParameterError: no terms, an unknown grain or contact, or forces of history-dependent contacts.
     """
     refuse_without_gradients(chain)
     for term in terms:
@@ -209,7 +209,7 @@ def total(chain: Chain, *terms: Term) -> Objective:
 
 
 def _fewest_steps(begin: int, end: int) -> int:
-    """Control steps that a run needs for a window to lie in it."""
+    """Return the smallest number of control steps that contains a window."""
     return max(begin + 1, -begin, end, 1 - end)
 
 

@@ -1,10 +1,10 @@
-"""Measurements on chains, from a log or from a running chain: waves, fronts, energies.
+"""Measurements on chains, from a log or a running chain: waves, fronts, energies.
 
     history = measurement.history(ge.open_log("run.mcap"))           # or
     history = measurement.observe(chain, duration=8e-4, every=1e-6)
     measurement.waves_at(history, grain=60, above=0.1)
 
-Everything is a function of a `History`. Grains are counted from 0, speeds and places are those in the reference configuration.
+Measurements are functions of a `History`. Grains are counted from 0. Speeds and positions refer to the reference state.
 """
 
 from granular_env.crests_and_crossings import Crest, crests

@@ -1,4 +1,4 @@
-"""The history that every measurement looks at: the motion of a chain's grains in time, and the chain that they belong to."""
+"""The input of every measurement: the motion of a chain's grains in time, and the constants of the chain."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ Direction = Literal["right", "left"]
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class History:
-    """The grains' motion at T times, and the n grains and n + 1 places for contacts of their chain.
+    """The motion of n grains at T times, and the constants of the grains and of the n + 1 contact places.
 
-    Place j is left of grain j; 0 and n are the walls'. Where an end has no wall there is no contact, and force and overlap are
-    0, as in the chain's own outputs. Made by `history` from a log, by `observe` or `Watch` from a running chain, or by hand.
+    Place j is left of grain j; places 0 and n belong to the walls. An end without a wall has no contact, and its force and
+    overlap are 0, as in the chain's outputs. `history` makes one from a log, `observe` or `Watch` from a running chain.
 
     Attributes:
         time: shape (T,), increasing [s].
@@ -34,12 +34,12 @@ class History:
         stiffness: k of F = k overlap^p, shape (n + 1,), 0 where there is no contact [N/m^p]; p = 1.5 for spheres.
         rest_overlap: overlap in the reference configuration, shape (n + 1,), negative for a gap [m].
         position: of the grains in the reference configuration, shape (n,) [m].
-        displacement: shape (T, n) [m]; None where it is not known.
-        piston: which grains' velocity is prescribed, shape (n,), bool.
-        recorded_overlap: shape (T, n + 1) [m], where it is known without the displacement.
-        recorded_force: shape (T, n + 1) [N], where the contact forces themselves are known.
+        displacement: shape (T, n) [m]; None if unknown.
+        piston: mask of the grains with a prescribed velocity, shape (n,), bool.
+        recorded_overlap: shape (T, n + 1) [m], if known without the displacement.
+        recorded_force: shape (T, n + 1) [N], if contact forces were recorded.
         law: of the contacts.
-        law_constants: what the law wants to know of each contact, such as its dissipation, shape (n + 1, k); None for nothing.
+        law_constants: further constants of the law for each contact, such as dissipation, shape (n + 1, k); None if none.
     """
 
     time: FloatArray
@@ -91,7 +91,7 @@ class History:
 
     @cached_property
     def overlap(self) -> FloatArray:
-        """Approach of the surfaces at each place, negative for a gap, 0 where there is no contact, shape (T, n + 1) [m].
+        """Overlap of the surfaces at each place, negative for a gap, 0 without a contact, shape (T, n + 1) [m].
 
         Raises:
             LogError: neither displacement nor overlap was recorded.
@@ -110,10 +110,10 @@ class History:
 
     @cached_property
     def contact_force(self) -> FloatArray:
-        """Compressive force at each place by the chain's law, never negative, shape (T, n + 1) [N]; as recorded, if it was.
+        """Compressive force at each place, never negative, shape (T, n + 1) [N]: as recorded, else by the chain's law.
 
         Raises:
-            LogError: overlaps are not known, or the force depends on what contacts have been through and was not recorded.
+            LogError: overlaps are unknown, or the force depends on the contact's history and was not recorded.
         """
         if self.recorded_force is not None:
             return self.recorded_force
@@ -130,7 +130,7 @@ class History:
         """Elastic energy stored at each place by the chain's law, shape (T, n + 1) [J].
 
         Raises:
-            LogError: overlaps are not known, or the energy depends on what contacts have been through.
+            LogError: overlaps are unknown, or the energy depends on the contact's history.
         """
         if self.law.has_history:
             raise LogError(
@@ -142,7 +142,7 @@ class History:
 
     @property
     def rest_force(self) -> FloatArray:
-        """Force at each place in the reference configuration: of precompression and weight, shape (n + 1,) [N]."""
+        """Force at each place in the reference configuration, from precompression and weight, shape (n + 1,) [N]."""
         return self._rest[0]
 
     @property
@@ -167,7 +167,7 @@ class History:
         """Return the number of the frame nearest to a time [s].
 
         Raises:
-            ParameterError: the time is outside of the history.
+            ParameterError: the time is outside the history.
         """
         first, last = float(self.time[0]), float(self.time[-1])
         margin = 1e-9 * (last - first)
@@ -176,7 +176,7 @@ class History:
         return int(np.argmin(np.abs(self.time - time)))
 
     def window(self, begin: float | None = None, end: float | None = None) -> slice:
-        """Return the frames from a time to another [s], both included; by default from the first to the last."""
+        """Return the frames between two times [s], both included; by default all frames."""
         first = 0 if begin is None else self.frame(begin)
         last = len(self.time) - 1 if end is None else self.frame(end)
         if last < first:
@@ -186,14 +186,14 @@ class History:
         return slice(first, last + 1)
 
     def grain(self, number: Any, name: str = "grain") -> int:
-        """Return a grain's number after validation; the first is 0."""
+        """Return a validated grain number; the first is 0."""
         return whole_number(name, number, 0, self.grains - 1)
 
     def contact_behind(self, grain: int, direction: Direction) -> int:
-        """Place of the contact through which a wave comes to a grain.
+        """Return the place of the contact through which a wave reaches a grain.
 
         Raises:
-            ParameterError: there is none, at an end without a wall.
+            ParameterError: there is no contact (an end without a wall).
         """
         place = self.grain(grain) + (0 if sign(direction) > 0.0 else 1)
         if self.stiffness[place] == 0.0:
@@ -206,7 +206,7 @@ class History:
 
 
 def require_history(name: str, value: Any) -> None:
-    """`ParameterError` where something else came instead of a history."""
+    """Raise `ParameterError` unless the value is a history."""
     if not isinstance(value, History):
         raise ParameterError(
             f"got {one_line(value)}", expected="a History", hint="measurement.history or observe makes one", at=name
@@ -214,7 +214,7 @@ def require_history(name: str, value: Any) -> None:
 
 
 def sign(direction: Any) -> float:
-    """+1 for what runs to the right, -1 to the left."""
+    """Return +1 for waves that run to the right, -1 to the left."""
     if direction not in ("right", "left"):
         raise ParameterError(f"got {one_line(direction)}", expected="'right' or 'left'", at="direction")
     return 1.0 if direction == "right" else -1.0
@@ -223,15 +223,15 @@ def sign(direction: Any) -> float:
 def forces_and_energies(
     law: Law, stiffness: FloatArray, constants: FloatArray, overlap: FloatArray, velocity: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Compressive force [N] and stored energy [J] of each contact in each frame, both of shape (T, n + 1).
+    """Return the compressive force [N] and stored energy [J] of each contact in each frame, both of shape (T, n + 1).
 
-    They have the bits of the chain's own `contact_force`. A contact with a history counts as never loaded before.
+    The forces are bitwise identical to the chain's `contact_force`. History-dependent contacts count as never loaded before.
 
     Args:
         law: the contact law.
-        stiffness: shape (n + 1,), 0 where there is no contact.
+        stiffness: shape (n + 1,), 0 without a contact.
         constants: of the law in addition to the stiffness, shape (n + 1, k).
-        overlap: shape (T, n + 1), 0 where there is no contact [m].
+        overlap: shape (T, n + 1), 0 without a contact [m].
         velocity: of the grains, shape (T, n) [m/s].
     """
     table, places = np.zeros((layout.FREE_ROW, layout.row_width(len(stiffness) - 1))), slice(0, len(stiffness))
@@ -245,7 +245,7 @@ def forces_and_energies(
 
 @jit
 def _fill(law, table, overlap, velocity, force, energy):
-    """Displacements stay 0: the overlaps of a frame are those of a chain that rests so."""
+    """Write forces and energies; displacements stay 0, because each frame's overlaps are set as rest overlaps."""
     chain = chain_state(law, table)
     forces.begin_histories(chain)
     for t in range(len(overlap)):

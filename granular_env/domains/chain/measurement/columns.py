@@ -13,12 +13,12 @@ Taken = Callable[[Any, int, dict[str, Any]], float]
 
 
 def function(name: str) -> Callable[..., Any]:
-    """Return the measurement of that name."""
+    """Return the measurement with this name."""
     return getattr(measurement, name)
 
 
 def _number(name: str, of: Callable[[Any], float] = float) -> Taken:
-    """Return what takes the number that the function gives; `len` takes how many things it gives."""
+    """Return a column with the measurement's value, converted by `of`; `len` counts the items of a list."""
 
     def column(history: Any, which: int, arguments: dict[str, Any]) -> float:
         return float(of(getattr(measurement, name)(history, **arguments)))
@@ -27,7 +27,7 @@ def _number(name: str, of: Callable[[Any], float] = float) -> Taken:
 
 
 def _attribute(name: str, attribute: str) -> Taken:
-    """Return what takes a number of what the function gives, or of one of the things that it gives."""
+    """Return a column with an attribute of the measurement's result, or of one item if the result is a list."""
 
     def column(history: Any, which: int, arguments: dict[str, Any]) -> float:
         found = getattr(measurement, name)(history, **arguments)
@@ -41,7 +41,7 @@ def _attribute(name: str, attribute: str) -> Taken:
 
 
 def _of_wave(function: str) -> Taken:
-    """Return what takes what a wave carries."""
+    """Return a column with the result of `function` (energy, momentum) for one wave of `waves_at`."""
 
     def column(history: Any, which: int, arguments: dict[str, Any]) -> float:
         waves = measurement.waves_at(history, **arguments)
@@ -72,7 +72,7 @@ MEASUREMENTS: dict[str, dict[str, Taken]] = {
     "detached_grains": {"count": _number("detached_grains", len)},
 }
 
-# What is taken, of one measurement or of all -> its unit.
+# Column name (of all measurements), or (measurement, column name) -> unit.
 UNITS: dict[str | tuple[str, str], str] = {
     **dict.fromkeys(("count", "ratio", "mean", "least", "greatest", "deviation"), "1"),
     **dict.fromkeys(("amplitude", "speed"), "m/s"),

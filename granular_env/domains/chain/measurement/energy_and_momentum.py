@@ -1,4 +1,4 @@
-"""Energy and momentum of the whole chain: how they are shared, what is carried off, and which grains have come loose."""
+"""Energy and momentum of the whole chain: their partition, the momentum carried off, and the detached grains."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from .chain_history import History
 
 
 def kinetic_energy(history: History, piston: bool = True) -> FloatArray:
-    """Return that of all grains, shape (T,) [J]; without those whose velocity is prescribed unless `piston`."""
+    """Return the kinetic energy of all grains, shape (T,) [J]; grains of prescribed velocity count only if `piston`."""
     return (0.5 * history.velocity**2 * _masses(history, piston)).sum(axis=1)
 
 
 def potential_energy(history: History) -> FloatArray:
-    """Return that of all contacts, without the grains' weight, shape (T,) [J]; `LogError` where frames do not tell it."""
+    """Return the energy of all contacts, without the grains' weight, shape (T,) [J]; `LogError` if it cannot be computed."""
     return history.contact_energy.sum(axis=1)
 
 
 def momentum(history: History, piston: bool = True) -> FloatArray:
-    """Return that of all grains, shape (T,) [kg m/s]; without those whose velocity is prescribed unless `piston`."""
+    """Return the momentum of all grains, shape (T,) [kg m/s]; grains of prescribed velocity count only if `piston`."""
     return (history.velocity * _masses(history, piston)).sum(axis=1)
 
 
@@ -35,13 +35,13 @@ def _masses(history: History, piston: bool) -> FloatArray:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class EnergyRatio:
-    """Ek/Ep in a window of time.
+    """Ek/Ep in a time window.
 
     Attributes:
-        mean: over its frames.
-        least: in any of its frames.
-        greatest: in any of its frames.
-        deviation: the farthest from the mean, relative to it.
+        mean: over the frames of the window.
+        least: minimum over the frames.
+        greatest: maximum over the frames.
+        deviation: largest deviation from the mean, relative to the mean.
     """
 
     mean: float
@@ -51,7 +51,7 @@ class EnergyRatio:
 
 
 def energy_ratio(history: History, begin: float | None = None, end: float | None = None, piston: bool = True) -> EnergyRatio:
-    """Kinetic over potential energy of the chain, in a window of time (Nesterenko 1983, section 3.4).
+    """Return the ratio of kinetic to potential energy of the chain in a time window (Nesterenko 1983, section 3.4).
 
     The virial theorem gives (p + 1)/2 for F = k d^p: 1.25 for Hertz's law.
 
@@ -62,8 +62,8 @@ def energy_ratio(history: History, begin: float | None = None, end: float | None
         piston: whether the kinetic energy of a piston counts.
 
     Raises:
-        ParameterError: a time outside of the history, or a frame in which no contact is pressed.
-        LogError: overlaps are not known.
+        ParameterError: a time outside the history, or a frame in which no contact is compressed.
+        LogError: overlaps are unknown.
     """
     window = history.window(begin, end)
     potential = potential_energy(history)[window]
@@ -77,14 +77,14 @@ def energy_ratio(history: History, begin: float | None = None, end: float | None
 
 
 def momentum_carried_off(history: History, time: float | None = None) -> float:
-    """Momentum of the grains that move backwards, as a part of the chain's at the first frame (section 3.1).
+    """Return the momentum of the grains that move backwards, as a fraction of the initial momentum (section 3.1).
 
     Args:
-        history: of a chain whose momentum at the start is not 0.
-        time: when to look [s]; default the last frame.
+        history: of a chain with non-zero initial momentum.
+        time: time of the measurement [s]; default the last frame.
 
     Raises:
-        ParameterError: the time is outside of the history, or there was no momentum at its first frame.
+        ParameterError: the time is outside the history, or the momentum of the first frame is 0.
     """
     frame = len(history.time) - 1 if time is None else history.frame(time)
     start = float(momentum(history)[0])
@@ -96,12 +96,12 @@ def momentum_carried_off(history: History, time: float | None = None) -> float:
 
 
 def detached_grains(history: History, time: float | None = None) -> np.ndarray:
-    """Numbers of the grains with a gap on either side, at a time [s]; default the last frame.
+    """Return the numbers of the grains with a gap on both sides, at a time [s]; default the last frame.
 
-    Grains that rest side by side, just touching, are not detached.
+    Grains that just touch are not detached.
 
     Raises:
-        ParameterError: the time is outside of the history.
+        ParameterError: the time is outside the history.
         LogError: overlaps are not known.
     """
     frame = len(history.time) - 1 if time is None else history.frame(time)

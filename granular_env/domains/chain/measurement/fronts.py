@@ -1,4 +1,4 @@
-"""The front of a disturbance: when it arrives at each grain, where it is, how fast; and the pressure behind it."""
+"""The front of a disturbance: arrival times, position, speed, and the pressure behind it."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from .chain_history import Direction, History, sign
 
 
 def arrivals(history: History, above: float, direction: Direction = "right") -> FloatArray:
-    """Return when each grain's velocity first passes a threshold, shape (n,) [s]; NaN where it never does.
+    """Return the time at which each grain's velocity first exceeds a threshold, shape (n,) [s]; NaN if it never does.
 
-    A grain that is above it in the first frame has the time of that frame.
+    A grain above the threshold in the first frame gets the time of that frame.
 
     Args:
         history: of a chain.
-        above: more than 0 [m/s].
+        above: velocity threshold, greater than 0 [m/s].
         direction: the sign of the velocities that count.
 
     Raises:
-        ParameterError: a threshold that is not positive, another direction.
+        ParameterError: a threshold that is not positive, or an unknown direction.
     """
     above, velocity = positive_number("above", above), sign(direction) * history.velocity
     passed = velocity > above
@@ -37,15 +37,15 @@ def arrivals(history: History, above: float, direction: Direction = "right") -> 
 
 
 def front_position(history: History, above: float, direction: Direction = "right") -> FloatArray:
-    """Return where the foremost point above a threshold has got to, in the reference configuration, shape (T,) [m].
+    """Return the position of the foremost point above a threshold, in the reference configuration, shape (T,) [m].
 
-    Between two grains it goes in proportion to the time; NaN before it is at any grain. It never comes back.
+    The position is interpolated linearly in time between two grains. It is NaN before the first arrival and never decreases.
 
     Args and errors as `arrivals`.
     """
     order = slice(None) if sign(direction) > 0.0 else slice(None, None, -1)
     seen = arrivals(history, above, direction)[order]
-    # The front is past a grain as soon as it is at one further on.
+    # The front has passed a grain as soon as it has reached any grain ahead.
     passed = np.fmin.accumulate(seen[::-1])[::-1]
     there = np.isfinite(passed)
     if not there.any():
@@ -54,17 +54,17 @@ def front_position(history: History, above: float, direction: Direction = "right
 
 
 def front_speed(history: History, above: float, first: int, last: int, direction: Direction = "right") -> float:
-    """Mean speed of the front from one grain to another, in the reference configuration [m/s].
+    """Return the mean speed of the front between two grains, in the reference configuration [m/s].
 
     Args:
         history: of a chain.
-        above: the velocity that makes the front [m/s].
-        first: grain at which it starts.
-        last: grain at which it ends.
-        direction: which way it runs.
+        above: velocity threshold that defines the front [m/s].
+        first: grain at the start of the path.
+        last: grain at the end of the path.
+        direction: direction in which the front runs.
 
     Raises:
-        ParameterError: a grain that is not there or that the front did not reach; or as `arrivals`.
+        ParameterError: an unknown grain or one that the front did not reach; or as `arrivals`.
     """
     first, last = history.grain(first, "first"), history.grain(last, "last")
     seen = arrivals(history, above, direction)
@@ -78,11 +78,11 @@ def front_speed(history: History, above: float, first: int, last: int, direction
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class PressureRatio:
-    """The excess of a front's first maximum over what settles behind it.
+    """The first maximum of a front, and the settled force behind it.
 
     Attributes:
         first_maximum: of the contact force at the front, p_m [N].
-        settled: mean contact force near the end from which the chain is driven, p_c [N].
+        settled: mean contact force near the driven end, p_c [N].
     """
 
     first_maximum: float
@@ -95,20 +95,20 @@ class PressureRatio:
 
 
 def pressure_ratio(history: History, grain: int, near: int | None = None, direction: Direction = "right") -> PressureRatio:
-    """Return the first maximum of the force in the contact behind a grain, and the mean from then on near the driven end.
+    """Return the first maximum of the force behind a grain, and the mean force near the driven end from that time on.
 
-    Nesterenko (1983), section 3.4: the front at grain 50, p_m/p_c = 2.24. Both contacts are alike there, so that forces
-    compare as pressures do.
+    Nesterenko (1983), section 3.4: the front at grain 50, p_m/p_c = 2.24. Both contacts are equal there, so that the ratio of
+    forces is the ratio of pressures.
 
     Args:
         history: of a chain, with overlaps.
-        grain: where the front's first maximum is taken.
-        near: the grain behind whose contact the force has settled; default the second from the driven end.
-        direction: which way the front runs.
+        grain: grain at which the front's first maximum is measured.
+        near: grain whose rear contact gives the settled force; default the second from the driven end.
+        direction: direction in which the front runs.
 
     Raises:
-        ParameterError: a grain that is not there or has no contact behind it, no maximum, or nothing recorded after it.
-        LogError: overlaps are not known.
+        ParameterError: an unknown grain or one without a contact behind it, no maximum, or no frames after the maximum.
+        LogError: overlaps are unknown.
     """
     default = min(1, history.grains - 1) if sign(direction) > 0.0 else max(history.grains - 2, 0)
     place = history.contact_behind(grain, direction)

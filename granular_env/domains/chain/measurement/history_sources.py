@@ -1,4 +1,4 @@
-"""Histories from their sources: a chain and frames of its motion, or a log."""
+"""Histories from a chain and frames of its motion, or from a log."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def of_chain(
     overlap: FloatArray | None = None,
     contact_force: FloatArray | None = None,
 ) -> History:
-    """Return a history of a chain from frames; masses, contacts and positions are the chain's.
+    """Return the history of a chain from frames; masses, contacts and positions are taken from the chain.
 
     Args:
         component: the chain.
@@ -34,7 +34,7 @@ def of_chain(
         velocity: shape (T, n) [m/s].
         displacement: shape (T, n) [m].
         overlap: as the chain's variable, shape (T, n + 1) [m].
-        contact_force: the same [N].
+        contact_force: as the chain's variable, shape (T, n + 1) [N].
     """
     chain = chain_geometry(component)
     parameters: Any = component.parameters
@@ -55,15 +55,15 @@ def chain_geometry(component: Component) -> Any:
 
 
 def history(log: Log, segment: int | None = None) -> History:
-    """Return the history in a log of a chain: its frames, and the geometry that follows from its parameters.
+    """Return the history in a log of a chain: its frames, and the geometry derived from its parameters.
 
     Args:
-        log: what `ge.open_log` gave.
-        segment: which unbroken run, counted from 0, where the chain was reset or restored while it was recorded.
+        log: as returned by `ge.open_log`.
+        segment: number of the run, from 0; resets and restores during recording divide a log into several runs.
 
     Raises:
-        ParameterError: it is no log at all.
-        LogError: it is no log of a chain, the velocity was not recorded, or it holds several runs and none was named.
+        ParameterError: `log` is not a log.
+        LogError: not a log of a chain, velocity not recorded, or a log with several runs and no `segment`.
     """
     if isinstance(log, Component):
         raise ParameterError("got a running chain", expected="a log", hint="watch a chain with measurement.observe", at="log")

@@ -1,4 +1,4 @@
-"""A history gathered from a chain while it runs; whoever watches never changes the step."""
+"""A history collected from a running chain; observers never change a step."""
 
 from __future__ import annotations
 
@@ -19,25 +19,25 @@ from .history_sources import chain_geometry, of_chain
 
 
 class Watch:
-    """An observer that keeps the motion of a chain, at even intervals.
+    """An observer that stores the motion of a chain at even intervals.
 
         watch = Watch(every=1e-6)
         ge.run("nesterenko-1983/3.4-piston", observers=[watch])      # or chain.observe(watch), then step
         watch.history
 
-    A reset or a restore begins anew.
+    A reset or a restore starts a new history.
     """
 
     next_tick: int
 
     def __init__(self, every: float) -> None:
-        """Watch one chain.
+        """Set the sampling interval.
 
         Args:
             every: time between two frames, a whole number of the chain's internal steps [s].
 
         Raises:
-            ParameterError: `every` is not positive; later, when it begins to watch: no chain, or no whole number of steps.
+            ParameterError: `every` is not positive; later, at the first reset: not a chain, or not a whole number of steps.
         """
         self._every = positive_number("every", every)
         self._component: Component | None = None
@@ -51,12 +51,12 @@ class Watch:
 
     @property
     def variables(self) -> tuple[str, ...]:
-        """Return what is kept of each frame; empty before it has begun to watch."""
+        """Return the names of the stored variables; empty before the first reset."""
         return self._variables
 
     @property
     def history(self) -> History:
-        """Return what was seen so far, as arrays of its own."""
+        """Return the history so far, as a copy."""
         if self._component is None:
             raise ParameterError("it has seen no chain yet", hint="let it look on: chain.observe(watch)", at="watch")
         time = np.array(self._ticks) * self._component.step_size
@@ -73,16 +73,16 @@ class Watch:
         self.on_sample(component)
 
     def on_sample(self, component: Component) -> None:
-        """Keep a frame."""
+        """Store a frame."""
         self._ticks.append(component.tick)
         self._frames.append(tuple(component.get(name) for name in self._variables))
         self.next_tick = component.tick + self._interval
 
     def on_step(self, component: Component, ticks: int, inputs: Mapping[str, Held]) -> None:
-        """Do nothing: frames alone are kept."""
+        """Do nothing: only frames are stored."""
 
     def on_failure(self, component: Component, error: BaseException) -> None:
-        """Drop the frames of a step that was undone."""
+        """Drop the frames of a failed step."""
         while self._ticks and self._ticks[-1] > component.tick:
             self._ticks.pop()
             self._frames.pop()
@@ -92,29 +92,29 @@ class Watch:
 def history_variables(chain: Component) -> tuple[str, ...]:
     """Return the variables that a history of this chain needs."""
     parameters: Any = chain.parameters
-    # Where contacts have a history, only the chain knows their forces.
+    # The forces of history-dependent contacts cannot be computed from frames.
     return ("velocity", "displacement", *(["contact_force"] if parameters.law.has_history else []))
 
 
 def observe(chain: Component, duration: float, every: float, **inputs: Any) -> History:
-    """Step a chain on from where it stands, and keep its motion.
+    """Advance a chain from its present state, and return its motion.
 
     Args:
-        chain: what is stepped; its state afterwards is the one after ``chain.step(duration, **inputs)``.
-        duration: how long, a whole number of internal steps [s].
+        chain: the chain; afterwards its state is that after ``chain.step(duration, **inputs)``.
+        duration: a whole number of internal steps [s].
         every: time between two frames, a whole number of internal steps [s].
         **inputs: of the step: numbers or profiles.
 
     Raises:
-        ParameterError: no chain, a time that is no whole number of steps, an input that is not valid, more frames than fit.
-        StepError: the physics would break down; the chain is as it was.
+        ParameterError: not a chain, a time that is not a whole number of steps, an invalid input, or too many frames.
+        StepError: the physics would break down; the chain is unchanged.
     """
     watch = Watch(every)
     chain_geometry(chain)
     numbers = sum(np.size(chain.get(name)) for name in history_variables(chain))
     frames = chain.ticks_in(duration, "duration") // chain.ticks_in(every, "every") + 1
     refuse_beyond(8 * numbers * frames, f"every: {frames:.6g} frames of {numbers} numbers, from duration / every,")
-    watch.on_reset(chain)  # refuses before the chain keeps it
+    watch.on_reset(chain)  # raises before the chain stores the observer
     chain.observe(watch)
     try:
         chain.step(duration, **inputs)

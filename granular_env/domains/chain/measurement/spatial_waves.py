@@ -1,4 +1,4 @@
-"""Waves along the chain at an instant: where each one is, over which grains, and the energy and momentum in it."""
+"""Waves along the chain at an instant: position, extent, energy and momentum of each."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ class WaveInChain:
     """A wave at an instant.
 
     Attributes:
-        grain: the one that is fastest at that instant.
+        grain: the fastest grain at that instant.
         position: of the crest between the grains, in the reference configuration [m].
-        amplitude: the fastest grain's velocity at that instant [m/s]. While the crest is between two grains neither is at its
-            fastest, and this is up to a quarter below the amplitude that `waves_at` gives.
-        first: first grain in it.
-        last: last grain in it.
-        kinetic_energy: of its grains [J].
-        potential_energy: of its contacts, above the static one, half of a contact at its border [J].
-        momentum: in its direction [kg m/s].
+        amplitude: the fastest grain's velocity at that instant [m/s]. While the crest is between two grains, it is up to a
+            quarter below the amplitude from `waves_at`.
+        first: first grain of the wave.
+        last: last grain of the wave.
+        kinetic_energy: of the wave's grains [J].
+        potential_energy: of its contacts, above the static energy; a contact at the border counts half [J].
+        momentum: in the wave's direction [kg m/s].
     """
 
     grain: int
@@ -46,27 +46,27 @@ class WaveInChain:
 def waves_along(
     history: History, time: float, above: float, separation: float = 1.0, direction: Direction = "right"
 ) -> list[WaveInChain]:
-    """Return the waves in a chain at an instant, from left to right, each from the slowest grain before it to the one after.
+    """Return the waves in a chain at an instant, from left to right, each delimited by the slowest grains around its crest.
 
     Neighbouring waves share no grain, so energies add up.
 
     Args:
         history: of a chain, with overlaps.
         time: the nearest frame is taken [s].
-        above: the least velocity of its fastest grain, more than 0 [m/s].
+        above: least velocity of a wave's fastest grain, greater than 0 [m/s].
         separation: as in `waves_at`, here along the chain.
-        direction: which way the waves run.
+        direction: direction in which the waves run.
 
     Raises:
-        ParameterError: a time outside of the history, a threshold that is not positive, another separation or direction.
-        LogError: overlaps are not known.
+        ParameterError: a time outside the history, a threshold that is not positive, an invalid separation or direction.
+        LogError: overlaps are unknown.
     """
     frame, towards = history.frame(time), sign(direction)
     velocity = towards * history.velocity[frame]
     kinetic, potential = 0.5 * history.mass * velocity**2, _potential(history, frame)
     momentum = history.mass * velocity
     found, free = [], 0
-    # Beyond the ends nothing moves: a wave may be at its highest in an end grain.
+    # Pad with zero velocity beyond the ends, because a wave may peak at an end grain.
     for begin, peak, end in ridges(np.pad(velocity, 1), above, separation):
         first, last = max(begin - 1, free), min(end - 1, history.grains - 1)
         free = last + 1
@@ -88,7 +88,7 @@ def waves_along(
 
 
 def _potential(history: History, frame: int) -> FloatArray:
-    """Energy of the contacts above their static state, half to either grain, a wall's to the one that it has; shape (n,)."""
+    """Return each grain's share of the contact energy above the static state, shape (n,): half, or all at a wall."""
     stored = history.contact_energy[frame] - history.rest_energy
     approach = history.overlap[frame] - history.rest_overlap
     energy = stored - history.rest_force * approach

@@ -1,4 +1,4 @@
-"""Waves that pass a grain: each one's arrival, amplitude, speed and width, the energy and momentum that it carries by."""
+"""Waves that pass a grain: arrival, amplitude, speed, width, and the energy and momentum carried by each."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from granular_env.crests_and_crossings import Crest, crests
 
 from .chain_history import Direction, History, require_history, sign
 
-# A crest at a neighbour is the same wave only if it is at least so high, in the wave's amplitude.
+# A crest at a neighbour belongs to the same wave only if its height is at least this fraction of the wave's amplitude.
 _SAME_WAVE = 0.5
 
 
@@ -22,16 +22,16 @@ class Wave:
     """A wave as it passes a grain.
 
     Attributes:
-        grain: which one, the first is 0.
+        grain: its number; the first is 0.
         direction: "right" or "left".
         time: arrival of the crest of the grain's velocity [s].
         amplitude: largest velocity of the grain in the wave's direction, v_m [m/s].
-        speed: from the crest of the neighbour behind to that of the neighbour ahead (at an end of the chain: to or from the
-            grain's own crest), in the reference configuration [m/s]; NaN where they do not show the same crest, see `waves_at`.
-        duration: how long the velocity is above half the amplitude [s]; NaN where it does not fall so far.
+        speed: from the crest at the neighbour behind to the crest at the neighbour ahead (at an end of the chain: to or from
+            the grain's crest), in the reference configuration [m/s]; NaN if they do not show the same crest, see `waves_at`.
+        duration: time for which the velocity exceeds half the amplitude [s]; NaN if it does not fall below half.
         width: duration x speed, full width at half the amplitude [m].
         begin: time of the minimum of the velocity before the crest, or of its last sample that is not positive [s].
-        end: the same after it [s].
+        end: likewise after the crest [s].
     """
 
     grain: int
@@ -48,26 +48,26 @@ class Wave:
 def waves_at(
     history: History, grain: int, above: float, separation: float = 1.0, direction: Direction = "right", period: int = 1
 ) -> list[Wave]:
-    """Return the waves that pass a grain, in the order of their arrival; how many there are is ``len`` of it.
+    """Return the waves that pass a grain, in the order of their arrival.
 
-    A wave is a maximum of the grain's velocity. The pulses of Nesterenko (1983), sections 3.1 to 3.4, are counted so.
+    A wave is a maximum of the grain's velocity, as in the pulse counts of Nesterenko (1983), sections 3.1 to 3.4.
 
     Args:
         history: of a chain.
         grain: the first is 0.
-        above: the least amplitude that counts, more than 0 [m/s].
-        separation: two waves are told apart where the velocity falls below this part of the lower one's amplitude between
-            them; 1 counts every maximum.
-        direction: which way they run; grains in a wave of compression move the way that it runs.
-        period: the speed is measured between the grains so many places behind and ahead. In a chain of equal cells give the
-            number of grains in a cell, so that like grains are compared: unlike ones move differently in the same wave.
+        above: smallest amplitude that counts, greater than 0 [m/s].
+        separation: two maxima are separate waves if the velocity between them falls below this fraction of the lower
+            amplitude; 1 counts every maximum.
+        direction: direction in which the waves run; in a compression wave, grains move in the same direction.
+        period: number of grains behind and ahead between which the speed is measured. For a periodic chain, give the number
+            of grains per cell, so that equal grains are compared: unequal grains move differently in the same wave.
 
-    The speed is NaN where the two neighbours do not show a crest of the same number, one before and one after that of the
-    grain. A light grain between heavy ones has two crests or more in one pulse; ``separation=0.5`` counts them as one if the
-    velocity does not fall below half of the lower one between them.
+    The speed is NaN unless the neighbours show a crest of the same number, one earlier and one later than the grain's crest.
+    A light grain between heavy ones has two or more crests in one pulse; ``separation=0.5`` counts them as one if the
+    velocity between them does not fall below half of the lower crest.
 
     Raises:
-        ParameterError: a grain that is not there, a threshold that is not positive, another separation or direction, a period
+        ParameterError: an unknown grain, a threshold that is not positive, an invalid separation or direction, or a period
             below 1.
     """
     require_history("history", history)
@@ -104,14 +104,14 @@ def _neighbour(history: History, grain: int, towards: float, above: float, separ
 def _speed(
     history: History, grain: int, step: int, crest: Crest, seen: tuple[list[Crest] | None, list[Crest], list[Crest] | None]
 ) -> float:
-    """Return the mean speed between the crests of the same number in `seen`: behind, at the grain, and ahead; or NaN."""
+    """Return the mean speed between crests of the same number in `seen` (behind, at the grain, ahead), or NaN."""
     behind, own, ahead = seen
 
     def times(found: list[Crest]) -> list[float]:
         return [one.time for one in found if one.height >= _SAME_WAVE * crest.height]
 
     def arrival(found: list[Crest], lead: int) -> float:
-        """Return the time of the crest of the same number, if by now `lead` crests more have passed than before here."""
+        """Return the time of the same crest at a neighbour, if `lead` more crests than here have passed it by now; else NaN."""
         others = times(found)
         passed = sum(time < crest.time for time in others)
         return others[number] if passed == number + lead and number < len(others) else math.nan
@@ -125,9 +125,9 @@ def _speed(
 
 
 def overlap_of(history: History, wave: Wave) -> Crest:
-    """Return the overlap in the contact behind a wave's grain, above the static one, as the wave passes: a `Crest` in m and s.
+    """Return the overlap pulse, above the static overlap, in the contact behind a wave's grain: a `Crest` in m and s.
 
-    Its ``duration`` x the wave's ``speed`` is the full width at half maximum of the overlap, the theory's width.
+    Its ``duration`` times the wave's ``speed`` is the full width at half maximum of the overlap, the width used by the theory.
 
     Raises:
         LogError: overlaps are not known.
@@ -138,7 +138,7 @@ def overlap_of(history: History, wave: Wave) -> Crest:
 
 
 def _pulse(history: History, values: np.ndarray, wave: Wave) -> Crest:
-    """Return the crest of a curve that belongs to a wave: the last one before the velocity's crest; a contact lags slightly."""
+    """Return the crest of a curve that belongs to a wave: the last before the velocity's crest; a contact lags slightly."""
     largest = float(np.max(values))
     if largest > 0.0:
         found = [c for c in crests(history.time, values, 1e-3 * largest) if c.begin <= wave.time and c.end >= wave.begin]
@@ -149,11 +149,11 @@ def _pulse(history: History, values: np.ndarray, wave: Wave) -> Crest:
 
 
 def energy_of(history: History, wave: Wave) -> float:
-    """Return the energy that a wave carries to its grain: the work of the contact behind it [J].
+    """Return the energy that a wave transmits to its grain: the work of the contact behind the grain [J].
 
-    The work is counted from minimum to minimum of the contact's force; where the grain's velocity does not fall to 0 between
-    two crests, up to its minimum between them, so that crests that share a pulse of force share its energy. Under
-    precompression only the force above the static one counts.
+    The work is integrated between two minima of the contact force. If the grain's velocity does not fall to 0 between two
+    crests, the interval ends at its minimum, so that crests within one force pulse share its energy. Under precompression
+    only the force above the static force counts.
 
     Raises:
         LogError: overlaps are not known.
@@ -163,7 +163,7 @@ def energy_of(history: History, wave: Wave) -> float:
 
 
 def momentum_of(history: History, wave: Wave) -> float:
-    """Return the momentum that a wave carries to its grain, in its direction: the impulse of the contact behind it [kg m/s].
+    """Return the momentum that a wave transmits to its grain, in its direction: the impulse of the contact behind [kg m/s].
 
     The interval and the errors are those of `energy_of`.
     """
@@ -171,12 +171,12 @@ def momentum_of(history: History, wave: Wave) -> float:
 
 
 def _force_integral(history: History, wave: Wave, factor: np.ndarray) -> float:
-    """Integral of force x factor over the wave's pulse of force."""
+    """Return the integral of force x factor over the wave's force pulse."""
     place = history.contact_behind(wave.grain, wave.direction)
     force = history.contact_force[:, place] - history.rest_force[place]
     pulse = _pulse(history, force, wave)
     velocity = sign(wave.direction) * history.velocity[:, wave.grain]
-    # A crest ends at 0, or at the minimum before the next crest.
+    # A crest ends where the velocity is 0, or at the minimum before the next crest.
     shared = velocity[np.searchsorted(history.time, (wave.begin, wave.end))] > 0.0
     ends = np.where(shared, (wave.begin, wave.end), (pulse.begin, pulse.end))
     own = slice(*np.searchsorted(history.time, ends) + (0, 1))
@@ -185,7 +185,7 @@ def _force_integral(history: History, wave: Wave, factor: np.ndarray) -> float:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Shift:
-    """The change of a wave: how much earlier it arrives [s], and its amplitude's relative change."""
+    """The change of a wave: its time advance [s] and the relative change of its amplitude."""
 
     advance: float
     amplitude_change: float
@@ -194,20 +194,20 @@ class Shift:
 def phase_shifts(
     history: History, reference: History, grain: int, above: float, separation: float = 1.0, direction: Direction = "right"
 ) -> list[Shift]:
-    """Return how waves arrive at a grain, against a run in which nothing happened to them (Nesterenko 1983, section 3.2).
+    """Return the shifts of waves at a grain relative to a run without a collision (Nesterenko 1983, section 3.2).
 
-    The first wave is compared with the first, the second with the second, as many as both have.
+    Waves are paired in the order of arrival; surplus waves of one run are ignored.
 
     Args:
-        history: the run with a collision.
-        reference: the run without.
+        history: run with a collision.
+        reference: run without the collision.
         grain: the first is 0.
-        above: the least amplitude that counts [m/s].
+        above: smallest amplitude that counts [m/s].
         separation: as in `waves_at`.
         direction: as in `waves_at`.
 
     Raises:
-        ParameterError: no wave passes the grain in one of them; or as `waves_at`.
+        ParameterError: no wave passes the grain in one of the runs; or as `waves_at`.
     """
     require_history("history", history)
     require_history("reference", reference)

@@ -1,4 +1,4 @@
-"""Tasks on a chain, one a file: what is rewarded. Each is registered by its line in `ENVIRONMENTS`."""
+"""Tasks on a chain, one per file. `ENVIRONMENTS` registers them."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from granular_env.domains import Environment
 
 
 def _environment(task: str, reward_threshold: float) -> Environment:
-    """Return what is registered of the task in the module `task`, whose factory is called ``make_<task>``."""
+    """Return the registration of the task in module `task`, whose factory is ``make_<task>``."""
     return Environment(f"{__name__}.{task}:make_{task}", reward_threshold)
 
 
-# The thresholds are what theory returns, rounded down; of Piston-v1, which has no theory, what a push of 2.4 m/s for 18 us
-# returns.
+# The thresholds are the returns of the "theory" baselines, rounded down. Piston-v1 has no theory; its threshold is the return
+# of a push of 2.4 m/s for 18 us.
 ENVIRONMENTS = {
     "granular_env/Piston-v1": _environment("piston", 0.769),
     "granular_env/PulseForming-v1": _environment("pulse_forming", -1e-3),

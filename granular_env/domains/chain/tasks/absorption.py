@@ -1,4 +1,4 @@
-"""Absorption-v1: an active right end lets as little as possible of an unknown incoming wave come back."""
+"""Absorption-v1: an active right end minimises the reflection of an unknown incoming wave."""
 
 from __future__ import annotations
 
@@ -57,32 +57,32 @@ class AbsorptionTask(DrivenEndTask):
         self._grain = mass, stiffness, chain.step_size
 
     def start(self, random: Generator) -> Mapping[str, Any]:
-        """Return one to `strikers` first grains, all at one speed, drawn evenly."""
+        """Return start velocities: the first 1 to `strikers` grains move at one speed; both are sampled uniformly."""
         count = int(random.integers(1, self.strikers + 1))
         speed = float(random.uniform(*self.impact))
         return {"velocity": dict.fromkeys(range(count), speed)}
 
     def begin_rows(self, rows: ChainRows, constants: None, counters: dict[str, Any]) -> None:
-        """Note the energy that comes in."""
+        """Store the incoming energy."""
         energy = rows.energy_from(0)
         counters.update(incoming_energy=energy, energy=energy, returned=1.0 * (energy > 0.0))
 
     def judge_rows(self, rows: ChainRows, constants: None, counters: dict[str, Any], elapsed: Any) -> tuple[FloatArray, bool]:
-        """Return what is returned before less what is returned now."""
+        """Return the decrease of the returned energy fraction in this step."""
         before, incoming, energy = counters["returned"], counters["incoming_energy"], rows.energy_from(0)
-        # Without an incoming wave, the energy that the end itself puts in counts in joules.
+        # Without an incoming wave, the energy put in by the driven end counts in joules.
         returned = energy / np.where(incoming > 0.0, incoming, 1.0)
         counters.update(energy=energy, returned=returned)
         return before - returned, False
 
     def objective(self, component: Chain, steps: int) -> Objective:
-        """Return the energy of the grains at the end over that which is in the chain now (1 J where there is none)."""
+        """Return the final energy of the grains divided by the present energy of the chain (1 J if that is 0)."""
         incoming = float(ChainRows([component]).energy_from(0))
         text = "energy left in the chain at the end over that at the start"
         return Objective(_note, sum_value, _pullback, np.array([incoming if incoming > 0.0 else 1.0]), description=text)
 
     def baselines(self) -> Mapping[str, Policy]:
-        """Return doing nothing, and a matched end, which needs the default sensors."""
+        """Return the policies "nothing" and, with the default sensors, a matched end."""
         policies: dict[str, Policy] = {"nothing": Constant(0.0)}
         if self._has_sensors:
             name, scale = next(iter(self.actions.items()))

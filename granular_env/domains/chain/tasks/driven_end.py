@@ -1,4 +1,4 @@
-"""A chain of which an agent holds one end until a deadline: the common part of all chain tasks but Piston-v1."""
+"""A chain whose agent drives one end until a deadline: common part of all chain tasks except Piston-v1."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from granular_env.envs.factory import Options, refuse_early
 from granular_env.envs.policies import Constant, OpenLoop, Policy
 from granular_env.envs.task import RowTask
 
-# Drives of an end: the boundary that they need, the input, and its value at action 1 [N or m/s].
+# Drives of an end: required boundary, input, and input value at action 1 [N or m/s].
 ACTIONS = {"force": ("free", "force", 1000.0), "piston": ("piston", "velocity", 10.0)}
 # Scales of observations [m, m/s, N]; the velocity is also the chain's `velocity_scale`.
 _DISPLACEMENT, _VELOCITY, _FORCE = 1e-3, 10.0, 1000.0
 CLOCK = 8
-# Options that are no part of the problem that a drive solves.
+# Options that do not change the optimal drive.
 _SEEN = {"action", "observe", "noise", "info", "clock", "render_mode", "step_error_reward", "action_scale"}
-# An arrival is looked for during this many control steps, or up to the deadline; less than this part of it is none.
+# Search for an arrival during this many control steps, or up to a later deadline; below this fraction there is no arrival.
 _LONGEST, _PART = 10_000, 1e-3
 
 
@@ -89,7 +89,7 @@ class DrivenEndTask(RowTask):
         self.actions, self.observations = end.actions, end.observations
 
     def open_loops(self, theory: npt.NDArray[np.float64]) -> dict[str, Policy]:
-        """Return doing nothing, "theory" and, where one is known that the scale admits, "best".
+        """Return the policies "nothing", "theory" and, if a best drive is known that fits the action scale, "best".
 
         Args:
             theory: the input in each control step [N or m/s], shape (steps,).
@@ -104,15 +104,15 @@ class DrivenEndTask(RowTask):
 def best_drive(task: str, action: str) -> dict[str, Any]:
     """Return the best known drive of a task with its default arguments.
 
-    "drive" is the input in each control step, 0 after its end; the rest are "unit", "control_step" [s], "return" and "made",
-    how it was found.
+    "drive" is the input in each control step, 0 after its end. The other keys are "unit", "control_step" [s], "return" and
+    "made" (how it was found).
     """
     file = files(__name__.rpartition(".")[0]).joinpath("best", f"{task.replace('_', '-')}-{action}.json")
     return json.loads(file.read_text("utf-8"))
 
 
 def hold_mean(drive: npt.NDArray[np.float64], hold: int) -> npt.NDArray[np.float64]:
-    """Return the mean of a drive over each action that is held for `hold` control steps, shape (actions,)."""
+    """Return the mean of a drive over each action, which is held for `hold` control steps, shape (actions,)."""
     if hold == 1:
         return drive
     places = np.arange(0, len(drive), hold)
@@ -132,15 +132,15 @@ def driven_end(
 
     Args:
         make: the environment's factory.
-        given: its arguments: the local variables at its beginning.
+        given: arguments of the factory (its local variables on entry).
         side: "left" or "right".
-        scales: action -> force [N] or velocity [m/s] at action 1 where `action_scale` is None.
-        parameters: further ones of the chain.
+        scales: action -> force [N] or velocity [m/s] at action 1 if `action_scale` is None.
+        parameters: further parameters of the chain.
         endless: whether there may be no deadline.
-        **defaults: options of the environment that differ from those of `ComponentEnv`, and "action" where it is not "force".
+        **defaults: options of the environment that differ from those of `ComponentEnv`, and "action" if it is not "force".
 
     Raises:
-        ParameterError: the action or a count is none, or an argument of the chain is not valid.
+        ParameterError: an invalid action, count or argument of the chain.
     """
     usual = {"radius": None, "material": None, "action": "force", "action_scale": None, "step_size": 5e-7, "chain": None}
     options: dict[str, Any] = {**usual, "clock": CLOCK, **defaults, **given["options"]}
@@ -161,21 +161,21 @@ def driven_end(
 
 
 def make_chain(parameters: Mapping[str, Any], further: Any) -> Chain:
-    """Return a chain of parameters that are not None, and of further ones, which count more."""
+    """Return a chain with the parameters that are not None; `further` ones take precedence."""
     return Chain(**{name: one for name, one in parameters.items() if one is not None} | dict(further or {}))
 
 
 def _is_usual(make: Callable[..., Any], given: Mapping[str, Any]) -> bool:
-    """Return whether a factory was called with its defaults, but for what is no part of the problem."""
+    """Return whether a factory was called with its defaults, apart from the options in `_SEEN`."""
     own = {name: one.default for name, one in inspect.signature(make).parameters.items() if name != "options"}
     return set(given["options"]) <= _SEEN and all(repr(given[name]) == repr(default) for name, default in own.items())
 
 
 def hertz_chain(task: str, chain: Chain) -> tuple[float, float, float]:
-    """Return the grains' mean mass [kg], and stiffness [N/m^1.5] and overlap at rest [m] of the contacts between them.
+    """Return the mean mass of the grains [kg], and the mean stiffness [N/m^1.5] and rest overlap [m] of the inner contacts.
 
     Raises:
-        ParameterError: the contacts are not Hertz's, with or without dissipation, or there is none between grains.
+        ParameterError: the contacts are not Hertz contacts (with or without dissipation), or there are fewer than 2 grains.
     """
     law, geometry = chain.parameters.law, chain.geometry
     if chain.parameters.grains < 2:
@@ -183,7 +183,7 @@ def hertz_chain(task: str, chain: Chain) -> tuple[float, float, float]:
     if lacks(type(law), ENERGY_ROOT):
         raise ParameterError(f"got {law.name!r}", expected="Hertz contacts", at="chain.law", source=f"task {task!r}")
     inner = slice(1, chain.parameters.grains)
-    # The mean represents overlaps at rest that differ from contact to contact (gravity, gaps).
+    # Rest overlaps may differ between contacts (gravity, gaps); the mean represents them.
     rest = max(float(geometry.rest_overlap[inner].mean()), 0.0)
     return float(geometry.mass.mean()), float(geometry.stiffness[inner].mean()), rest
 
@@ -196,18 +196,18 @@ def refuse_too_early(
     arrived: Callable[[Chain], float],
     start: Mapping[str, Any] | None = None,
 ) -> None:
-    """Refuse a deadline by which nothing arrives under the full drive from the first control step on; warn of too little.
+    """Refuse a deadline by which nothing arrives under the full drive from the first step on; warn if too little arrives.
 
     Args:
-        chain: like the one that is driven; it is stepped.
-        end: with what it is driven, and for how long; with a start, the waves run by themselves.
-        wanted: how much has to arrive.
-        unit: of it; "" for no warning.
-        arrived: called after each control step; how much has arrived by then.
-        start: values of the chain's reset.
+        chain: the driven chain; a clone of it is stepped.
+        end: inputs and number of control steps; the inputs are not applied if `start` is given.
+        wanted: amount that has to arrive.
+        unit: unit of the amount; "" for no warning.
+        arrived: called after each control step; returns the amount that has arrived.
+        start: values for the reset of the chain.
 
     Raises:
-        ParameterError: less than a thousandth of it arrives by the deadline.
+        ParameterError: less than a thousandth of the wanted amount arrives by the deadline.
     """
     driven, inputs = chain.clone(), {} if start else end.actions
     driven.reset(**(start or {}))
@@ -215,7 +215,7 @@ def refuse_too_early(
     for step in range(1, max(end.steps, _LONGEST) + 1):
         try:
             driven.step(end.duration, **inputs)
-        except StepError:  # more than the physics allows: the arrival is not late
+        except StepError:  # the full drive exceeds the physics, so the arrival is not late
             return
         most = max(most, arrived(driven))
         if most >= wanted or (step >= end.steps and most > _PART * wanted):
@@ -232,13 +232,13 @@ def refuse_too_early(
 
 @jit
 def sum_value(sums, constants, slopes):
-    """Return an objective that is one sum, with its slope."""
+    """Return an objective that consists of one sum, and set its slope."""
     slopes[0] = 1.0
     return sums[0]
 
 
 def limits(name: str, given: Any) -> tuple[float, float]:
-    """Return a range (low, high), 0 < low <= high; `ParameterError` where it is none."""
+    """Return a range (low, high) after validation; `ParameterError` unless 0 < low <= high."""
     pair = numbers(name, given)
     if len(pair) != 2 or not 0.0 < pair[0] <= pair[1]:
         raise ParameterError(f"got {one_line(given)}", expected="(low, high) with 0 < low <= high", at=name)
@@ -246,7 +246,7 @@ def limits(name: str, given: Any) -> tuple[float, float]:
 
 
 def numbers(name: str, given: Any) -> npt.NDArray[np.float64]:
-    """Return a number, or several, as an array; `ParameterError` where there is none, or one is not finite."""
+    """Return one or several numbers as an array; `ParameterError` if there is none or one is not finite."""
     try:
         array = np.atleast_1d(np.asarray(given, dtype=np.float64))
     except (TypeError, ValueError):

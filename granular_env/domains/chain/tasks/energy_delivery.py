@@ -1,4 +1,4 @@
-"""EnergyDelivery-v1: by the deadline a wanted energy is in the last grains; work costs."""
+"""EnergyDelivery-v1: deliver a wanted energy to the last grains by the deadline, at little work."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ from ..rows import ChainRows
 from .driven_end import DrivenEnd, DrivenEndTask, DrivenOptions, driven_end, hertz_chain, refuse_too_early
 from .waves import passing_waves, shape_energies, wave_shapes
 
-# Layout of the objective's constants: the wanted energy [J], price of that much work, first grain of the target region (its
-# column).
+# Layout of the objective's constants: wanted energy [J], cost of that amount of work, column of the target region's first
+# grain.
 _ENERGY, _PRICE, _FIRST = range(3)
-# Distance of the wave's crest before the first grain at the start [grains]: nearer ones would already be in the chain.
+# Initial distance of the wave's crest from the first grain [grains]; a closer wave would already overlap the chain.
 _ENTRY = 4.0
 _ITERATIONS = 20
 
@@ -81,13 +81,13 @@ class EnergyDeliveryTask(DrivenEndTask):
         self.constants = Wanted(positive_number("energy", energy), finite_number("work_price", price))
 
     def begin_rows(self, rows: ChainRows, constants: Wanted, counters: dict[str, Any]) -> None:
-        """Note what is delivered, and the work done, at the start."""
+        """Store the delivered energy and the work at the start."""
         delivered = rows.energy_from(self._first)
         off = delivered / constants.energy - 1.0
         counters.update(delivered_energy=delivered, work=rows.input_work, closeness=1.0 - off * off)
 
     def judge_rows(self, rows: ChainRows, constants: Wanted, counters: dict[str, Any], elapsed: Any) -> tuple[FloatArray, bool]:
-        """Return the gain in closeness, less the price of this step's work."""
+        """Return the gain in closeness minus the cost of this step's work."""
         closeness, work = counters["closeness"], counters["work"]
         self.begin_rows(rows, constants, counters)
         return counters["closeness"] - closeness - constants.price * (counters["work"] - work) / constants.energy, False
@@ -95,23 +95,23 @@ class EnergyDeliveryTask(DrivenEndTask):
     def objective(self, component: Chain, steps: int) -> Objective:
         """Return (delivered / wanted - 1)^2 + price x energy of the chain at the end / wanted.
 
-        The energy that is in the chain at the end is the work done, where nothing dissipates and the chain starts at rest: then
-        this is 1 less the return. What a piston's own grain has is not counted.
+        Without dissipation and from rest, the final energy of the chain is the work done, and the objective is 1 minus the
+        return. The energy of a piston's grain is not counted.
         """
         text = "squared relative error of the energy delivered, and the price of the energy in the chain"
         constants = np.array([*self.constants, self._first + 1.0])
         return Objective(_note, _value, _pullback, constants, count=2, description=text)
 
     def baselines(self) -> Mapping[str, Policy]:
-        """Return one solitary wave, which is just in the region at the deadline; and the best known drive."""
+        """Return a drive that sends one solitary wave into the region by the deadline, and the best known drive."""
         mass, stiffness, rest = self._grain
         wanted = self.constants.energy * (1.0 - 0.5 * self.constants.price)
         height = np.sqrt([wanted / (SOLITARY_ENERGY * mass)])
         shapes, speeds = wave_shapes(mass, stiffness, rest, height)
-        for _ in range(_ITERATIONS if rest > 0.0 else 0):  # under precompression a wave's energy is no power of its height
+        for _ in range(_ITERATIONS if rest > 0.0 else 0):  # with precompression, energy is not a power of the amplitude
             height *= np.sqrt(wanted / shape_energies(shapes, height))
             shapes, speeds = wave_shapes(mass, stiffness, rest, height)
-        # As deep in the region as the deadline allows, its middle at most.
+        # As deep in the region as the deadline allows, but not beyond its middle.
         middle = self.grains - 0.5 * (self.grains - self._first) - 0.5
         place = min(middle, float(speeds[0]) * self.end.duration * self.end.steps - _ENTRY)
         waves = np.array([[height[0], place, speeds[0]]])

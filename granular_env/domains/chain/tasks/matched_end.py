@@ -1,7 +1,7 @@
-"""A matched end: a virtual chain continues the real one, so that waves pass into it and none comes back.
+"""A matched end: a virtual chain continues the real chain, so that waves leave without reflection.
 
-The virtual chain is a component like the real one. It is driven by what the sensors at the end read, and it looks one control
-step ahead, because what is decided now holds until then.
+The virtual chain is a component like the real chain. The readings of the sensors at the end drive it. It is simulated one
+control step ahead, because the action is held for this step.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ import numpy.typing as npt
 from granular_env.components.chain import Chain
 from granular_env.envs.task import Task
 
-# Readings of a matched end: the end grain's displacement, velocity of the last but one and of the last, the force between them.
+# Readings of a matched end: displacement of the end grain, velocities of the last two grains, and the force between them.
 SENSORS = {"displacement": [-1], "velocity": [-2, -1], "contact_force": [-2]}
 
-# A wave needs this many grains' time to come back from the virtual chain's own end: as long as the real one is.
+# Grains in the virtual chain: a reflection from its far end returns only after crossing all of them twice.
 _VIRTUAL_GRAINS = 96
 
 
@@ -33,11 +33,11 @@ class Sensors:
 
     @classmethod
     def of(cls, task: Task) -> Self:
-        """Return the scales of a task."""
+        """Return the observation scales of a task."""
         return cls(task.observations["displacement"], task.observations["velocity"], task.unit_scales["N"])
 
     def read(self, observation: npt.NDArray[np.float32]) -> tuple[float, float, float, float]:
-        """Displacement of the end, velocity of the last but one and of the end, force between them; SI."""
+        """Return the readings in SI: end displacement, velocities of the last two grains, force between them."""
         u, before, v, force = (float(x) for x in observation[:4])
         return u * self.displacement, before * self.velocity, v * self.velocity, force * self.force
 
@@ -45,9 +45,9 @@ class Sensors:
 class MatchedPiston:
     """A piston at the right end that moves as the next grain of an endless chain would.
 
-    The virtual chain's first grain stands for the piston's and is pushed by the measured force. Over a control step that has
-    passed, the mean of the two readings is taken; over the next one, the force goes on as it went. The command is the way from
-    where the piston is to where that grain will be.
+    The first grain of the virtual chain represents the piston's grain; the measured force drives it. For the past control step
+    the force is the mean of two readings; for the next step it is extrapolated linearly. The command is the velocity that takes
+    the piston to the predicted position of this grain.
 
     Args:
         mass: of a grain [kg].
@@ -88,10 +88,10 @@ class MatchedPiston:
 
 
 class MatchedForce:
-    """A force on the right end grain: what the next grain of an endless chain would push back with.
+    """A force on the right end grain, equal to the contact force from the next grain of an endless chain.
 
-    The virtual chain's first grain is the real end grain, moved as it moves. For the next control step its velocity goes on as
-    its acceleration says; what that step hands to the virtual grains behind it is the impulse that it gets back.
+    The first grain of the virtual chain follows the real end grain. For the next control step its velocity is extrapolated with
+    its acceleration; the impulse that the virtual grains behind it receive in this step is applied to the end grain in reverse.
 
     Args:
         mass: of a grain [kg].
@@ -118,12 +118,12 @@ class MatchedForce:
         """Return the force on the end grain over the next control step."""
         place, _, speed, force = self.sensors.read(observation)
         if self.begun:
-            # The grain's own way, so that the virtual contact is as deep as a real one would be.
+            # Follow the real displacement, so that the virtual contact has the overlap of a real contact.
             self.chain.step(self.duration, left_velocity=(place - float(self.chain.get("displacement")[0])) / self.duration)
         coming = force + 0.5 * (force - self.force) if self.begun else force
         self.force, self.begun = force, True
         now, pushed = self.chain.save(), self.pushed
-        for _ in range(3):  # the push and the motion that it belongs to, in turn
+        for _ in range(3):  # fixed-point iteration between force and motion
             mean = speed + 0.5 * self.duration * (coming - pushed) / self.mass
             before = self._momentum()
             self.chain.step(self.duration, left_velocity=mean)
@@ -137,10 +137,10 @@ class MatchedForce:
 
 
 class Dashpot:
-    """A passive end for comparison: the end grain is braked by c |v|^p, v half a control step ahead of the last reading.
+    """A passive end for comparison: a damping force c |v|^p on the end grain, with v extrapolated by half a control step.
 
-    p = 1.2 with c = k ((5/4) sqrt(m / 1.5 k))^1.2 is the impedance of a simple wave, whose force goes with the overlap's power
-    3/2 and its grain velocity with the power 5/4; a solitary wave is none, and another c does better.
+    p = 1.2 with c = k ((5/4) sqrt(m / 1.5 k))^1.2 is the impedance of a simple wave, in which the force scales as overlap^(3/2)
+    and the grain velocity as overlap^(5/4). A solitary wave is not a simple wave, and a different c absorbs it better.
 
     Args:
         coefficient: c [N / (m/s)^p].

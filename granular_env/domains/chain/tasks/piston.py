@@ -1,4 +1,4 @@
-"""Piston-v1: a piston launches the last grain at a wanted speed, at little cost."""
+"""Piston-v1: a piston launches the last grain at a wanted speed with little work."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from granular_env.envs.task import RowTask
 from ..rows import ChainRows
 from .driven_end import DrivenEnd, make_chain, refuse_too_early
 
-# The last grain has left when it has flown free by this part of its radius.
+# The last grain has detached once its gap exceeds this fraction of its radius.
 _FREE_FLIGHT = 0.01
 
 
@@ -52,11 +52,11 @@ class PistonTask(RowTask):
         self.constants = Shot(target, price, energy, _FREE_FLIGHT * float(chain.geometry.radius[-1]))
 
     def begin_rows(self, rows: ChainRows, constants: Shot, counters: dict[str, Any]) -> None:
-        """Start with the motion of the last grain; work done before, in a log that continues, is not charged."""
+        """Store the motion of the last grain; work done before the episode (in a continued log) is not charged."""
         counters.update(closeness=_closeness(rows, constants), work=rows.input_work)
 
     def judge_rows(self, rows: ChainRows, constants: Shot, counters: dict[str, Any], elapsed: Any) -> tuple[Any, Any]:
-        """Return the gain in closeness, less the price of this step's work; the end is the last grain's free flight."""
+        """Return the gain in closeness minus the cost of this step's work; the episode ends when the last grain detaches."""
         closeness, work = _closeness(rows, constants), rows.input_work
         cost = constants.price * (work - counters["work"]) / constants.energy
         rewards = closeness - counters["closeness"] - cost

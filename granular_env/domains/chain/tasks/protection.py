@@ -1,4 +1,4 @@
-"""Protection-v1: deliver an impulse to the wall by the deadline, with a small peak force."""
+"""Protection-v1: deliver an impulse to the wall by the deadline, with a low peak force."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ from .driven_end import DrivenEnd, DrivenEndTask, DrivenOptions, driven_end, her
 
 # Force [N] and velocity [m/s] at action 1.
 _SCALES = {"force": 500.0, "piston": 2.0}
-# The theory's push: how long it rises, as a part of the time that there is; what a wall feels of a front's force, 2^(6/5);
-# pushes that are tried, over the mean one: the logarithms of 1e-3 and 1e6.
+# "theory" drive: rise time as a fraction of the available time; wall force over the force of the front, 2^(6/5);
+# range of forces tried, relative to the mean force: the logarithms of 1e-3 and 1e6.
 _RISE, _SHARE = 0.29, 2.2973967099940698
 _LEAST, _MOST = -6.907755278982137, 13.815510557964274
-# Layout of the objective's constants: those of the task, then the binary logarithm of the p-norm's p, and the part of the
-# impulse over which "all of it" is rounded.
+# Layout of the objective's constants: constants of the task, log2 of the p-norm's p, and the smoothing width of the positive
+# part, as a fraction of the impulse.
 _IMPULSE, _PEAK_SCALE, _DURATION, _DOUBLINGS, _ROUNDING = range(5)
 
 
@@ -64,7 +64,7 @@ def _elastic_force(chain):
 @jit
 def _note(chain, step, steps, inputs, constants, sums):
     force, _ = _elastic_force(chain)
-    # The trapezoid rule's last value counts half.
+    # The last value of the trapezoidal rule counts half.
     part = 0.5 if step == steps - 1 else 1.0
     sums[0] += part * constants[_DURATION] * force / constants[_IMPULSE]
     sums[1] += _power(force / constants[_PEAK_SCALE], constants)
@@ -119,13 +119,13 @@ class ProtectionTask(DrivenEndTask):
         self.constants = Delivery(positive_number("impulse", impulse), positive_number("peak_scale", peak_scale), end.duration)
 
     def begin_rows(self, rows: ChainRows, constants: Delivery, counters: dict[str, Any]) -> None:
-        """Start with the wall's force at rest."""
+        """Store the wall's force at rest."""
         counters["wall_force"] = counters["peak_wall_force"] = -rows.right_wall_force
 
     def judge_rows(
         self, rows: ChainRows, constants: Delivery, counters: dict[str, Any], elapsed: Any
     ) -> tuple[FloatArray, Any]:
-        """Return the gain in the delivered part, less the rise of the peak; the end is the whole impulse."""
+        """Return the gain in delivered fraction minus the rise of the peak; the episode ends with the whole impulse."""
         before, force = counters["delivered_impulse"], -rows.right_wall_force
         delivered = before + 0.5 * constants.duration * (counters["wall_force"] + force)
         peak = np.maximum(counters["peak_wall_force"], force)
@@ -135,10 +135,10 @@ class ProtectionTask(DrivenEndTask):
         return rewards, delivered >= constants.impulse
 
     def objective(self, component: Chain, steps: int, *, sharpness: tuple[int, float] = (5, 0.01)) -> Objective:
-        """Return h(1 - delivered / impulse) + smooth peak / peak_scale, over all `steps`: delivery ends no episode here.
+        """Return h(1 - delivered / impulse) + smooth peak / peak_scale over all `steps`, without an end at full delivery.
 
-        h(x) = (x + sqrt(x^2 + r^2)) / 2 is the positive part, rounded, r = 0.01. The smooth peak is the p-norm of the wall's
-        force over the control steps, (sum_t F_t^p)^(1/p), p = 32: up to 1.2 times the peak. Both count the elastic part of the
+        h(x) = (x + sqrt(x^2 + r^2)) / 2 is the smoothed positive part, r = 0.01. The smooth peak is the p-norm of the wall's
+        force over the control steps, (sum_t F_t^p)^(1/p), p = 32: up to 1.2 times the peak. Both use the elastic part of the
         force.
 
         Args:
@@ -147,33 +147,33 @@ class ProtectionTask(DrivenEndTask):
             sharpness: binary logarithm of p, and r.
 
         Raises:
-            ParameterError: the contacts are not Hertz's.
+            ParameterError: the contacts are not Hertz contacts.
         """
         hertz_chain(self.name, component)
         text = "undelivered part of the wall's impulse, its positive part rounded, and the p-norm of its force / peak_scale"
         return Objective(_note, _value, _pullback, np.array([*self.constants, *sharpness]), count=2, description=text)
 
     def baselines(self) -> Mapping[str, Policy]:
-        """Return a ramped push from the theory of fronts, and the best known drive; without a deadline doing nothing alone."""
+        """Return a ramped push from front theory and the best known drive; without a deadline only "nothing"."""
         if not self.end.steps:
             return {"nothing": Constant(0.0)}
         return self.open_loops(ramped_push(self._chain, self.constants, self.end.steps, next(iter(self.actions))))
 
 
 def ramped_push(chain: Chain, wanted: Delivery, steps: int, action: str) -> FloatArray:
-    """Return a push that rises evenly to a level F and stays, which gives a wall its impulse in time, shape (steps,).
+    """Return a push that rises linearly to a level F and delivers the impulse to the wall in time, shape (steps,).
 
-    A front of force F runs at D = (F k^2)^(1/6) / sqrt(m) grains/s (`theory.shock_speed`), its grains at F/(m D). A rigid wall
-    doubles the particle velocity's share: in a simple wave v goes with overlap^(5/4) and F with overlap^(3/2), so the wall
-    feels 2^(6/5) F. With a rise over r = 0.29 of the time T that there is, F is the smaller root of
+    A front of force F runs at D = (F k^2)^(1/6) / sqrt(m) grains/s (`theory.shock_speed`); its grains move at F/(m D). A rigid
+    wall doubles the contribution of the particle velocity. In a simple wave v ~ overlap^(5/4) and F ~ overlap^(3/2), so that
+    the wall force is 2^(6/5) F. With a rise time r = 0.29 T, where T is the available time, F is the smaller root of
 
         2^(6/5) F (T - n/D(F) - r/2) = impulse.
 
-    Where time is too short for any F, it is the one that delivers most.
+    If there is no root because T is too short, F maximises the delivered impulse.
 
     Args:
-        chain: what is pushed; Hertz contacts.
-        wanted: the impulse of the wall, and the length of a control step.
+        chain: the driven chain, with Hertz contacts.
+        wanted: impulse on the wall, and length of a control step.
         steps: control steps.
         action: the input, "left_force" or "left_velocity".
     """
@@ -190,7 +190,7 @@ def ramped_push(chain: Chain, wanted: Delivery, steps: int, action: str) -> Floa
 
 
 def _impulse_of(duration: float) -> Callable[[Chain], float]:
-    """Return a function that adds up the wall's impulse [N s], called after each control step of that duration [s]."""
+    """Return a function that sums the wall's impulse [N s] when called after each control step of length `duration` [s]."""
     total = 0.0
 
     def add_impulse(chain: Chain) -> float:

@@ -1,4 +1,4 @@
-"""PulseForming-v1: form a wanted set of solitary waves by the deadline, and nothing else."""
+"""PulseForming-v1: form only a wanted set of solitary waves by the deadline."""
 
 from __future__ import annotations
 
@@ -54,12 +54,12 @@ class Waves(NamedTuple):
 
 
 class WaveTask(DrivenEndTask):
-    """Base of the tasks that want solitary waves to stand in the chain at the deadline."""
+    """Base of the tasks whose goal is a set of solitary waves at given places at the deadline."""
 
     constants: Waves
 
     def goals(self, constants: Any, counters: dict[str, Any]) -> tuple[FloatArray, FloatArray]:
-        """Return the goals, shape (episodes, 3 waves), and the energies of their waves."""
+        """Return the goals, shape (episodes, 3 waves), and the energies of the goals' waves."""
         return constants.goal, constants.unit
 
     def _follow(self, rows: ChainRows, constants: Any, counters: dict[str, Any], left: FloatArray) -> None:
@@ -68,11 +68,11 @@ class WaveTask(DrivenEndTask):
         counters.update(zip(("distance", "energy_outside", "amplitude_error"), found.T, strict=True))
 
     def begin_rows(self, rows: ChainRows, constants: Any, counters: dict[str, Any]) -> None:
-        """Note the distance from the waves that are on their way."""
+        """Store the distance from the travelling goal waves."""
         self._follow(rows, constants, counters, constants.horizon)
 
     def judge_rows(self, rows: ChainRows, constants: Any, counters: dict[str, Any], elapsed: Any) -> tuple[FloatArray, bool]:
-        """Return the distance before less the distance now."""
+        """Return the decrease of the distance in this step."""
         before = counters["distance"]
         self._follow(rows, constants, counters, constants.horizon - elapsed * constants.duration)
         return before - counters["distance"], False
@@ -82,12 +82,12 @@ class WaveTask(DrivenEndTask):
         return self.constants.goal.reshape(-1, COLUMNS)
 
     def wanted(self, elapsed: int) -> FloatArray:
-        """Return the velocities in the wanted waves on their way."""
+        """Return the grain velocities of the wanted waves after `elapsed` control steps."""
         left = self.end.duration * (self.end.steps - elapsed)
         return wave_velocities(self.constants.shapes, self.present_goal(), left, self.grains)
 
     def passing_waves(self, goal: FloatArray) -> FloatArray:
-        """Return what the waves of a goal would do to the left end as they pass, shape (steps,) [N or m/s]."""
+        """Return the drive of the left end that the goal's waves exert as they pass, shape (steps,) [N or m/s]."""
         return passing_waves(self.constants.shapes, goal, self.end.duration, self.end.steps, next(iter(self.actions)))
 
 
@@ -121,7 +121,7 @@ class PulseFormingTask(WaveTask):
         self.constants = Waves(horizon, end.duration, energy, positive_number("window", window), waves.reshape(-1), shapes)
 
     def objective(self, component: Chain, steps: int, *, way: float = 0.0) -> Objective:
-        """Return the distance at the end of the last control step: minus the return, if nothing is in the chain at the start.
+        """Return the distance after the last control step, which is minus the return if the chain starts at rest.
 
         Args:
             component: the driven chain.
@@ -132,7 +132,7 @@ class PulseFormingTask(WaveTask):
         return distance_objective(waves.goal, waves.shapes, waves.unit, waves.duration, way)
 
     def baselines(self) -> Mapping[str, Policy]:
-        """Return what passing waves would do to the left end, and the best known drive."""
+        """Return the drive of the passing waves, and the best known drive."""
         return self.open_loops(self.passing_waves(self.present_goal()))
 
 

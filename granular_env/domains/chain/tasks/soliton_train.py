@@ -1,4 +1,4 @@
-"""SolitonTrain-v1: solitary waves on demand, whose number, heights and places are drawn for each episode."""
+"""SolitonTrain-v1: solitary waves on demand; their number, amplitudes and places are sampled for each episode."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ class SolitonTrainTask(WaveTask):
         refuse_early_waves(shapes, slowest.reshape(-1, COLUMNS), end.duration, end.steps)
 
     def goals(self, constants: Any, counters: dict[str, Any]) -> tuple[FloatArray, FloatArray]:
-        """Return the goals of the episodes, and the energies of their waves; of one wave of 1 m/s where none is wanted."""
+        """Return the episodes' goals and the energies of their waves (of one wave of 1 m/s for an empty goal)."""
         goals = np.stack([counters[name] for name in self.counter_names[: COLUMNS * self.waves]], axis=-1)
         squares = np.sum(goals[..., AMPLITUDE::COLUMNS] ** 2, axis=-1)
         return goals, constants.unit * np.where(squares > 0.0, squares, 1.0)
@@ -88,7 +88,7 @@ class SolitonTrainTask(WaveTask):
         return np.array([self.counters[name] for name in self.goal_names]).reshape(-1, COLUMNS)
 
     def goal(self, random: Generator) -> FloatArray:
-        """Return one to `waves` waves, foremost first: heights, the foremost one's place and distances are drawn evenly."""
+        """Return 1 to `waves` waves, foremost first, with uniformly sampled amplitudes, foremost place and distances."""
         count = int(random.integers(1, self.waves + 1))
         heights = random.uniform(*self.amplitude, self.waves)[:count]
         gaps = random.uniform(*self.spacing, self.waves)[: count - 1]
@@ -96,7 +96,7 @@ class SolitonTrainTask(WaveTask):
         return self._rows(np.column_stack([heights, places]))
 
     def given_goal(self, given: Any) -> FloatArray:
-        """Return a goal of rows (amplitude [m/s], place), foremost first; `ParameterError` where they are none."""
+        """Return a goal from rows (amplitude [m/s], place), foremost first; `ParameterError` if they are invalid."""
         try:
             rows = np.atleast_2d(np.asarray(given, dtype=np.float64))
         except (TypeError, ValueError):
@@ -119,12 +119,12 @@ class SolitonTrainTask(WaveTask):
         return goal.reshape(-1)
 
     def objective(self, component: Chain, steps: int, *, goal: FloatArray | None = None) -> Objective:
-        """Return the distance at the end of the last control step to the demanded waves: minus the return.
+        """Return the distance from the demanded waves after the last control step, which is minus the return.
 
         Args:
             component: the driven chain.
             steps: control steps.
-            goal: the demanded waves, as `goal` and `given_goal` make them; default: those of seed 0.
+            goal: the demanded waves, as returned by `goal` or `given_goal`; default: the goal of seed 0.
         """
         demanded = self.goal(np.random.default_rng(0)) if goal is None else goal
         squares = float(np.sum(demanded[AMPLITUDE::COLUMNS] ** 2))
@@ -132,7 +132,7 @@ class SolitonTrainTask(WaveTask):
         return distance_objective(demanded, self.constants.shapes, energy, self.end.duration)
 
     def baselines(self) -> Mapping[str, Policy]:
-        """Return doing nothing, and what the demanded waves would do to the left end as they pass."""
+        """Return the policy "nothing", and the drive of the demanded waves passing the left end."""
         return {"nothing": Constant(0.0), "theory": PassingTrain(self)}
 
 
@@ -148,7 +148,7 @@ class PassingTrain:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the last demand: the next one is read."""
+        """Discard the last demand, so that the next demand is read."""
         self.step, self.drive = 0, np.zeros(0)
 
     def __call__(self, observation: Any, info: Mapping[str, Any]) -> FloatArray:

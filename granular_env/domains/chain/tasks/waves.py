@@ -1,12 +1,12 @@
-"""Wanted solitary waves: their shapes, the distance of a chain from them in the energy norm, and the drives that send them.
+"""Wanted solitary waves: shapes, distance of a chain's state from them in the energy norm, and drives that generate them.
 
-A goal is rows (amplitude, place, speed): the largest grain velocity [m/s], the grain at which the crest shall be when the time
-left is 0 (a real number, the first grain is 0), and the speed [grains/s]. Before that the crest is behind by the way that is
-left: a wave that is right is right at all times. Rows of amplitude 0 are no waves.
+A goal has rows (amplitude, place, speed): largest grain velocity [m/s], place of the crest at the deadline (a real number,
+the first grain is 0), and speed [grains/s]. Before the deadline, the target crest is behind its place by speed x time left,
+so a correct wave matches the target at all times. Rows of amplitude 0 are ignored.
 
 Shapes are tables over the distance to the crest: grain velocity / amplitude, and energy root of the contact / (sqrt(m)
-amplitude), of the exact wave of the lattice (`theory.lattice_wave`), read by cubics through four points. One table serves
-every amplitude where the chain is not precompressed; otherwise each wave has its own.
+amplitude), for the exact lattice wave (`theory.lattice_wave`), with cubic interpolation through four points. Without
+precompression one table serves all amplitudes; otherwise each wave has a table.
 """
 
 from __future__ import annotations
@@ -29,18 +29,18 @@ from granular_env.envs.factory import refuse_early
 
 from .driven_end import sum_value
 
-# Layout of the shapes: how many, points of a table, points per grain, reach [grains], the mass of the grains that the shapes
-# stand for, then the tables.
+# Layout of the shapes: number of shapes, points per table, points per grain, reach [grains], mass of the shapes' grains, then
+# the tables.
 SHAPES, POINTS, DENSITY, REACH, GRAIN_MASS, TABLES = range(6)
 # Columns of a goal.
 AMPLITUDE, PLACE, SPEED = range(3)
 COLUMNS = 3
-# Part of a wanted wave's energy that may be in the chain when the episode begins; that may hang over one of its ends, or reach
-# beyond the middle between two waves, when they are due.
+# Fraction of a wanted wave's energy that may be in the chain at the start of the episode, and, at the deadline, beyond an end
+# of the chain or beyond the midpoint between two waves.
 _PART = 1e-3
 _FINE, _FINER = 16, 32
 
-# Beyond its reach a wave is taken for nothing: it has fallen to this part of its crest.
+# Beyond its reach, where it has fallen to this fraction of its crest, a wave is set to 0.
 _NOTHING = 1e-8
 _LARGEST_REACH = 60.0
 
@@ -50,7 +50,7 @@ _LARGEST_REACH = 60.0
 
 @inlined
 def _shape(shapes, table, x):
-    """Return the table at a distance x from the crest."""
+    """Return the interpolated table value at distance x from the crest."""
     count, reach = int(shapes[POINTS]), shapes[REACH]
     if not (-reach < x < reach):
         return 0.0
@@ -67,7 +67,7 @@ def _shape(shapes, table, x):
 
 @jit
 def _target(shapes, goal, waves, left, place, contact):
-    """Return the target at a place, with time `left`: grain velocity, or energy root / sqrt(m) of a contact; the waves' sum."""
+    """Return the sum over the waves at a place, time `left` before the deadline: velocity, or contact energy root / sqrt(m)."""
     total, count = 0.0, int(shapes[POINTS])
     for w in range(waves):
         row, table = COLUMNS * w, TABLES + 2 * count * min(w, int(shapes[SHAPES]) - 1)
@@ -79,7 +79,7 @@ def _target(shapes, goal, waves, left, place, contact):
 
 @jit
 def distance(chain, shapes, goal, waves, left):
-    """Square of the distance to the wanted waves, `left` seconds before they are due [J]."""
+    """Return the squared distance to the wanted waves, `left` seconds before the deadline [J]."""
     n, root, total = chain.settings.grains, math.sqrt(shapes[GRAIN_MASS]), 0.0
     for i in range(1, n + 1):
         off = chain.rows[V, i] - _target(shapes, goal, waves, left, i - 1.0, False)
@@ -92,7 +92,7 @@ def distance(chain, shapes, goal, waves, left):
 
 @jit
 def distance_pullback(chain, adjoint, shapes, goal, waves, left, slope):
-    """Bar += slope ddistance/da."""
+    """Add slope times the derivative of `distance` to the adjoint."""
     n, root = chain.settings.grains, math.sqrt(shapes[GRAIN_MASS])
     for i in range(1, n + 1):
         off = chain.rows[V, i] - _target(shapes, goal, waves, left, i - 1.0, False)
@@ -105,7 +105,7 @@ def distance_pullback(chain, adjoint, shapes, goal, waves, left, slope):
 
 @jit
 def energy_outside(chain, goal, waves, left, window):
-    """Energy of grains and contacts further than `window` grains from every wanted crest, and that of all [J]."""
+    """Return the energy farther than `window` grains from all wanted crests, and the total energy [J]."""
     n, outside, whole = chain.settings.grains, 0.0, 0.0
     for i in range(1, n + 1):
         energy = 0.5 * chain.rows[MASS, i] * (chain.rows[V, i] * chain.rows[V, i])
@@ -120,9 +120,9 @@ def energy_outside(chain, goal, waves, left, window):
 
 @jit
 def amplitude_error(chain, shapes, goal, waves, left, window):
-    """Largest relative error, over the waves, of the fastest grain's velocity within `window` grains of the crest.
+    """Return the largest relative error, over the waves, of the peak grain velocity within `window` grains of the crest.
 
-    It is compared with the fastest wanted there at the same instant; waves that have not come yet have none.
+    The reference is the largest target velocity there at the same instant. Waves that have not entered yet are skipped.
     """
     n, worst = chain.settings.grains, 0.0
     for w in range(waves):
@@ -148,17 +148,17 @@ def _apart(goal, waves, left, place, window):
 
 @jit
 def follow(law, tables, shapes, goals, left, windows, energies, found):
-    """Write the distance from the goal, the part of the energy outside of its waves, and the error of amplitude.
+    """Write the distance from the goal, the fraction of the energy outside its waves, and the amplitude error.
 
-    Every argument has one row for each chain.
+    Every argument except `law` has one row per chain.
 
     Args:
-        law: any law of the class of their contact laws.
+        law: a contact law of the class used by the chains.
         tables: of the chains.
         shapes: of the waves.
         goals: rows (amplitude, place, speed), shape (chains, 3 waves).
-        left: time until the waves are due [s].
-        windows: half width of what counts as a wave [grains].
+        left: time until the deadline [s].
+        windows: half width of a wave's window [grains].
         energies: of the wanted waves, the unit of the distance [J].
         found: shape (chains, 3); written.
     """
@@ -173,14 +173,14 @@ def follow(law, tables, shapes, goals, left, windows, energies, found):
 
 # -- the objective ----------------------------------------------------------------------------------------------------
 
-# Layout of its constants: energy of the wanted waves [J], number of waves, length of a control step [s], weight of the way
-# there; then the goal and the shapes.
+# Layout of the objective's constants: energy of the wanted waves [J], number of waves, length of a control step [s], weight of
+# the mean distance over all steps; then the goal and the shapes.
 _ENERGY, _WAVES, _DURATION, _WAY, _GOAL = range(5)
 
 
 @jit
 def _weight(step, steps, constants):
-    """Return the weight of the distance after a control step: that of the last one, or one for all of them."""
+    """Return the weight of the distance after a control step: way / steps for each step, plus 1 - way for the last."""
     way = constants[_WAY]
     return way / steps + (1.0 - way if step == steps - 1 else 0.0)
 
@@ -204,15 +204,15 @@ def _pullback(chain, adjoint, step, steps, inputs, input_adjoint, constants, slo
 
 
 def distance_objective(goal: FloatArray, shapes: FloatArray, energy: float, duration: float, way: float = 0.0) -> Objective:
-    """Return the square of the distance to wanted waves at the end, over their energy.
+    """Return the final squared distance to the wanted waves divided by their energy, as an objective.
 
     Args:
-        goal: rows (amplitude, place, speed), one after the other.
+        goal: rows (amplitude, place, speed), flattened.
         shapes: of the waves.
         energy: of the waves [J].
         duration: of a control step [s].
-        way: from 0 to 1, weight of the mean distance over all control steps to the waves on their way: it has a slope far
-            from any solution, where a wave in a wrong place has none.
+        way: weight, 0 to 1, of the mean distance over all control steps. This mean has a gradient far from any solution,
+            where the final distance of a misplaced wave has none.
     """
     constants = np.concatenate([[energy, len(goal) // COLUMNS, duration, way], goal, shapes])
     text = "square of the distance to the wanted waves at the end, in the energy norm, over their energy"
@@ -238,19 +238,19 @@ def wave_shapes(mass: float, stiffness: float, rest_overlap: float, amplitudes: 
         waves = [wave]
     else:
         waves = [_pressed_wave(constant, rest_overlap, float(one)) for one in amplitudes]
-        # Lengths are in overlaps at rest, times in A^-0.5 d0^-0.25.
+        # Lengths are in units of the rest overlap d0, times in units of A^-0.5 d0^-0.25.
         speeds = np.array([wave.speed * math.sqrt(constant) * math.sqrt(math.sqrt(rest_overlap)) for wave in waves])
     return _layout(mass, waves), speeds
 
 
 @cache
 def _wave_without_precompression() -> LatticeWave:
-    """Return the wave of an uncompressed chain, in units of its amplitude: environments that draw chains ask often."""
+    """Return the wave of an uncompressed chain, in units of its amplitude; cached, because environments request it often."""
     return lattice_wave(0.0)
 
 
 def _pressed_wave(constant: float, rest_overlap: float, amplitude: float) -> LatticeWave:
-    """Return the wave of an amplitude on a precompressed chain, in units of the overlap at rest and A."""
+    """Return the wave of a given amplitude on a precompressed chain, in units of the rest overlap and A."""
     from scipy.optimize import brentq
 
     unit = math.sqrt(constant) * rest_overlap * math.sqrt(math.sqrt(rest_overlap))
@@ -273,7 +273,7 @@ def _pressed_wave(constant: float, rest_overlap: float, amplitude: float) -> Lat
 def _layout(mass: float, waves: list[LatticeWave]) -> FloatArray:
     density = round(1.0 / float(waves[0].position[1] - waves[0].position[0]))
     reach = min(max(_reach(wave) for wave in waves), _LARGEST_REACH)
-    # Two more points at either end, which the cubics read.
+    # Two extra points at each end for the cubic interpolation.
     count = 2 * round(reach * density) + 5
     tables = []
     for wave in waves:
@@ -281,7 +281,7 @@ def _layout(mass: float, waves: list[LatticeWave]) -> FloatArray:
         piece = slice(crest - count // 2, crest + count // 2 + 1)
         tables += [_pad(wave.velocity, piece, count), _pad(_energy_roots(wave), piece, count)]
     scaled = [table / float(waves[i // 2].velocity.max()) for i, table in enumerate(tables)]
-    # The first point lies one beyond the reach.
+    # The first point lies one spacing beyond the reach.
     head = [float(len(waves)), float(count), float(density), (count - 3) / 2.0 / density, mass]
     return np.concatenate([np.array(head), *scaled])
 
@@ -299,13 +299,13 @@ def _pad(values: FloatArray, piece: slice, count: int) -> FloatArray:
 
 
 def _energy_roots(wave: LatticeWave) -> FloatArray:
-    """Return q of a contact, m = A = 1."""
+    """Return the energy root q of a contact for m = A = 1."""
     s, s0 = np.sqrt(wave.rest_overlap + wave.overlap), np.sqrt(wave.rest_overlap)
     return (s - s0) * np.sqrt(0.4 * s * s * s + 0.8 * s * s * s0 + 1.2 * s * s0 * s0 + 0.6 * s0 * s0 * s0)
 
 
 def shape_energies(shapes: FloatArray, amplitudes: FloatArray) -> FloatArray:
-    """Energy of each wave, its mean over time [J], shape (waves,)."""
+    """Return the time-averaged energy of each wave [J], shape (waves,)."""
     count, density = int(shapes[POINTS]), shapes[DENSITY]
     tables = shapes[TABLES:].reshape(-1, 2, count)
     energies = (0.5 * tables[:, 0] ** 2 + tables[:, 1] ** 2).sum(axis=1) / density
@@ -314,14 +314,14 @@ def shape_energies(shapes: FloatArray, amplitudes: FloatArray) -> FloatArray:
 
 
 def half_width(shapes: FloatArray, row: int) -> float:
-    """Return how far from its crest a wave reaches to either side, but for a thousandth of its kinetic energy [grains]."""
+    """Return a wave's half width: a thousandth of its kinetic energy is farther behind the crest than this [grains]."""
     place, velocity = _velocity_table(shapes, row)
     squares = velocity * velocity
     return float(-place[np.searchsorted(np.cumsum(squares), _PART * squares.sum())])
 
 
 def _velocity_table(shapes: FloatArray, row: int) -> tuple[FloatArray, FloatArray]:
-    """Return the distances to the crest and the velocities of a wave's table."""
+    """Return the distances from the crest and the velocities of a wave's table."""
     count = int(shapes[POINTS])
     table = TABLES + 2 * count * min(row, int(shapes[SHAPES]) - 1)
     return (np.arange(count) - 1.0) / shapes[DENSITY] - shapes[REACH], shapes[table : table + count]
@@ -331,17 +331,17 @@ def _velocity_table(shapes: FloatArray, row: int) -> tuple[FloatArray, FloatArra
 
 
 def passing_waves(shapes: FloatArray, goal: FloatArray, duration: float, steps: int, action: str) -> FloatArray:
-    """Return what a left end feels and does while solitary waves pass through it to their places, shape (steps,).
+    """Return the drive of the left end that generates solitary waves travelling to their places, shape (steps,).
 
-    A force: the mean over each control step of the force of the missing grain -1 on grain 0. Grains i >= 0 carry the momentum
-    m A sum_i f(i - x(t)), f the shape of the velocity and x the crest's place, and its change is the impulse: exact for the
-    infinite chain. A piston: the mean velocity of grain 0.
+    The force is the mean, over each control step, of the force of the missing grain -1 on grain 0. Grains i >= 0 carry the
+    momentum m A sum_i f(i - x(t)), where f is the velocity shape and x the place of the crest; the change of this momentum is
+    the impulse, exactly for the infinite chain. The velocity of a piston is the mean velocity of grain 0.
 
     Args:
         shapes: of the waves.
         goal: rows (amplitude, place, speed), due after the last step.
         duration: of a control step [s].
-        steps: how many.
+        steps: number of control steps.
         action: the input, "left_force" or "left_velocity".
     """
     total = np.zeros(steps)
@@ -364,7 +364,7 @@ def passing_waves(shapes: FloatArray, goal: FloatArray, duration: float, steps: 
 
 
 def wave_velocities(shapes: FloatArray, goal: FloatArray, left: float, grains: int) -> FloatArray:
-    """Return the velocities of the grains in waves that are on their way, `left` seconds before they are due [m/s]."""
+    """Return the grain velocities of travelling waves, `left` seconds before the deadline [m/s]."""
     total = np.zeros(grains)
     for row, wave in enumerate(goal):
         if wave[AMPLITUDE] > 0.0:
@@ -375,47 +375,47 @@ def wave_velocities(shapes: FloatArray, goal: FloatArray, left: float, grains: i
 
 
 def _velocity_shape(shapes: FloatArray, row: int) -> tuple[FloatArray, FloatArray]:
-    """Return a fine table of a wave's velocity over the distance to its crest: cubics through the points of the shape."""
+    """Return distances and velocities of a wave on a fine grid, from cubics through the points of the shape."""
     place, velocity = _velocity_table(shapes, row)
     return np.linspace(place[0], place[-1], _FINER * (len(place) - 1) + 1), spline_through(velocity, _FINER)
 
 
-# -- what cannot be ---------------------------------------------------------------------------------------------------
+# -- refusals ---------------------------------------------------------------------------------------------------------
 
 
 def refuse_early_waves(shapes: FloatArray, waves: FloatArray, duration: float, steps: int, name: str = "deadline") -> None:
-    """Refuse waves that would have to be in the chain before an agent could have sent them.
+    """Refuse waves that would have to be in the chain before the agent can send them.
 
     Args:
         shapes: of the waves.
         waves: rows (amplitude, place, speed).
         duration: of a control step [s].
-        steps: control steps until they are due.
-        name: of the argument at fault.
+        steps: control steps until the deadline.
+        name: name of the argument at fault.
 
     Raises:
         ParameterError: more than a thousandth of a wave's energy is in the chain at the start.
     """
     for row, wave in enumerate(waves):
         if wave[AMPLITUDE] > 0.0:
-            # The thousandth of the energy that is furthest ahead of the crest begins at this distance from it.
+            # The foremost thousandth of the energy begins at this distance from the crest.
             place, velocity = _velocity_table(shapes, row)
             ahead = np.cumsum((velocity * velocity)[::-1])[::-1]
             front = place[np.flatnonzero(ahead / ahead[0] > _PART)[-1]]
-            # It is left of the first grain's left side at the start.
+            # At the start this point must be left of the first grain's left side.
             least = math.floor((wave[PLACE] + front + 0.5) / (wave[SPEED] * duration)) + 1
             arrival = f"a wave of {wave[AMPLITUDE]:g} m/s needs them from the left end to grain {wave[PLACE]:g}"
             refuse_early(steps, least, duration, arrival, name)
 
 
 def refuse_crowded(shapes: FloatArray, waves: FloatArray, grains: int, name: str = "place") -> None:
-    """Refuse waves that lie over each other, or hang over an end of the chain: no state of it is the sum of these.
+    """Refuse waves that overlap or extend beyond an end of the chain, because no state is their sum.
 
     Args:
         shapes: of the waves.
         waves: rows (amplitude, place, speed), in any order.
         grains: of the chain.
-        name: of the argument at fault.
+        name: name of the argument at fault.
 
     Raises:
         ParameterError: more than a thousandth of a wave's energy is beyond an end, or two waves are closer than their width.

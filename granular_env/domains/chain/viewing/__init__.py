@@ -1,1 +1,1 @@
-"""The chain's own views: the profile above it, bars under its contacts, a close-up and the x-t diagram."""
+"""Views of a chain: profile above the grains, bars below the contacts, close-up and x-t diagram."""

@@ -1,4 +1,4 @@
-"""The grains around the fastest one, drawn large: where overlaps can be seen on a chain of any length."""
+"""A close-up of the grains around the fastest grain, which makes overlaps visible on a chain of any length."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ WINDOW = 24
 
 
 def has_closeup(motion: Motion) -> bool:
-    """Return whether a close-up shows more than the whole does."""
+    """Return whether a close-up shows more detail than the whole chain."""
     return motion.colour is not None and motion.every == 1 and len(motion.radius) > 2 * WINDOW
 
 
 def closeup_camera(motion: Motion) -> Camera:
-    """Return the camera that looks at a window and at the numbers beneath."""
+    """Return the camera for a window and the grain numbers below it."""
     largest = float(motion.radius.max())
     return Camera("cameras/closeup", (0.0, -0.6 * largest), 2.0 * largest * (WINDOW + 1), 4.0 * largest)
 
 
 def windows(motion: Motion) -> npt.NDArray[np.int64]:
-    """Return the first grain of the window of each frame, around the grain of the largest magnitude, shape (frames,)."""
+    """Return the first grain of each frame's window, around the grain of largest magnitude, shape (frames,)."""
     assert motion.colour is not None
     fastest = np.abs(motion.colour).argmax(axis=1)
     return np.clip(fastest - WINDOW // 2, 0, len(motion.radius) - WINDOW)
 
 
 def send_closeup(recording: Any, motion: Motion, scales: Scales, colours: npt.NDArray[np.uint8], when: list[Any]) -> None:
-    """Send the windows of all frames, each shifted so that its middle lies at x = 0; each fifth grain says its number."""
+    """Send the windows of all frames, each centred at x = 0; every fifth grain is labelled with its number."""
     rr = import_optional("rerun", "the viewer")
     frames = len(motion.times)
     members = windows(motion)[:, None] + np.arange(WINDOW)

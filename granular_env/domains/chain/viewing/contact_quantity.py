@@ -1,4 +1,4 @@
-"""The quantity shown at contacts in the frames of a run: forces where they are known, else overlaps."""
+"""The quantity shown at the contacts in the frames of a run: forces if known, else overlaps."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from granular_env.components.support.float_arrays import FloatArray
 def contacts_of(
     points: Points, displacement: FloatArray | None, read: Callable[[str], FloatArray | None]
 ) -> tuple[FloatArray | None, str, str]:
-    """Return the forces in the contacts between grains where they are known, else the overlaps, with name and unit.
+    """Return the forces in the contacts between grains if known, else the overlaps, with name and unit.
 
     Args:
         points: the grains.
-        displacement: shape (frames, n, 3) [m]; None where it is not known.
-        read: gives an output in these frames by its name; None where it is not known.
+        displacement: shape (frames, n, 3) [m]; None if unknown.
+        read: returns an output in these frames by name; None if unknown.
     """
     if len(points.radius) < 2:
         return None, "", ""
@@ -29,5 +29,5 @@ def contacts_of(
         return None, "", ""
     gap = np.diff(points.reference[:, 0]) - points.radius[1:] - points.radius[:-1]
     overlap = -(gap + np.diff(displacement[..., 0], axis=1))
-    # What is closer than rounding is a touch.
+    # Overlaps below rounding error count as touching.
     return np.where(overlap > 1e-12 * points.radius.min(), overlap * 1e6, 0.0), "overlap", "\u00b5m"

@@ -1,4 +1,4 @@
-"""The profile over a row of grains and the bars under its contacts, with their zero lines."""
+"""The profile above a row of grains and the bars below its contacts, with zero lines."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from granular_env.optional_packages import import_optional
 from granular_env.viewing.scene_data import Motion
 from granular_env.viewing.scene_scales import REST_COLOUR, Scales
 
-# Where the words of a zero line stand, in lengths of the longest bar.
+# Distance of a zero line's label from the line, in lengths of the longest bar.
 WORDS = 1.25
-# The longest bar, in lengths of the scene.
+# Length of the longest bar, as a fraction of the scene's length.
 _BAR_LENGTH = 0.05
 
 
 @dataclass(frozen=True)
 class Row:
-    """The places of the profile and the bars.
+    """The layout of the profile and the bars.
 
     Attributes:
-        height: length of the longest bar and of half the profile's span [m].
+        height: length of the longest bar and half the span of the profile [m].
         profile_level: height of the profile's zero line [m].
-        contact_level: height from which the contacts' bars hang down [m].
-        contact_limit: contact force or overlap whose bar is `height` long.
+        contact_level: height of the upper ends of the contacts' bars [m].
+        contact_limit: contact force or overlap of a bar of length `height`.
     """
 
     height: float
@@ -41,7 +41,7 @@ def row_of(motion: Motion, scales: Scales) -> Row:
     length = scales.high[0] - scales.low[0]
     height, margin = _BAR_LENGTH * length, 0.015 * length + float(motion.radius.max())
     lowest = 0.0 if motion.colour is None else max(0.0, -float(motion.colour.min())) / scales.colour_limit
-    # Room under the profile's zero line for as much as goes below it; of a run that goes on nobody knows yet.
+    # Room for negative values below the profile's zero line; for a running simulation they are unknown, so reserve full height.
     below = height * (lowest if scales.settled else 1.0)
     return Row(
         height,
@@ -52,7 +52,7 @@ def row_of(motion: Motion, scales: Scales) -> Row:
 
 
 def send_guides(recording: Any, motion: Motion, scales: Scales, row: Row) -> None:
-    """Send the zero lines with a label each."""
+    """Send the labelled zero lines."""
     rr = import_optional("rerun", "the viewer")
     variable = motion.colour_variable
     guides = []
@@ -67,14 +67,14 @@ def send_guides(recording: Any, motion: Motion, scales: Scales, row: Row) -> Non
         ends = [[low, 0.0, level], [high, 0.0, level]]
         line = rr.LineStrips3D([ends], colors=[REST_COLOUR], radii=rr.Radius.ui_points(0.7))
         recording.log(f"scene/zero_lines/{index}", line, static=True)
-        # The words stand at the right end, beyond what the longest bar and the highest point of the curve reach.
+        # Place the label at the right end, beyond the longest bar and the highest point of the curve.
         place = [high - 0.12 * (high - low), 0.0, level + direction * WORDS * row.height]
         shown = rr.Points3D([place], labels=[text], show_labels=True, radii=0.0, colors=[REST_COLOUR])
         recording.log(f"scene/words/{index}", shown, static=True)
 
 
 def send_profile(recording: Any, motion: Motion, scales: Scales, row: Row, drawn: npt.NDArray[Any], when: list[Any]) -> None:
-    """Send the colouring quantity as a curve over the grains."""
+    """Send the colouring quantity as a curve above the grains."""
     if motion.colour is None or drawn.shape[1] < 2:
         return
     radius = import_optional("rerun", "the viewer").Radius.ui_points(1.5)
@@ -84,7 +84,7 @@ def send_profile(recording: Any, motion: Motion, scales: Scales, row: Row, drawn
 
 
 def send_bars(recording: Any, motion: Motion, scales: Scales, row: Row, drawn: npt.NDArray[Any], when: list[Any]) -> None:
-    """Send contact forces, or overlaps, as bars under the contacts."""
+    """Send contact forces or overlaps as bars below the contacts."""
     if motion.contact is None:
         return
     rr = import_optional("rerun", "the viewer")
@@ -95,7 +95,7 @@ def send_bars(recording: Any, motion: Motion, scales: Scales, row: Row, drawn: n
     bottom[..., 2] -= row.height * motion.contact / row.contact_limit
     bars = np.stack([top, bottom], axis=2).reshape(frames * contacts, 2, 3)
     colours = sequential(motion.contact, row.contact_limit).reshape(-1, 3)
-    # Bars as wide as half a grain, while that can be seen.
+    # Bars are half a grain wide if this width is visible.
     thin = motion.radius.min() < 1e-3 * (scales.high[0] - scales.low[0])
     radius = rr.Radius.ui_points(1.0) if thin else 0.25 * motion.radius.min()
     _send_strips(recording, "scene/contacts", when, bars, contacts, colours, radius)

@@ -1,4 +1,4 @@
-"""The x-t diagram as pixels, for the viewer: of a whole log, and of a run that goes on."""
+"""The x-t diagram as pixels for the viewer, for a whole log or a running simulation."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ from granular_env.viewing.figures.drawing import (
 from granular_env.viewing.recorded_fields import as_field
 from granular_env.viewing.scene_data import Motion
 
-# Rows that are kept of a run that goes on; when there are more, each second one is dropped.
+# Rows kept for a running simulation; beyond this number, every second row is dropped.
 _ROWS = 400
 
 
 @dataclass(frozen=True)
 class Picture:
-    """An x-t diagram as pixels, and where its axes lie.
+    """An x-t diagram as pixels, with the location of its axes.
 
     Attributes:
         pixels: shape (height, width, 3), uint8.
-        left, right: columns of the ends of the x axis.
-        bottom, top: rows of the ends of the time axis (rows are counted downwards).
-        start, end: instants at these rows [s].
+        left, right: pixel columns of the ends of the x axis.
+        bottom, top: pixel rows of the ends of the time axis (counted downwards).
+        start, end: times at the rows bottom and top [s].
     """
 
     pixels: npt.NDArray[np.uint8]
@@ -48,15 +48,15 @@ class Picture:
     end: float
 
     def rows(self, times: FloatArray) -> FloatArray:
-        """Return the row of each instant [s]."""
+        """Return the pixel row of each time [s]."""
         return self.bottom + (self.top - self.bottom) * (times - self.start) / (self.end - self.start)
 
 
 def space_time_picture(motion: Motion, limit: float, ends: tuple[float, float] | None = None) -> Picture:
-    """Return the x-t diagram on a dark ground; `ends`: its first and last instant [s], by default those of the motion."""
+    """Return the x-t diagram on a dark background; `ends` are its first and last time [s], by default those of the motion."""
     with import_optional("matplotlib", "the x-t diagram").rc_context(DARK):
         figure = new_figure(6.4, 5.2)
-        # Places of our own: to work them out takes longer than the drawing, and a live view draws while a run waits.
+        # Fixed layout: the layout engine takes longer than the drawing, and a run waits while a live view draws.
         figure.set_layout_engine("none")
         axes = figure.add_axes((0.11, 0.1, 0.84, 0.87))
         draw_space_time(figure, axes, as_field(motion), limit, ends)
@@ -69,13 +69,13 @@ def space_time_picture(motion: Motion, limit: float, ends: tuple[float, float] |
 
 
 class GrowingPicture:
-    """The x-t diagram of a run that goes on: its axes are drawn seldom, its rows are filled in as they come.
+    """The x-t diagram of a running simulation: axes are redrawn rarely, rows are filled in as they arrive.
 
-    The axis of time reaches to the end of the run if that is known; otherwise it is doubled when the run comes to its end.
+    The time axis extends to the end of the run if that is known; otherwise it is doubled when the run reaches its end.
     """
 
     def __init__(self, start: float, end: float | None) -> None:
-        """Begin an empty diagram at an instant [s]; `end`: where the run will end [s], None if nobody knows."""
+        """Create an empty diagram that starts at `start` [s]; `end` is the end of the run [s], None if unknown."""
         self._start, self._end = start, end
         self._rows: list[tuple[float, npt.NDArray[np.float64]]] = []
         self._offered, self._kept_every = 0, 1
@@ -84,15 +84,15 @@ class GrowingPicture:
 
     @property
     def is_drawable(self) -> bool:
-        """Return whether there is an interval of time to draw."""
+        """Return whether there is a time interval to draw."""
         return len(self._rows) > 1 and self._rows[-1][0] > self._start
 
     def prepare(self, motion: Motion, limit: float) -> None:
-        """Draw the axes now, so that the first frames do not wait for it."""
+        """Draw the axes in advance, so that the first frames do not wait for them."""
         self._empty_axes(motion, limit, self._start + 1e-9)
 
     def keep(self, motion: Motion) -> None:
-        """Take the one frame of a motion; of many, each second, fourth, ... is kept."""
+        """Store the single frame of a motion; of many frames, only every second, fourth, ... is kept."""
         assert motion.colour is not None
         if self._offered % self._kept_every == 0:
             self._rows.append((float(motion.times[0]), motion.colour[0]))
@@ -101,7 +101,7 @@ class GrowingPicture:
             self._rows, self._kept_every = self._rows[::2], 2 * self._kept_every
 
     def draw(self, motion: Motion, limit: float) -> Picture:
-        """Return the diagram as far as it is known; `motion` says which particles there are."""
+        """Return the diagram up to the present; `motion` supplies the particles."""
         axes = self._empty_axes(motion, limit, self._rows[-1][0])
         times, values = np.array([time for time, _ in self._rows]), np.stack([row for _, row in self._rows])
         pixels = axes.pixels.copy()
@@ -118,7 +118,7 @@ class GrowingPicture:
     def _empty_axes(self, motion: Motion, limit: float, now: float) -> Picture:
         if self._axes is None or now > self._axes.end * (1.0 + 1e-9) or limit != self._axes_limit:
             if self._end is None or now > self._end * (1.0 + 1e-9):
-                # Beyond what was said, or nothing was: twice as far as it has come.
+                # End unknown or exceeded: extend the axis to twice the elapsed time.
                 self._end = self._start + 2.0 * (now - self._start)
             nothing = np.full((2, motion.displacement.shape[1]), np.nan)
             ends = (self._start, self._end)

@@ -1,4 +1,4 @@
-"""Views of a chain beside its grains: profile, contact bars, close-up and x-t diagram."""
+"""Views of a chain in addition to its grains: profile, contact bars, close-up and x-t diagram."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ class ChainViews(Views):
     """Profile, contact bars, close-up and x-t diagram of a chain."""
 
     def __init__(self, motion: Motion, scales: Scales, begin: float = 0.0, end: float | None = None) -> None:
-        """Lay the views out; see `Views`."""
+        """Compute the layout of the views; see `Views`."""
         self._row = row_of(motion, scales)
         self._growing = None if scales.settled else GrowingPicture(begin, end)
         if self._growing is not None and motion.colour is not None:
-            # The axes now, so that the first frames do not wait for it.
+            # Draw the axes in advance, so that the first frames do not wait for them.
             self._growing.prepare(motion, scales.colour_limit)
 
     def reach(self, scales: Scales) -> tuple[float, float]:
-        """Return where the words of the zero lines end, below and above [m]."""
+        """Return the lower and upper ends of the zero lines' labels [m]."""
         beyond = (WORDS + 0.18) * self._row.height
         return self._row.contact_level - beyond, self._row.profile_level + beyond
 
     def grow(self, motion: Motion) -> bool:
-        """Take one more frame; return whether the limit of the bars has grown with it."""
+        """Add a frame; return whether it has increased the limit of the bars."""
         if self._growing is not None and motion.colour is not None:
             self._growing.keep(motion)
         largest = 0.0 if motion.contact is None else float(motion.contact.max(initial=0.0))
@@ -62,14 +62,14 @@ class ChainViews(Views):
         colours: npt.NDArray[np.uint8],
         when: list[Any],
     ) -> None:
-        """Send profile, bars and close-up of some frames."""
+        """Send profile, bars and close-up for the given frames."""
         send_profile(recording, motion, scales, self._row, drawn, when)
         send_bars(recording, motion, scales, self._row, drawn, when)
         if has_closeup(motion):
             send_closeup(recording, motion, scales, colours, when)
 
     def send_pictures(self, recording: Any, motion: Motion, scales: Scales) -> None:
-        """Send the x-t diagram: of a whole run with a line across it at the present instant."""
+        """Send the x-t diagram; for a whole run, add a line at the present time."""
         if motion.colour is None:
             return
         if self._growing is not None:
@@ -95,7 +95,7 @@ class ChainViews(Views):
         return [import_optional("rerun.blueprint", "the viewer").Spatial2DView(origin="space_time", name="x-t diagram")]
 
     def words(self, motion: Motion, scales: Scales) -> list[str]:
-        """Return what the curve, the bars, the close-up and the diagram show."""
+        """Return captions for the curve, the bars, the close-up and the diagram."""
         name, unit = plain(motion.colour_variable.name), plain(motion.colour_variable.unit)
         words = []
         if motion.colour is not None:
@@ -113,7 +113,7 @@ class ChainViews(Views):
 
 
 def _send_picture(recording: Any, picture: Picture) -> None:
-    """Send the x-t diagram, in the place of one that was sent before."""
+    """Send the x-t diagram, replacing an earlier one."""
     recording.log("space_time/picture", import_optional("rerun", "the viewer").Image(picture.pixels), static=True)
 
 

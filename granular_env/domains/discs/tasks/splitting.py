@@ -1,4 +1,4 @@
-"""Splitting-v1: break a row of discs at a wanted link, and nowhere else."""
+"""Splitting-v1: break a row of discs at a wanted link and at no other link."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from granular_env.envs.factory import Options, environment_factory, refuse_early
 from granular_env.envs.policies import Constant, OpenLoop, Policy
 from granular_env.envs.task import Seen, Task
 
-# The length of theory's pulses, in times that a wave takes from disc to disc.
+# Length of the "theory" pulses, in units of a wave's travel time from disc to disc.
 _PULSE_LENGTH = 4.0
 
 
@@ -40,7 +40,7 @@ class SplittingTask(Task):
         self.observations = {"displacement": p.breaking_strain * 2.0 * p.radius, "velocity": 0.25, "linked": 1.0}
         self.target, self._limit = target, p.breaking_strain * 2.0 * p.radius
         self._price = work_price / (0.5 * p.stiffness * self._limit**2)
-        # Long waves run with the speed 2 r sqrt(k / m): one link in this time.
+        # Long waves run at the speed 2 r sqrt(k / m) and pass one link in this time.
         self._disc_time, self._control_step, self._links = math.sqrt(p.mass / p.stiffness), control_step, p.columns - 1
 
     def begin(self, component: Component, seen: Seen) -> None:
@@ -48,7 +48,7 @@ class SplittingTask(Task):
         self.counters = {"closeness": 0.0, "wrong_links": 0.0, "work": component.get("input_work")}
 
     def judge(self, component: Component, seen: Seen, duration: float) -> tuple[float, bool]:
-        """Gain in closeness, less 1 for each wrong link that broke and the price of the work; the end is the right break."""
+        """Return the gain in closeness minus 1 per wrong break minus the cost of work; the right break ends the episode."""
         linked, along = seen["linked"], seen["displacement"][:, 0]
         is_split = bool(linked[self.target] == 0.0)
         lengthening = 1.0 if is_split else min(float(along[self.target + 1] - along[self.target]) / self._limit, 1.0)
@@ -62,11 +62,11 @@ class SplittingTask(Task):
         return gain - wrong - self._price * work, is_split
 
     def baselines(self) -> Mapping[str, Policy]:
-        """Return doing nothing, and the pulses of theory: each pulls outwards, and both reach the wanted link at once."""
+        """Return the policies "nothing" and "theory": outward pulses from both ends that meet at the wanted link."""
         return {"nothing": Constant([0.0, 0.0]), "theory": OpenLoop(self._theory())}
 
     def _theory(self) -> np.ndarray:
-        """Return two half sines, the one that has the shorter way later, shape (control steps, 2)."""
+        """Return two half sines, the one with the shorter path delayed, shape (control steps, 2)."""
         ways = np.array([self.target + 0.5, self._links - self.target - 0.5])
         starts, length = (ways.max() - ways) * self._disc_time, _PULSE_LENGTH * self._disc_time
         times = (np.arange(math.ceil((starts.max() + length) / self._control_step)) + 0.5) * self._control_step

@@ -1,10 +1,10 @@
-"""Tasks on a grid, one a file: what is rewarded. Each is registered by its line in `ENVIRONMENTS`."""
+"""Tasks on a grid, one per file. `ENVIRONMENTS` registers them."""
 
 from __future__ import annotations
 
 from granular_env.domains import Environment
 
-# The threshold is just below what the best drive returns, which linear theory knows.
+# The threshold is just below the return of the best drive, which follows from linear theory.
 ENVIRONMENTS = {
     "granular_env/BuriedTarget-v1": Environment(f"{__name__}.buried_target:make_buried_target", 0.99),
 }

@@ -1,4 +1,4 @@
-"""BuriedTarget-v1: shape the loads on a surface so that at the deadline a buried point moves as fast as it can."""
+"""BuriedTarget-v1: shape the loads on a surface to maximise the speed of a buried point at the deadline."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from granular_env.envs.factory import Options, environment_factory, refuse_early
 from granular_env.envs.policies import Constant, OpenLoop, Policy
 from granular_env.envs.task import Seen, Task
 
-# The block, in cells and in metres, and its rock.
+# The block: numbers of cells, cell size [m], and its rock.
 _COLUMNS, _ROWS, _CELL = 60, 36, 5e-3
 _ROCK = {"density": 2700.0, "young": 6e10, "poisson": 0.25}
 # Cells between two loads.
 _SPACING = 4
-# Directions among which the fastest motion of the target is sought.
+# Number of directions searched for the target's fastest motion.
 _DIRECTIONS = 3600
 
 
@@ -49,19 +49,19 @@ class BuriedTargetTask(Task):
         self.observations = {"receiver_velocity": self.best_speed}
 
     def begin(self, component: Any, seen: Seen) -> None:
-        """Note what the target has at the start."""
+        """Store the target's energy at the start."""
         self.counters = {"target_energy": self._energy(seen)}
 
     def judge(self, component: Any, seen: Seen, duration: float) -> tuple[float, bool]:
-        """Return what the target's energy has gained, as a part of the best at the deadline."""
+        """Return the gain in the target's energy, relative to the largest possible energy at the deadline."""
         before, self.counters["target_energy"] = self.counters["target_energy"], self._energy(seen)
         return self.counters["target_energy"] - before, False
 
     def baselines(self) -> Mapping[str, Policy]:
-        """Return doing nothing, one push of each load, so timed that they meet at the target, and the best drive.
+        """Return "nothing", "one_push" (one push of each load, all meeting at the target) and "theory" (the best drive).
 
-        The best one is "theory": what each load would send to the target, turned round in time; by reciprocity, what a source
-        at the target would send to the loads.
+        "theory" is the time-reversed response of the target to each load; by reciprocity, this is the response of the loads
+        to a source at the target.
         """
         pushes = np.zeros_like(self.drive)
         for entry, gains in enumerate(np.abs(self.drive_gains).T):
@@ -74,15 +74,15 @@ class BuriedTargetTask(Task):
         }
 
     def _energy(self, seen: Seen) -> float:
-        """Return the square of the target's speed, as a part of the best at the deadline."""
+        """Return the square of the target's speed, relative to the largest possible at the deadline."""
         vx, vy = (float(number) for number in np.asarray(seen["receiver_velocity"])[-1])
         return (vx * vx + vy * vy) / (self.best_speed * self.best_speed)
 
 
 def target_response(grid: Grid, internal_steps: int, deadline: int) -> FloatArray:
-    """Return the target's velocity at the deadline for a vertical force of 1 N, held over one control step, of each load.
+    """Return the target's velocity at the deadline for a force of 1 N of each load along x or y, held for one control step.
 
-    The grid is left at its start. Shape (control steps, 2 entries for each load: x and y, 2 directions) [m/s/N].
+    The grid is reset afterwards. Shape (control steps, 2 entries for each load: x and y, 2 directions) [m/s/N].
     """
     loads, duration = len(grid.get("force")), internal_steps * grid.step_size
     found = np.zeros((deadline, 2 * loads, 2))
@@ -92,20 +92,20 @@ def target_response(grid: Grid, internal_steps: int, deadline: int) -> FloatArra
         force[entry // 2, entry % 2] = 1.0
         for late in range(deadline):
             grid.step(duration, force=force if late == 0 else 0.0)
-            # The effect at the deadline of a force that acts `late` control steps before it.
+            # Velocity `late` + 1 control steps after the start of the force.
             found[deadline - 1 - late, entry] = grid.get("receiver_velocity")[-1]
     grid.reset()
     return found
 
 
 def fastest_drive(response: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the drive of entries from -1 to 1 with the fastest target at the deadline, and what each entry gives of it [m/s].
+    """Return the drive, within -1 to 1, that maximises the target's speed at the deadline, and the gain of each entry [m/s].
 
-    In any direction e the velocity is the sum of drive x response.e, so that the best drive has the sign of that; the speed is
-    the sum of the magnitudes. Both have the shape (actions, 2 entries for each load).
+    Along a direction e the velocity is the sum of drive x response.e. The best drive therefore has the sign of response.e, and
+    the speed is the sum of the magnitudes. Both results have the shape (actions, 2 entries for each load).
 
     Args:
-        response: see `target_response`, times the force at action 1.
+        response: result of `target_response` times the force at action 1.
     """
     angles = np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
     along = np.cos(angles) * response[..., 0, None] + np.sin(angles) * response[..., 1, None]
@@ -186,7 +186,7 @@ def make_buried_target(
 
 
 def _pair(given: Any) -> list[Any]:
-    """Return two entries; `ParameterError` otherwise."""
+    """Return the two entries of a pair; `ParameterError` for any other length."""
     entries = list(given) if isinstance(given, (list, tuple, np.ndarray)) else []
     if len(entries) != 2:
         raise ParameterError(f"got {one_line(given)}", expected="two numbers, x and y", at="target")

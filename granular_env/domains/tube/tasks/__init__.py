@@ -1,10 +1,10 @@
-"""Tasks on a tube with a detonation in it, one a file. Each is registered by its line in `ENVIRONMENTS`."""
+"""Tasks on a tube with a detonation, one per file. `ENVIRONMENTS` registers them."""
 
 from __future__ import annotations
 
 from granular_env.domains import Environment
 
-# The threshold is what theory returns, rounded down. There is no native batch: Gymnasium's own serves.
+# The threshold is the return of the "theory" baseline, rounded down. Gymnasium's vector environments serve as batch.
 ENVIRONMENTS = {
     "granular_env/Relief-v1": Environment(f"{__name__}.relief:make_relief", 0.6),
 }

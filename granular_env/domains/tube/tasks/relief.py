@@ -1,4 +1,4 @@
-"""Relief-v1: fill a tube for a detonation, and open a vent in time, so that it pushes hard and the wall stays whole."""
+"""Relief-v1: choose filling and vent opening of a detonation tube: maximum impulse on its end, without losing the wall."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from granular_env.envs.factory import Options, environment_factory, refuse_early
 from granular_env.envs.policies import Constant, OpenLoop, Policy
 from granular_env.envs.task import Seen, Task
 
-# The tube is closed at both ends, and half of it is computed; its wall is that of Gato & Shie (2010) [m].
+# The tube is closed at both ends; half of it is computed. Its wall is from Gato & Shie (2010) [m].
 _RADIUS, _WALL, _LENGTH, _CELLS = 0.01975, 0.89e-3, 0.16, 80
 _AREA = 0.5 * math.pi * _RADIUS * _RADIUS
-# The part of it that is a shell, near the end that is pushed; the vent; the gauges, of which the last is at that end [m].
+# The shell part near the loaded end; the vent; the gauges, the last one at the loaded end [m].
 _BEGIN, _BODY = 0.135, {"name": "tube", "length": 0.02, "along": 5, "around": 32, "half": True}
 _VENT, _GAUGES = 0.12, [0.06, 0.119, 0.159]
-# Gas at the closed end that starts the detonation: where [m], how many times the pressure, and how hot [K].
+# Igniting gas at the closed end: extent [m], pressure over the initial pressure, temperature [K].
 _SPARK, _OVERPRESSURE, _HOT = 0.006, 12.0, 3500.0
-# The least and the largest initial pressure: those of the paper [Pa].
+# Smallest and largest initial pressure in the paper [Pa].
 _LEAST, _MOST = 80e3, 180e3
 _TEMPERATURE = 295.0
-# The best drive that is known for the arguments that are the defaults, found by `granular-env study relief` (CMA-ES).
+# Best known drive for the default arguments, found by `granular-env study relief` (CMA-ES).
 _BEST = (
     0.948, 0.09, 0.081, 0.266, 0.057, 0.002, 0.042, 0.094, 0.139, 0.018, 0.076, 0.1, 0.137, 0.568, 0.133, 0.019, 0.004, 0.007,
     0.922, 1.0, 0.879, 0.004, 0.011, 0.002, 0.068, 0.113, 0.167, 0.118, 0.042, 0.014, 0.007, 0.064, 0.009, 0.0, 0.008,
@@ -59,13 +59,13 @@ class ReliefTask(Task):
         self.unit = strongest * _AREA * duration
 
     def begin(self, component: Component, seen: Seen) -> None:
-        """Start without impulse and with a wall that has not flowed."""
+        """Start with zero impulse and zero plastic strain."""
         self.counters = {"impulse": 0.0, "plastic_strain": 0.0, "initial_pressure": 0.0}
 
     def inputs(self, component: Component, driven: dict[str, Any]) -> dict[str, Any]:
-        """Fill the tube by the first action; the others open the vent.
+        """Fill the tube according to the first action; later actions open the vent.
 
-        An episode that continues from an instant of a log has been filled already: all of its actions are of the vent.
+        An episode that continues from a log has already been filled, so all of its actions control the vent.
         """
         if component.time > 0.0:
             return driven
@@ -76,7 +76,7 @@ class ReliefTask(Task):
         return {"vent_area": 0.0}
 
     def judge(self, component: Component, seen: Seen, duration: float) -> tuple[float, bool]:
-        """Return the impulse on the end in this step; a wall that is lost costs 1."""
+        """Return the impulse on the end in this step; losing the wall costs 1."""
         assert isinstance(component, Tube)
         before, impulse = self.counters["impulse"], -float(component.gas.balances()[1].supplied["right_impulse"])
         strain = float(component.get("shell_plastic_strain").max())
@@ -85,7 +85,7 @@ class ReliefTask(Task):
         return (impulse - before) / self.unit - float(is_lost), is_lost
 
     def baselines(self) -> Mapping[str, Policy]:
-        """Return the weakest filling, the strongest, the one that theory calls safe without a vent, and the best known."""
+        """Return the weakest filling, the strongest, the theoretically safe one without a vent, and the best known drive."""
         safe = (safe_filling() - _LEAST) / (_MOST - _LEAST)
         return {
             "nothing": Constant([0.0]),
@@ -103,10 +103,10 @@ def fill(tube: Tube, pressure: float) -> None:
 
 
 def safe_filling() -> float:
-    """Return the initial pressure [Pa] at which the mean hoop stress is the yield stress under the detonation that comes back.
+    """Return the initial pressure [Pa] at which the reflected detonation raises the mean hoop stress to the yield stress.
 
-    As if the pressure on a rigid wall that stops the burnt gas were static: the wall swings to up to twice that, but the
-    pressure falls within the time of a swing, and both nearly make up for each other.
+    The pressure on a rigid wall that stops the burnt gas is taken as static. The wall overshoots by up to a factor of two, but
+    the pressure decays within one oscillation, and both effects nearly cancel.
     """
     pressures = np.linspace(_LEAST, _MOST, 11)
     stresses = [static_hoop_stress(_RADIUS, _WALL, _returning_pressure(float(pressure))) for pressure in pressures]
@@ -114,14 +114,14 @@ def safe_filling() -> float:
 
 
 def _returning_pressure(initial: float) -> float:
-    """Return the pressure behind the detonation that a rigid wall sends back, for an initial pressure [Pa]."""
+    """Return the pressure behind the reflected detonation at a rigid wall, for an initial pressure [Pa]."""
     gas = gas_at("ethylene_oxygen", initial, _TEMPERATURE)
     front = chapman_jouguet(gas, initial, initial / (gas.gas_constant * _TEMPERATURE))
     return reflected_pressure(front.burnt, gas.gamma)
 
 
 def _make_tube() -> Tube:
-    """Return the tube, filled with the mean of the initial pressures."""
+    """Return the tube, filled at the mean initial pressure."""
     middle = 0.5 * (_LEAST + _MOST)
     spark = {"x": [0.0, _SPARK], "pressure": _OVERPRESSURE * middle, "temperature": _HOT}
     return Tube(
