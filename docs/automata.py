@@ -72,7 +72,7 @@ def show_grains(axes: Axes, automata: ge.Component) -> None:
     centres = points.reference + 20.0 * automata.get("displacement")
     size = np.full(len(centres), 2.0 * points.radius[0])
     discs = EllipseCollection(
-        size, size, 0.0, units="xy", offsets=centres, offset_transform=axes.transData, array=automata.get("material"),
+        size, size, 0.0, units="xy", offsets=centres, offset_transform=axes.transData, array=automata.automaton_material,
         cmap=ListedColormap(["#d9c9a8", "#8fa3b8"]), linewidths=0.0,
     )  # fmt: skip
     axes.add_collection(discs)

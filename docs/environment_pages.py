@@ -24,8 +24,8 @@ FRAMES, COLOURS, SECONDS_A_FRAME = 60, 64, 0.1
 SIZE = (720, 270)  # pixels
 ENVIRONMENTS = environments()
 PUSH = "a push of 2.4 m/s for 18 us"
-# What is shown, where that is not the last baseline under the seed 0: the seed of the episode, and which baseline plays. A new
-# environment needs no line. Piston-v1 has no baseline, but this drive, `PUSH`; Confinement-v3 shows what breaks by itself.
+# Seed and baseline of the animated episode, if not the last baseline with seed 0. A new environment needs no line. Piston-v1 has
+# no baseline and shows the drive `PUSH`.
 PLAYS: dict[str, tuple[int, str | OpenLoop]] = {
     "Piston-v1": (0, OpenLoop([0.24] * 12)),
     "Absorption-v1": (1, "theory"),
@@ -109,7 +109,7 @@ def shown_box(env: ComponentEnv) -> str:
 
 def action_table(env: ComponentEnv) -> list[str]:
     """Return the lines of the table of an action."""
-    lines = ["| index | quantity | 1 stands for | min | max |", "|---|---|---|---|---|"]
+    lines = ["| index | quantity | value at 1 | min | max |", "|---|---|---|---|---|"]
     place = 0
     for name, scale in env.task.actions.items():
         variable, space = env.component.variables[parse_element(name).name], env.action_space
@@ -123,7 +123,7 @@ def action_table(env: ComponentEnv) -> list[str]:
 
 def observation_table(env: ComponentEnv) -> list[str]:
     """Return the lines of the table of an observation."""
-    lines = ["| index | quantity | 1 stands for | min | max |", "|---|---|---|---|---|"]
+    lines = ["| index | quantity | value at 1 | min | max |", "|---|---|---|---|---|"]
     for first, last, quantity, unit in observation_rows(env):
         place = str(first) if first == last else f"{first} to {last}"
         low, high = env.observation_space.low[first], env.observation_space.high[first]
@@ -132,7 +132,7 @@ def observation_table(env: ComponentEnv) -> list[str]:
 
 
 def observation_rows(env: ComponentEnv) -> Iterator[tuple[int, int, str, str]]:
-    """Yield first and last index of each part of a full observation, what it shows, and what an entry of 1 stands for."""
+    """Yield first and last index of each part of a full observation, what it shows, and the value of an entry of 1."""
     sensors, size = env.sensors, env.observation_space.shape[0]
     for name, index, place, scale in sensors.readings:
         variable = env.component.variables[name]

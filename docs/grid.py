@@ -12,7 +12,7 @@ from granular_env.viewing.figures import drawing
 
 IMAGES = Path(__file__).parent / "images"
 TIME = 7e-5
-# How far from its front a letter stands [m].
+# Distance of a letter from its front [m].
 OFF = 0.018
 RED, BLUE = "#e63946", "#3b7dbf"
 
@@ -36,7 +36,7 @@ def waves_of_a_load() -> None:
     speed = np.sqrt(vx * vx + vy * vy)
     figure = drawing.new_figure(11.0, 3.6)
     left, right = figure.subplots(1, 2, sharey=True)
-    # Roots, so that the weaker P wave is seen beside the Rayleigh wave.
+    # Square roots make the weaker P wave visible next to the Rayleigh wave.
     some = (slice(None, None, 3), slice(None, None, 3))
     length = np.sqrt(np.maximum(speed, 1e-12))
     left.quiver(x[some], y[some], (vx / length)[some], (vy / length)[some], scale=8.0, width=0.0013, color=BLUE)

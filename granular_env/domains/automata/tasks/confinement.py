@@ -154,14 +154,14 @@ def make_confinement(
 
     ## Start state
     All pairs linked, no stress, and the velocities of an even compression: no wave runs from the ends. Each episode has a
-    specimen with strengths of its own, which the seed of `reset` draws.
+    specimen with other strengths, drawn from the seed of `reset`.
 
     ## End of the episode
     Terminated when the specimen is lost, and at the deadline, which the clock shows (with `clock=0` that is truncated).
 
     ## Arguments
     * `pressure` (6e7 Pa): at action 1. `price` (0.2): see the rewards. `lost` (0.3).
-    * `strain` (3.5e-3): axial, at the deadline: 1.9e8 Pa and more on the ends; a specimen without pressure bears some 6e7.
+    * `strain` (3.5e-3): axial, at the deadline: 1.9e8 Pa and more on the ends; the strength without pressure is some 6e7 Pa.
     * `action_rate` (0.05): largest change of the pressure between two actions, in units of `pressure`; None for no limit.
     * `strength_seed` (None): one draw of strengths for all episodes; None draws for each.
     * `internal_steps` (50) of 1e-7 s make a control step; `deadline` (50): control steps of an episode.

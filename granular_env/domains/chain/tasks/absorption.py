@@ -40,7 +40,7 @@ class AbsorptionTask(DrivenEndTask):
     """An active end that is to let little come back of an unknown wave. See `make_absorption`.
 
     Args:
-        chain: what is struck at its left end and driven at its right one; Hertz contacts.
+        chain: the chain, struck at its left end and driven at its right one; Hertz contacts.
         end: its right end.
         impact: smallest and largest speed of the strikers [m/s].
         strikers: largest number of grains that strike.
@@ -116,10 +116,10 @@ def make_absorption(
 
     ## Rewards
     returned = energy in the chain now over that at the start: kinetic energy of the grains (not of a piston, which belongs to
-    the machine) and elastic energy above that at rest of the contacts. What is missing of it is what the end has taken, minus
-    its work, and what contacts dissipate. A step's reward is `returned` before it less `returned` after it. So the return is 1
-    less what is returned at the deadline: doing nothing returns 0, pushing less than that. The strikers rebound with 0.6 %
-    (one) to 0.8 % (two) of the energy, which no end can take.
+    the machine) and elastic energy of the contacts above that at rest. The rest has been absorbed by the end or dissipated in
+    contacts. A step's reward is the decrease of `returned`. So the return is 1 minus `returned` at the deadline: doing nothing
+    gives 0, pushing less than 0. The strikers rebound with 0.6 % (one) to 0.8 % (two) of the energy, which no end can
+    absorb.
 
     ## Start state
     One to `strikers` first grains move at one speed from `impact`; the others are at rest, all in touch.

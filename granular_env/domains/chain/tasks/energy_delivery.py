@@ -65,7 +65,7 @@ class EnergyDeliveryTask(DrivenEndTask):
     """The last grains shall hold an energy at the deadline; work costs. See `make_energy_delivery`.
 
     Args:
-        chain: what is driven; Hertz contacts.
+        chain: the driven chain; Hertz contacts.
         end: its left end.
         energy: wanted in the target region [J].
         region: number of grains of the target region.

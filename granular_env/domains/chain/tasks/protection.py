@@ -103,7 +103,7 @@ class ProtectionTask(DrivenEndTask):
     """A wall shall receive an impulse; its peak force costs. See `make_protection`.
 
     Args:
-        chain: what is driven, a wall at its right end.
+        chain: the driven chain, a wall at its right end.
         end: its left end.
         impulse: what the wall shall receive [N s].
         peak_scale: peak force of the wall that costs 1 [N].

@@ -92,10 +92,10 @@ class WaveTask(DrivenEndTask):
 
 
 class PulseFormingTask(WaveTask):
-    """Wanted solitary waves shall stand in the chain at the deadline. See `make_pulse_forming`.
+    """Produce given solitary waves in the chain by the deadline. See `make_pulse_forming`.
 
     Args:
-        chain: what is driven; Hertz contacts.
+        chain: the driven chain; Hertz contacts.
         end: its left end.
         amplitudes: largest grain velocity of each wave, shape (waves,) [m/s].
         places: grain at which each wave's crest shall be at the deadline, 0 is the first, shape (waves,).
@@ -145,7 +145,7 @@ def make_pulse_forming(
     window: float = 5.0,
     **options: Unpack[DrivenOptions],
 ) -> ComponentEnv:
-    """Drive the left end so that at the deadline given solitary waves stand in the chain, and nothing else moves.
+    """Drive the left end so that the chain carries given solitary waves at the deadline, and nothing else moves.
 
     A row of equal elastic spheres in touch carries solitary waves: pulses some five grains long whose speed grows with the
     fifth root of their height (Nesterenko 1983). A push of the left end becomes one or several of them, with small ones behind

@@ -38,10 +38,10 @@ Limits = tuple[float, float]
 
 
 class SolitonTrainTask(WaveTask):
-    """A train of solitary waves, drawn for each episode, shall stand in the chain at the deadline. See `make_soliton_train`.
+    """Produce a train of solitary waves, drawn for each episode, by the deadline. See `make_soliton_train`.
 
     Args:
-        chain: what is driven; Hertz contacts, no precompression.
+        chain: the driven chain; Hertz contacts, no precompression.
         end: its left end.
         waves: largest number of waves.
         amplitude: limits of their heights [m/s].
@@ -173,7 +173,7 @@ def make_soliton_train(
     window: float = 5.0,
     **options: Unpack[DrivenOptions],
 ) -> ComponentEnv:
-    """Drive the left end so that at the deadline the solitary waves that were asked for stand in the chain.
+    """Drive the left end so that the chain carries the requested solitary waves at the deadline.
 
     `PulseForming-v1` on demand: how many waves, how high and where, is drawn for each episode and observed by
     the agent.

@@ -124,9 +124,9 @@ def make_buried_target(
 ) -> ComponentEnv:
     """Shape the loads on the surface of a block of rock so that a buried target moves as fast as it can at the deadline.
 
-    The block is 0.3 m wide and 0.18 m deep, of granite, and its other sides let waves out. Loads stand in a row on its
-    surface, 20 mm apart, about x = 0. Waves need some 20 us (P) or 34 us (S) to the target, so that what is done in the last
-    steps is too late. The medium is linear: theory knows the best drive, each load's effect on the target turned round in time.
+    The block is 0.3 m wide and 0.18 m deep, of granite, and its other sides let waves out. The loads form a row on its
+    surface, 20 mm apart, centred at x = 0. Waves need some 20 us (P) or 34 us (S) to the target, so the last steps have no
+    effect. The medium is linear, so the best drive is known: the time-reversed response of the target to each load.
 
     ## Action space
     `Box(-1, 1, (2 loads,), float32)`: the force along x and along y of each load, in units of `force` (1e4 N, on a slab one
@@ -138,7 +138,7 @@ def make_buried_target(
     "target_energy".
 
     ## Rewards
-    What the square of the target's speed gains in a step, in units of the largest that is possible at the deadline. So the
+    The increase of the target's squared speed in a step, in units of the largest that is possible at the deadline. So the
     return is the target's kinetic energy at the deadline, 1 at most. Doing nothing returns 0, one push of each load, so timed
     that they meet at the target, 0.02, and theory 1.000.
 
