@@ -24,8 +24,8 @@ FRAMES, COLOURS, SECONDS_A_FRAME = 60, 64, 0.1
 SIZE = (720, 270)  # pixels
 ENVIRONMENTS = environments()
 PUSH = "a push of 2.4 m/s for 18 us"
-# Seed and baseline of the animated episode, if not the last baseline with seed 0. A new environment needs no line. Piston-v1 has
-# no baseline and shows the drive `PUSH`.
+# Seed and baseline of the animated episode, if not the last baseline with seed 0. A new environment needs no line. Piston-v1
+# has no baseline and shows the drive `PUSH`.
 PLAYS: dict[str, tuple[int, str | OpenLoop]] = {
     "Piston-v1": (0, OpenLoop([0.24] * 12)),
     "Absorption-v1": (1, "theory"),

@@ -14,6 +14,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import granular_env as ge
+import granular_env.envs  # noqa: F401  it registers the environments
 from granular_env.colours import DIVERGING
 from granular_env.components.chain import theory
 from granular_env.viewing.figures import drawing
