@@ -18,7 +18,7 @@ IMAGES = Path(__file__).parent / "images"
 # Ink and paper of a light and of a dark page.
 PAGES = {"": ("#202124", "#ffffff"), "-dark": ("#e2e4e9", "#1e2129")}
 FRAMES, FRAME_SECONDS, COLOURS = 90, 0.05, 48
-# Displacements are a few thousandths of a diameter: so many times larger they can be seen.
+# Displacements are a few thousandths of a diameter; this factor makes them visible.
 EXAGGERATION = 12.0
 
 

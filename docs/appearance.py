@@ -18,18 +18,18 @@ from PIL import Image
 
 from granular_env.viewing.figures import drawing
 
-# What is black or white on a light page, and what it is on a dark one.
+# Colours of light pages and their counterparts on dark pages.
 DARK = {"#000000": "#e2e4e9", "#ffffff": "#1e2129", "#cccccc": "#4a4d57"}
 
 
 def save(figure: Figure, path: Path, dots_per_inch: int = 130, colours: int | None = None) -> None:
-    """Write a figure for light pages to `path`, and for dark ones beside it.
+    """Write a figure for light pages to `path`, and one for dark pages next to it.
 
     Args:
         figure: drawn in black on white; its colours are those of dark pages afterwards.
         path: ends in ``.png``.
         dots_per_inch: resolution.
-        colours: reduce the picture to so many colours, for a small file.
+        colours: number of colours of the picture, for a small file.
     """
     _write(figure, path, dots_per_inch, colours)
     darken(figure)

@@ -67,7 +67,7 @@ def welding() -> None:
 
 
 def show_grains(axes: Axes, automata: ge.Component) -> None:
-    """Draw the materials, twenty times as far from their places as they are, and what is broken."""
+    """Draw materials and broken links, with displacements magnified twenty times."""
     points, links = automata.drawables()
     centres = points.reference + 20.0 * automata.get("displacement")
     size = np.full(len(centres), 2.0 * points.radius[0])

@@ -16,7 +16,7 @@ from granular_env.viewing.figures import drawing
 
 IMAGES = Path(__file__).parent / "images"
 ROWS = 81
-# Of the pressures that are drawn [MPa].
+# Largest pressure of the colour scale [MPa].
 _LARGEST = 15.0
 
 
@@ -48,7 +48,7 @@ def waves_through_the_interface() -> None:
         medium = ge.run(f"psakhie-2003/lamb-{name}", overrides={"duration": TIME}).component
         x, y, vx, vy = fields(medium)
         speed = np.sqrt(vx * vx + vy * vy)
-        # Roots, so that the weaker P wave is seen beside the Rayleigh wave.
+        # Square roots make the weaker P wave visible next to the Rayleigh wave.
         some, length = (slice(None, None, 3), slice(None, None, 3)), np.sqrt(np.maximum(speed, 1e-12))
         pair[0].quiver(x[some], y[some], (vx / length)[some], (vy / length)[some], scale=8.0, width=0.0013, color=BLUE)
         pair[1].pcolormesh(x, y, np.sqrt(speed), shading="gouraud", cmap="Greys")

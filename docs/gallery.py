@@ -46,7 +46,7 @@ def recorded(name: str, env: ComponentEnv, policy: Policy, options: dict | None 
 
 
 def driven(name: str, env: make_pulse_forming, drive: np.ndarray) -> None:
-    """Record a drive [N], and say what it leaves."""
+    """Record a drive [N] and print the remaining motion."""
     print(name, recorded(name, env, OpenLoop(drive / pulse_shaping.SCALE)))
 
 

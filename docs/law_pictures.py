@@ -112,7 +112,7 @@ def power():
 
 @drawing.with_style
 def dissipative(name, law, loss):
-    """Draw the loop of force, and what is lost in a collision."""
+    """Draw the force loop and the energy loss of a collision."""
     figure = drawing.new_figure(9.0, 3.6)
     left, right = figure.subplots(1, 2)
     stronger = {**law, "dissipation": 5.0 * law["dissipation"]}

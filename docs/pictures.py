@@ -96,7 +96,7 @@ def _solitary_speed(amplitudes: np.ndarray) -> np.ndarray:
 
 
 def draw_page(page: str, colours: int = _COLOURS) -> None:
-    """Draw a page's pictures, by the very lines that stand there; with few colours, for small files."""
+    """Draw a page's pictures by running the code on the page; with few colours, for small files."""
     blocks = re.findall(r"^```python\n(.*?)^```$", (DOCS / f"{page}.md").read_text(), re.MULTILINE | re.DOTALL)
     last = max(place for place, block in enumerate(blocks) if "savefig" in block)
     drawn: dict[str, Figure] = {}
@@ -114,7 +114,7 @@ def draw_page(page: str, colours: int = _COLOURS) -> None:
 
 @drawing.with_style
 def control() -> None:
-    """Draw the drives that the page on control finds, by the very lines that stand there, and what each leaves in the chain."""
+    """Draw the drives that the code of the page on control finds, and the remaining motion of the chain."""
     blocks = re.findall(r"^```python\n(.*?)^```$", (DOCS / "control.md").read_text(), re.MULTILINE | re.DOTALL)
     last = max(place for place, block in enumerate(blocks) if "by_evolution" in block)
     names: dict[str, Any] = {}
