@@ -74,7 +74,7 @@ def shared_lines() -> list[str]:
     """Return what holds of every environment: the sections of `ComponentEnv`, a level lower."""
     sections = docstring_sections(ComponentEnv)
     sections.pop("")
-    lines = ["## Of every environment", ""]
+    lines = ["## Options of every environment", ""]
     for title, text in sections.items():
         # The component and the task are given already.
         kept = re.sub(r"^\* `(component|task)`:.*?(?=^\* )", "", text, flags=re.MULTILINE | re.DOTALL)
@@ -83,7 +83,7 @@ def shared_lines() -> list[str]:
 
 
 def docstring_sections(kind: object) -> dict[str, str]:
-    """Return the sections of a docstring, title -> text; what comes before the first has no title."""
+    """Return the sections of a docstring, title -> text; the title of the text before the first section is ""."""
     first, _, rest = (kind.__doc__ or "").partition("\n")
     parts = re.split(r"^## (.*)$", f"{first}\n{textwrap.dedent(rest)}", flags=re.MULTILINE)
     named = zip(parts[1::2], parts[2::2], strict=True)
@@ -132,7 +132,7 @@ def observation_table(env: ComponentEnv) -> list[str]:
 
 
 def observation_rows(env: ComponentEnv) -> Iterator[tuple[int, int, str, str]]:
-    """Yield first and last index of each part of a full observation, what it shows, and the value of an entry of 1."""
+    """Yield first and last index of each part of a full observation, its quantity, and the value of an entry of 1."""
     sensors, size = env.sensors, env.observation_space.shape[0]
     for name, index, place, scale in sensors.readings:
         variable = env.component.variables[name]

@@ -139,10 +139,12 @@ def test_a_wave_is_reflected_by_the_impedances_of_two_materials(packing: str, se
 
 
 @BOTH
-@pytest.mark.parametrize(("speed", "criteria"), [(0.005, [WEAK, "none"]), (-0.01, [WEAK, STRONG])], ids=["pulled", "pressed"])
+@pytest.mark.parametrize(
+    ("speed", "criteria"), [(0.005, [WEAK, "none", STRONG]), (-0.01, [WEAK, STRONG, WEAK])], ids=["pulled", "pressed"]
+)
 def test_a_mixture_that_breaks_and_rubs_closes_its_balance(packing: str, speed: float, criteria: list[Any]) -> None:
     edges = {"bottom": "fixed", "top": "velocity"}
-    automata = mixed(packing, 10, 14, criterion=criteria, interfaces=BOND, boundaries=edges, strength_scatter=0.2)
+    automata = mixed(packing, 10, 14, materials=3, criterion=criteria, boundaries=edges, strength_scatter=0.2)
     taken = [0.0]
     for _ in range(8):
         automata.step(12.5, top_velocity=[0.2 * speed, speed])
