@@ -54,4 +54,11 @@ def test_links_lead_somewhere(page):
 
 def test_every_page_is_in_the_menu():
     menu = (ROOT / "mkdocs.yml").read_text()
-    assert [name_of(page) for page in PAGES[1:] if f": {name_of(page)}\n" not in menu] == []
+    others = menu.partition("not_in_nav")[2]  # linked from the first page
+    assert [name for page in PAGES[1:] if f": {(name := name_of(page))}\n" not in menu and f" {name}\n" not in others] == []
+
+
+def test_every_test_in_the_table_of_verification_exists():
+    named = re.findall(r"`(test_\w+\.py)::(test_\w+)`", (ROOT / "docs" / "reference" / "verification.md").read_text())
+    assert len(named) > 40
+    assert [f"{file}::{test}" for file, test in named if f"def {test}(" not in (ROOT / "tests" / file).read_text()] == []
