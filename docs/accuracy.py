@@ -1,4 +1,4 @@
-"""The picture of docs/accuracy.md, velocities' errors against the step, for integrators and laws: `python docs/accuracy.py`."""
+"""The picture of docs/theory.md, errors of velocities against the step, for integrators and laws: `python docs/accuracy.py`."""
 
 import warnings
 from pathlib import Path
@@ -22,7 +22,7 @@ LAWS = {
 
 
 def struck(step_size=None, **parameters):
-    """Velocities after two grains of 5 m/s have struck a chain of thirty, and the step that was taken."""
+    """Return the velocities after two grains of 5 m/s have struck a chain of thirty grains, and the step of the run."""
     chain = ge.make("chain", grains=GRAINS, velocity_scale=SPEED, step_size=step_size, **parameters)
     chain.reset(velocity={0: SPEED, 1: SPEED})
     with warnings.catch_warnings():
@@ -32,7 +32,7 @@ def struck(step_size=None, **parameters):
 
 
 def errors(steps, **parameters):
-    """Largest error of a velocity, over 5 m/s, at each step; and the default step with its error."""
+    """Return the largest error of a velocity over 5 m/s at each step, and the default step with its error."""
     exact = struck(2e-9, **parameters)[0]
     usual, default = struck(**parameters)
     found = []
@@ -46,7 +46,7 @@ def errors(steps, **parameters):
 
 @drawing.with_style
 def draw():
-    """Integrators on the left, laws with the default integrator on the right; a ring around each default."""
+    """Draw integrators on the left, laws with the default integrator on the right; rings mark the defaults."""
     figure = drawing.new_figure(9.0, 4.0)
     left, right = figure.subplots(1, 2, sharey=True)
     schemes = {name: {"integrator": name} for name in ("pefrl", "leapfrog", "rk4", "hamming")}
@@ -59,8 +59,8 @@ def draw():
             print(f"{name}: default {default:g} s, error {at_default:.1e}; " + ", ".join(f"{e:.1e}" for e in error))
         axes.set(xlabel="step [s]")
         axes.legend()
-    left.set(ylabel="largest error of a velocity / striker's", title="Integrators, Hertz's law")
-    right.set(title="Laws, pefrl")
+    left.set(ylabel="largest velocity error / 5 m/s", title="Integrators, Hertz's law")
+    right.set(title="Contact laws, pefrl")
     appearance.save(figure, IMAGE, 100)
 
 

@@ -1,4 +1,4 @@
-"""Pictures of the contact laws, each from runs of the chain: two grains that meet, a wave, restitution against speed."""
+"""Pictures of docs/laws.md from runs of the chain, collisions and solitary waves: `python docs/law_pictures.py`."""
 
 from pathlib import Path
 
@@ -21,7 +21,7 @@ DISSIPATIVE = (
 
 
 def pair(speed, **parameters):
-    """Two steel grains, the left one on its way to the right one; ten steps where a run would take one."""
+    """Return two steel grains, of which the left one approaches the right one, with a tenth of the suggested step."""
     usual = ge.make("chain", grains=2, velocity_scale=speed, **parameters)
     chain = ge.make("chain", grains=2, velocity_scale=speed, step_size=0.1 * usual.step_size, **parameters)
     chain.reset(velocity={0: speed})
@@ -29,7 +29,7 @@ def pair(speed, **parameters):
 
 
 def collide(speed, **parameters):
-    """Overlaps, forces and times of the contact of such a pair until it opens, and the coefficient of restitution."""
+    """Return overlaps, forces and times of a pair's contact until it opens, and the coefficient of restitution."""
     chain, seen = pair(speed, **parameters), []
     while chain.get("overlap")[1] >= 0.0:
         chain.step(chain.step_size)
@@ -40,18 +40,18 @@ def collide(speed, **parameters):
 
 
 def restitutions(speeds, **parameters):
-    """One for each speed."""
+    """Return the coefficient of restitution at each speed."""
     return np.array([collide(speed, **parameters)[3] for speed in speeds])
 
 
 def scales(**parameters):
-    """Reduced mass and stiffness of the pair's contact."""
+    """Return the reduced mass and the stiffness of the pair's contact."""
     chain = ge.make("chain", grains=2, **parameters).geometry
     return chain.reduced_mass[1], chain.stiffness[1]
 
 
 def loops(axes, cases):
-    """Force against overlap, one curve for each (label, speed, parameters)."""
+    """Draw force against overlap, one curve per case (label, speed, parameters)."""
     for place, (label, speed, parameters) in enumerate(cases):
         overlap, force, _, _ = collide(speed, **parameters)
         axes.plot(overlap * 1e6, force, **drawing.line(place), label=label)
@@ -59,35 +59,44 @@ def loops(axes, cases):
     axes.legend()
 
 
+def plain_ticks(axes, values):
+    """Label a logarithmic axis y with decimal numbers; values outside its limits are left out."""
+    low, high = axes.get_ylim()
+    shown = [value for value in values if low <= value <= high]
+    axes.set_yticks(shown, [f"{value:g}" for value in shown])
+    axes.tick_params(axis="y", which="minor", left=False, labelleft=False)
+
+
 def save(figure, name):
-    """PNGs in docs/images/laws, small by few colours."""
+    """Write the PNGs of a figure, with few colours, to docs/images/laws."""
     appearance.save(figure, IMAGES / f"{name}.png", 100, _COLOURS)
 
 
 @drawing.with_style
 def hertz():
-    """Draw forces, and how long a collision lasts."""
+    """Draw forces and the duration of a collision."""
     figure = drawing.new_figure(9.0, 3.6)
     left, right = figure.subplots(1, 2)
     loops(left, [(name, 1.0, {"material": name}) for name in ("steel", "glass", "aluminium")])
     speeds = np.geomspace(1e-3, 10.0, 9)
     mass, stiffness = scales()
-    right.loglog(speeds, 1e6 * theory.collision_duration(mass, stiffness, speeds), **drawing.line(0), label="T1 of the theory")
+    right.loglog(speeds, 1e6 * theory.collision_duration(mass, stiffness, speeds), **drawing.line(0), label="theory")
     right.loglog(speeds, [1e6 * collide(speed)[2][-1] for speed in speeds], "o", color=drawing.line(1)["color"], label="runs")
-    right.set(xlabel="relative speed [m/s]", ylabel="duration [µs]", title="Two steel grains: as v^(-1/5)")
+    right.set(xlabel="relative speed [m/s]", ylabel="duration [µs]", title="Two steel grains: proportional to v^(-1/5)")
+    plain_ticks(right, (10, 20, 30, 50, 70))
     right.legend()
     save(figure, "hertz")
 
 
 @drawing.with_style
 def power():
-    """Draw forces of several exponents, and the solitary waves that they make."""
+    """Draw the forces of several exponents, and their solitary waves."""
     figure = drawing.new_figure(9.0, 3.6)
     left, right = figure.subplots(1, 2)
     exponents = (1.2, 1.5, 2.0, 3.0)
     mass = ge.make("chain", grains=1).geometry.mass[0]
     for place, exponent in enumerate(exponents):
-        # So stiff that each gives the same overlap of 10 um at 1 m/s.
+        # The stiffness at which the largest overlap is 10 um at 1 m/s.
         stiffness = 0.25 * mass * (exponent + 1.0) / 1e-5 ** (exponent + 1.0)
         law = {"law": {"name": "power", "exponent": exponent}, "contact_stiffness": stiffness}
         overlap, force, _, _ = collide(1.0, **law)
@@ -105,7 +114,7 @@ def power():
     left.set(xlabel="overlap [µm]", ylabel="force [N]", title="One collision at 1 m/s")
     left.legend()
     right.set(
-        xlim=(-6, 6), xlabel="time x speed [diameters]", ylabel="velocity / its largest", title="As the wave passes a grain"
+        xlim=(-6, 6), xlabel="distance from the crest [diameters]", ylabel="velocity / its maximum", title="Solitary waves"
     )
     save(figure, "power")
 
@@ -123,23 +132,24 @@ def dissipative(name, law, loss):
     right.loglog(speeds, loss(mass, stiffness, law["dissipation"], speeds), **drawing.line(1), label="theory, small losses")
     right.loglog(speeds, 1.0 - restitutions(speeds, law=law), "o", color=drawing.line(1)["color"], label="runs")
     right.set(xlabel="relative speed [m/s]", ylabel="1 - e", title=f"Loss at {law['dissipation']:g} {unit}")
+    plain_ticks(right, (0.007, 0.01, 0.02, 0.03, 0.05))
     right.legend()
     save(figure, name)
 
 
 def thornton(ratio):
-    """E of two elastic-plastic spheres (Thornton 1997), from the speed at which they begin to yield over their speed."""
+    """Return e of two elastic-plastic spheres (Thornton 1997, eq. 55) at `ratio` = yield speed / impact speed."""
     root = np.sqrt(1.2 - 0.2 * ratio * ratio)
     return np.sqrt(1.2 * np.sqrt(3.0) * (1.0 - ratio * ratio / 6.0)) * (ratio / (ratio + 2.0 * root)) ** 0.25
 
 
 @drawing.with_style
 def elastic_plastic():
-    """Two collisions of the same contact, and restitution against Thornton's formula."""
+    """Draw two collisions of the same contact, and restitution against Thornton's formula."""
     figure = drawing.new_figure(9.0, 3.6)
     left, right = figure.subplots(1, 2)
     plastic = {"law": "elastic_plastic"}
-    loops(left, [("hertz, 2 m/s", 2.0, {}), ("2 m/s", 2.0, plastic), ("1 m/s", 1.0, plastic)])
+    loops(left, [("hertz, 2 m/s", 2.0, {}), ("yielding, 2 m/s", 2.0, plastic), ("yielding, 1 m/s", 1.0, plastic)])
     mass, stiffness = scales(**plastic)
     root = ge.make("chain", grains=2, **plastic).geometry.law_constants[1, 0]
     yielding = np.sqrt(0.8 * stiffness * root**5 / mass)
@@ -147,13 +157,14 @@ def elastic_plastic():
     right.loglog(speeds, thornton(np.minimum(yielding / speeds, 1.0)), **drawing.line(1), label="Thornton")
     right.loglog(speeds, restitutions(speeds, **plastic), "o", color=drawing.line(1)["color"], label="runs")
     right.set(xlabel="relative speed [m/s]", ylabel="e", title="Restitution of two steel grains")
+    plain_ticks(right, (0.5, 0.6, 0.7, 0.8, 0.9, 1.0))
     right.legend()
     save(figure, "elastic-plastic")
 
 
 @drawing.with_style
 def linear():
-    """Draw the loop of force, and restitution against the damping ratio, with and without tension."""
+    """Draw force against overlap, and restitution against the damping ratio, with and without tension."""
     figure = drawing.new_figure(9.0, 3.6)
     left, right = figure.subplots(1, 2)
     spring = {"mass": 2e-3, "contact_stiffness": 1e7}
@@ -165,19 +176,19 @@ def linear():
     loops(left, [(f"zeta = {ratio:g}", 1.0, law(ratio)) for ratio in (0.0, 0.1, 0.4)])
     ratios = np.linspace(0.0, 0.9, 91)
     root = np.sqrt(1.0 - ratios**2)
-    right.plot(ratios, np.exp(-np.pi * ratios / root), **drawing.line(0), label="were it to pull")
+    right.plot(ratios, np.exp(-np.pi * ratios / root), **drawing.line(0), label="theory, with tension")
     opening = np.pi - np.arctan2(2.0 * ratios * root, 1.0 - 2.0 * ratios**2)
-    right.plot(ratios, np.exp(-ratios / root * opening), **drawing.line(1), label="without tension")
+    right.plot(ratios, np.exp(-ratios / root * opening), **drawing.line(1), label="theory, without tension")
     runs = np.linspace(0.0, 0.9, 10)
     right.plot(runs, [collide(1.0, **law(ratio))[3] for ratio in runs], "o", color=drawing.line(1)["color"], label="runs")
-    right.set(xlabel="damping ratio", ylabel="e", title="Restitution, at any speed")
+    right.set(xlabel="damping ratio", ylabel="e", title="Restitution at any speed")
     right.legend()
     save(figure, "linear")
 
 
 @drawing.with_style
 def walton_braun():
-    """Two collisions of the same contact, and restitution against the ratio of the stiffnesses."""
+    """Draw three collisions, and restitution against the ratio of the stiffnesses."""
     figure = drawing.new_figure(9.0, 3.6)
     left, right = figure.subplots(1, 2)
 
@@ -191,13 +202,13 @@ def walton_braun():
     ratios, runs = np.linspace(0.02, 1.0, 99), np.linspace(0.1, 1.0, 10)
     right.plot(ratios, np.sqrt(ratios), **drawing.line(1), label="sqrt(k1/k2)")
     right.plot(runs, [collide(1.0, **law(ratio))[3] for ratio in runs], "o", color=drawing.line(1)["color"], label="runs")
-    right.set(xlabel="k1 / k2", ylabel="e", title="Restitution, at any speed")
+    right.set(xlabel="k1 / k2", ylabel="e", title="Restitution at any speed")
     right.legend()
     save(figure, "walton-braun")
 
 
 def draw():
-    """All of them."""
+    """Draw all of them."""
     IMAGES.mkdir(parents=True, exist_ok=True)
     hertz()
     power()

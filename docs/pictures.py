@@ -143,6 +143,7 @@ def control() -> None:
 if __name__ == "__main__":
     piston()
     draw_page("tutorial")
+    draw_page("measurement")
     draw_page("seam", 200)
     stationary_waves()
     control()
