@@ -1,4 +1,4 @@
-"""Draws the picture of detonation.md: ``python docs/detonation.py``."""
+"""Draws the picture of the gas in detonation.md: ``python docs/detonation.py``."""
 
 from pathlib import Path
 

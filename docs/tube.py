@@ -1,4 +1,4 @@
-"""Draws the picture of tube.md: ``python docs/tube.py``."""
+"""Draws the picture of the tube in detonation.md: ``python docs/tube.py``."""
 
 from pathlib import Path
 from typing import Any

@@ -5,6 +5,10 @@ neighbouring ones. Even and odd columns balance separately, and their stresses a
 differently. The mean, along the body and then across it, removes alternating fields and keeps linear ones. Only columns of the
 same section are averaged; at the end of such a row the two outermost columns share a mean. A point next to a parted point keeps
 its own stress in that direction: a mean would hide the stress that drives the crack.
+
+Measured on a pulled strip with a groove 0.6 mm deep in 0.89 mm: force of a section over the true one. With three columns below
+the groove, single columns give 0.86 to 1.18 and the means 0.994 to 1.011. With one column they give 0.66 to 1.37 and 0.99 to
+1.03, but 0.65 in the ligament, which has no neighbours. With the rule `cell` they give 0.58 to 1.38 and 0.81 to 1.21.
 """
 
 from __future__ import annotations

@@ -7,7 +7,8 @@ Gas burns in proportion to its compression, and the law overwrites the pressure:
 
 Energy is not conserved; the energy balance shows the amount added by the overwriting. The front locks to a simple number of
 cells per step h, such as 1/6, 2/7 or 1/2. It therefore runs 9 to 40 % faster than D, depending on D h / dx but not on the mesh;
-near D h / dx = 0.6 it is not even steady. Use `pressure_burn`.
+near D h / dx = 0.6 it is not even steady. The gas at rest behind it has a pressure of 0.42 to 0.55 P_CJ instead of 0.368 P_CJ.
+Use `pressure_burn`.
 Source: C. L. Mader, Numerical Modeling of Detonations (1979), as used for thin-walled tubes.
 """
 

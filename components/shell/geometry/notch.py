@@ -1,4 +1,9 @@
-"""A notch: a slot in the outer surface of a tube, or in the upper surface of a plate."""
+"""A notch: a slot in the outer surface of a tube, or in the upper surface of a plate.
+
+Compared with plane finite elements (Wilson's incompatible modes, 40,000 unknowns), a ligament of one column is 1.15 times too
+stiff and, when it flows, 1.6 times too strong. With three columns both errors are below 4 %. A ligament with two planes of
+nodes locks, with stresses across it of 4 times the yield stress. The wall has three planes; its triaxiality stays below 1.5.
+"""
 
 from __future__ import annotations
 
