@@ -57,15 +57,6 @@ def failures() -> None:
     appearance.save(figure, IMAGES / "automata.png", dots_per_inch=110, colours=128)
 
 
-@drawing.with_style
-def welding() -> None:
-    """Draw the bar that is torn, welded and torn once more."""
-    figure = drawing.new_figure(9.6, 2.4)
-    for axes, time in zip(figure.subplots(2, 2).flat, (4.5e-5, 8.0e-5, 1.4e-4, 2.4e-4), strict=True):
-        show(axes, ge.run("psakhie-2003/cold-welding", overrides={"duration": time}).component)
-    appearance.save(figure, IMAGES / "automata-welding.png", colours=64)
-
-
 def show_grains(axes: Axes, automata: ge.Component) -> None:
     """Draw materials and broken links, with displacements magnified twenty times."""
     points, links = automata.drawables()
@@ -93,5 +84,4 @@ def grains() -> None:
 
 if __name__ == "__main__":
     failures()
-    welding()
     grains()

@@ -104,7 +104,8 @@ def draw_page(page: str, colours: int = _COLOURS) -> None:
     def keep(figure: Figure, name: str, **_: object) -> None:
         drawn[name] = figure
 
-    with matplotlib.rc_context(_STYLE), mock.patch.object(Figure, "savefig", keep):
+    folder = tempfile.TemporaryDirectory()
+    with folder as logs, contextlib.chdir(logs), matplotlib.rc_context(_STYLE), mock.patch.object(Figure, "savefig", keep):
         names: dict[str, object] = {}
         for block in blocks[: last + 1]:
             exec(block, names)
