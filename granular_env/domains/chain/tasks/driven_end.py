@@ -33,15 +33,31 @@ _LONGEST, _PART = 10_000, 1e-3
 
 
 class DrivenOptions(Options, total=False):
-    """Options of every task at a driven end, in addition to its own arguments.
+    """Options of the tasks at a driven end of a chain, in addition to their own arguments and those of `ComponentEnv`.
 
-    Attributes:
-        radius: of the grains; 3 mm.
-        material: of the grains; steel.
-        action: "force" or "piston".
-        action_scale: force [N] or velocity [m/s] at action 1.
-        step_size: internal step; 0.5 us.
-        chain: further parameters of the chain.
+    ## Action space
+    One input at one end, held over the next control step, in units of `action_scale`. With `action="force"` it is the force
+    on the end grain, positive to the right. A pull moves this grain only, because contacts carry no tension. With
+    `action="piston"` it is the velocity of the end grain.
+
+    ## Start state
+    All grains at rest and in contact.
+
+    ## End of the episode
+    Terminated at the deadline. A deadline before the first possible arrival is rejected.
+
+    ## Arguments
+    * `grains` (64), `radius` (3e-3 m), `material` ("steel"), `step_size` (5e-7 s, the internal step): the chain.
+    * `action` ("force"): "force" or "piston". `action_scale` (None): 1000 N or 10 m/s.
+    * `clock` (8).
+    * `chain`: further parameters of the chain, with Hertz contacts, e.g. `{"precompression": 10.0}`.
+
+    ## Baselines
+    `env.unwrapped.task.baselines()` contains "nothing", "theory" and, if all arguments but `action` are the defaults,
+    "best", the best known drive.
+
+    ## Observation space
+    Displacement and velocity of every grain, then the clock.
     """
 
     radius: Any
