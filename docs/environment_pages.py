@@ -62,7 +62,7 @@ An environment is a component with a task: an agent sets inputs of the component
 
 The last three columns are returns with the default arguments. "Theory" and "best known" are policies in
 `env.unwrapped.task.baselines()`, except the best for `Piston-v1` (by hand) and for `Splitting-v1` (from the study
-`splitting`). A range or a median stands for sampled episodes. To play the baselines:
+`splitting`). Sampled episodes have a range or a median. To play the baselines:
 
 ```python
 import granular_env

@@ -1,4 +1,4 @@
-"""Confinement-v3: hold a brittle specimen that is compressed together by as little pressure on its sides as is needed."""
+"""Confinement-v3: keep a brittle specimen under axial compression intact by as little lateral pressure as possible."""
 
 from __future__ import annotations
 
@@ -38,17 +38,17 @@ _LARGEST_SEED = 2**16 - 1
 
 
 class ConfinementTask(Task):
-    """A specimen shall stay whole under a growing load. See `make_confinement`.
+    """Keep a specimen intact under a growing load. See `make_confinement`.
 
     Args:
-        specimen: with tractions on its left and right sides, and an upper side that moves.
-        pressure: on the sides at action 1 [Pa].
-        strain: axial, at the deadline.
-        control_step: its length [s].
+        specimen: automata with tractions on the left and right sides, and a moving upper side.
+        pressure: pressure on the sides at action 1 [Pa].
+        strain: axial strain at the deadline.
+        control_step: length of a control step [s].
         deadline: control steps.
-        grip: how deep the held ends are [m].
-        price: what the largest pressure costs, held from the start to the deadline.
-        lost: part of the pairs that may break before the specimen counts as lost.
+        grip: depth of the held ends [m].
+        price: cost of the largest pressure, held from the start to the deadline.
+        lost: broken fraction of the pairs above which the specimen is lost.
     """
 
     name = "confinement"

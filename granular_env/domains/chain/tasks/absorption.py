@@ -37,14 +37,14 @@ def _pullback(chain, adjoint, step, steps, inputs, input_adjoint, constants, slo
 
 
 class AbsorptionTask(DrivenEndTask):
-    """An active end that is to let little come back of an unknown wave. See `make_absorption`.
+    """Absorb an unknown wave at an active end. See `make_absorption`.
 
     Args:
-        chain: the chain, struck at its left end and driven at its right one; Hertz contacts.
+        chain: the chain, struck at its left end and driven at its right end; Hertz contacts.
         end: its right end.
         impact: smallest and largest speed of the strikers [m/s].
         strikers: largest number of grains that strike.
-        has_sensors: whether the agent sees `SENSORS`, which theory needs.
+        has_sensors: whether the observation contains `SENSORS`, which theory needs.
     """
 
     name = "absorption"

@@ -1,4 +1,4 @@
-"""A chain whose agent drives one end until a deadline: common part of all chain tasks except Piston-v1."""
+"""Common part of the tasks that drive one end of a chain until a deadline: all chain tasks except Piston-v1."""
 
 from __future__ import annotations
 
@@ -69,14 +69,14 @@ class DrivenOptions(Options, total=False):
 
 
 class DrivenEnd(NamedTuple):
-    """The driven end of a chain, and what its environment lets an agent do and see.
+    """The driven end of a chain: inputs, observations and time of its environment.
 
     Attributes:
         actions: input -> its value at action 1 [N or m/s].
         observations: output -> its value observed as 1 [m or m/s].
-        duration: of a control step [s].
+        duration: length of a control step [s].
         steps: control steps until the deadline, 0 for none.
-        best: whether the best known drive of the task is for this problem: all arguments but `action` are the defaults.
+        best: whether the best known drive applies, i.e. all arguments but `action` have their defaults.
     """
 
     actions: Mapping[str, float]

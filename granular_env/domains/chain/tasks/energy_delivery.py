@@ -1,4 +1,4 @@
-"""EnergyDelivery-v1: deliver a wanted energy to the last grains by the deadline, at little work."""
+"""EnergyDelivery-v1: deliver a target energy to the last grains by the deadline, at little work."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _ITERATIONS = 20
 
 
 class Wanted(NamedTuple):
-    """Constants of the task: the wanted energy [J], and the price of as much work."""
+    """Constants of the task: target energy [J], and the cost of an equal amount of work."""
 
     energy: float
     price: float
@@ -62,14 +62,14 @@ def _pullback(chain, adjoint, step, steps, inputs, input_adjoint, constants, slo
 
 
 class EnergyDeliveryTask(DrivenEndTask):
-    """The last grains shall hold an energy at the deadline; work costs. See `make_energy_delivery`.
+    """Deliver an energy to the last grains by the deadline, at little work. See `make_energy_delivery`.
 
     Args:
         chain: the driven chain; Hertz contacts.
         end: its left end.
-        energy: wanted in the target region [J].
+        energy: target energy of the region [J].
         region: number of grains of the target region.
-        price: of as much work as `energy`.
+        price: cost of an amount of work equal to `energy`.
     """
 
     name = "energy_delivery"

@@ -1,4 +1,4 @@
-"""Piston-v1: a piston launches the last grain at a wanted speed with little work."""
+"""Piston-v1: launch the last grain at a target velocity with a piston, at little work."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _FREE_FLIGHT = 0.01
 
 
 class Shot(NamedTuple):
-    """Constants of the task: wanted speed [m/s], price of `energy` [J] of work, distance of free flight at the end [m]."""
+    """Constants of the task: target velocity [m/s], cost of the work `energy` [J], separation that ends the episode [m]."""
 
     target: float
     price: float
@@ -32,12 +32,12 @@ class Shot(NamedTuple):
 
 
 class PistonTask(RowTask):
-    """The last grain's speed shall be right when it leaves; the piston's work costs. See `make_piston`.
+    """Launch the last grain at a target velocity, at little work. See `make_piston`.
 
     Args:
         chain: the driven chain.
-        target: wanted speed of the last grain [m/s].
-        price: of as much work as the kinetic energy of the last grain at that speed.
+        target: target velocity of the last grain [m/s].
+        price: cost of an amount of work equal to the kinetic energy of the last grain at this velocity.
         velocity_scale: piston velocity at action 1, and velocity observed as 1 [m/s].
     """
 

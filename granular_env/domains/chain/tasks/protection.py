@@ -35,7 +35,7 @@ _IMPULSE, _PEAK_SCALE, _DURATION, _DOUBLINGS, _ROUNDING = range(5)
 
 
 class Delivery(NamedTuple):
-    """Constants of the task: impulse to deliver [N s], peak force that costs 1 [N], length of a control step [s]."""
+    """Constants of the task: target impulse [N s], peak force with a cost of 1 [N], length of a control step [s]."""
 
     impulse: float
     peak_scale: float
@@ -100,13 +100,13 @@ def _pullback(chain, adjoint, step, steps, inputs, input_adjoint, constants, slo
 
 
 class ProtectionTask(DrivenEndTask):
-    """A wall shall receive an impulse; its peak force costs. See `make_protection`.
+    """Deliver an impulse to a wall with a low peak force. See `make_protection`.
 
     Args:
         chain: the driven chain, a wall at its right end.
         end: its left end.
-        impulse: what the wall shall receive [N s].
-        peak_scale: peak force of the wall that costs 1 [N].
+        impulse: target impulse on the wall [N s].
+        peak_scale: peak force on the wall with a cost of 1 [N].
     """
 
     name = "protection"

@@ -1,4 +1,4 @@
-"""PulseForming-v1: form only a wanted set of solitary waves by the deadline."""
+"""PulseForming-v1: form given solitary waves by the deadline, and no other motion."""
 
 from __future__ import annotations
 
@@ -34,15 +34,15 @@ from .waves import (
 
 
 class Waves(NamedTuple):
-    """Constants of the tasks with wanted waves: the goal, and what turns it into a distance.
+    """Constants of the tasks with target waves: the goal, and the quantities that define the distance from it.
 
     Attributes:
         horizon: time from the start to the deadline [s].
-        duration: of a control step [s].
-        unit: energy of the wanted waves; where a goal is drawn, of a wave of 1 m/s [J].
-        window: half width of what counts as a wave [grains].
-        goal: rows (amplitude, place, speed); empty where it is drawn.
-        shapes: of the waves, see `waves`.
+        duration: length of a control step [s].
+        unit: energy of the target waves, or of a wave of 1 m/s if the goal is sampled [J].
+        window: half width of a wave [grains].
+        goal: rows (amplitude, place, speed); empty if the goal is sampled.
+        shapes: wave shapes, see `waves`.
     """
 
     horizon: float
@@ -98,8 +98,8 @@ class PulseFormingTask(WaveTask):
         chain: the driven chain; Hertz contacts.
         end: its left end.
         amplitudes: largest grain velocity of each wave, shape (waves,) [m/s].
-        places: grain at which each wave's crest shall be at the deadline, 0 is the first, shape (waves,).
-        window: half width of what counts as a wave [grains].
+        places: target grain of each crest at the deadline, 0 is the first, shape (waves,).
+        window: half width of a wave [grains].
     """
 
     name = "pulse_forming"

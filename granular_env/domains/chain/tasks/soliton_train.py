@@ -38,16 +38,16 @@ Limits = tuple[float, float]
 
 
 class SolitonTrainTask(WaveTask):
-    """Produce a train of solitary waves, drawn for each episode, by the deadline. See `make_soliton_train`.
+    """Produce a train of solitary waves, sampled for each episode, by the deadline. See `make_soliton_train`.
 
     Args:
         chain: the driven chain; Hertz contacts, no precompression.
         end: its left end.
         waves: largest number of waves.
-        amplitude: limits of their heights [m/s].
-        spacing: limits of the distance of neighbours [grains].
-        front: limits of the foremost wave's place.
-        window: half width of what counts as a wave [grains].
+        amplitude: range of their heights [m/s].
+        spacing: range of the distances between neighbours [grains].
+        front: range of the position of the foremost wave.
+        window: half width of a wave [grains].
     """
 
     name = "soliton_train"
@@ -137,10 +137,10 @@ class SolitonTrainTask(WaveTask):
 
 
 class PassingTrain:
-    """The motion that missing grains would give the left end while the demanded waves pass: read from ``info``, then open-loop.
+    """Action of the missing grains on the left end while the requested waves pass: goal read from ``info``, then open-loop.
 
     Args:
-        task: whose demand is served.
+        task: task with the goal.
     """
 
     def __init__(self, task: SolitonTrainTask) -> None:
@@ -180,7 +180,7 @@ def make_soliton_train(
 
     ## Observation space
     The goal precedes the clock, without noise. For each wave, the foremost first, it contains the height, the position of
-    the crest at the deadline, and the speed; zeros stand for waves that are not requested. Counters: the goal
+    the crest at the deadline, and the speed; zeros mean that a wave is not requested. Counters: the goal
     ("amplitude_1" [m/s], "place_1", "speed_1" [grains/s] and so on) and those of `PulseForming-v1`.
 
     ## Rewards

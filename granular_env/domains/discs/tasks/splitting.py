@@ -1,4 +1,4 @@
-"""Splitting-v1: break a row of discs at a wanted link and at no other link."""
+"""Splitting-v1: break a row of discs at a given link and at no other."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ _PULSE_LENGTH = 4.0
 
 
 class SplittingTask(Task):
-    """One link of a row shall break, and no other. See `make_splitting`.
+    """Break one link of a row and no other. See `make_splitting`.
 
     Args:
         discs: the row.
-        target: number of the link that shall break.
+        target: number of the link to break.
         force_scale: force on an end disc at action 1 [N].
-        work_price: what work costs that is as large as the energy of a link that breaks.
-        control_step: its length [s].
+        work_price: cost of an amount of work equal to the energy of a link at breaking.
+        control_step: length of a control step [s].
     """
 
     name = "splitting"
@@ -98,7 +98,7 @@ def make_splitting(
     A link reads 1 if intact, 0 if broken. Counters: "closeness", "wrong_links" and "work" [J].
 
     ## Rewards
-    "closeness" is the largest elongation of the target link so far over its breaking elongation; it is 1 once the link has
+    "closeness" is the largest elongation of the target link up to now over its breaking elongation; it is 1 once the link has
     broken. The reward of a step is its gain in closeness, minus 1 for each other link that broke, minus `work_price` times
     the work of the forces over the energy of a link at breaking.
 

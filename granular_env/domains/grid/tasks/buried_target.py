@@ -28,13 +28,13 @@ _DIRECTIONS = 3600
 
 
 class BuriedTargetTask(Task):
-    """At the deadline the last receiver shall move fast. See `make_buried_target`.
+    """Maximise the speed of the last receiver at the deadline. See `make_buried_target`.
 
     Args:
-        grid: with forced nodes; its last receiver is the target.
-        force: of each load at action 1 [N].
-        internal_steps: in a control step.
-        deadline: control steps.
+        grid: grid with forced nodes; its last receiver is the target.
+        force: force of each load at action 1 [N].
+        internal_steps: internal steps in a control step.
+        deadline: control steps of an episode.
         hold: control steps for which an action is held.
     """
 

@@ -39,13 +39,13 @@ _BEST = (
 
 
 class ReliefTask(Task):
-    """A detonation shall push hard on the end of a tube whose wall stays whole. See `make_relief`.
+    """Maximise the impulse of a detonation on the end of a tube without loss of the wall. See `make_relief`.
 
     Args:
-        tube: with a vent, and a wall that can flow.
-        vent_area: at action 1 [m^2].
+        tube: tube with a vent and a plastic wall.
+        vent_area: vent area at action 1 [m^2].
         limit: plastic strain at which the wall is lost.
-        duration: of an episode [s].
+        duration: length of an episode [s].
     """
 
     name = "relief"
