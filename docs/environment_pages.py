@@ -1,6 +1,6 @@
-"""Makes the pages of the environments and their moving pictures: ``python docs/environment_pages.py``.
+"""Makes the page of the environments and its moving pictures: ``python docs/environment_pages.py``.
 
-``--pages`` writes the pages alone. Each page is the docstring of the environment, with tables of its spaces.
+``--pages`` writes the page alone. Its sections are the docstrings of the environments, with tables of their spaces.
 """
 
 import re
@@ -15,14 +15,18 @@ import numpy as np
 import granular_env.envs  # noqa: F401 - registers the environments
 from granular_env.components.variables import parse_element
 from granular_env.domains import environments, load
+from granular_env.domains.chain.tasks.driven_end import DrivenOptions
 from granular_env.envs import ComponentEnv, rendering
+from granular_env.envs.factory import options_type
 from granular_env.envs.policies import OpenLoop
 
 DOCS = Path(__file__).resolve().parent
-PAGES, IMAGES = DOCS / "environments", DOCS / "images" / "environments"
+PAGE, IMAGES = DOCS / "environments.md", DOCS / "images" / "environments"
 FRAMES, COLOURS, SECONDS_A_FRAME = 60, 64, 0.1
 SIZE = (720, 270)  # pixels
-ENVIRONMENTS = environments()
+WIDTH = 128  # characters in a line of the page
+# Chains first, as they share a section.
+ENVIRONMENTS = dict(sorted(environments().items(), key=lambda item: ".chain." not in item[1].entry_point))
 PUSH = "a push of 2.4 m/s for 18 us"
 # Seed and baseline of the animated episode, if not the last baseline with seed 0. A new environment needs no line. Piston-v1
 # has no baseline and shows the drive `PUSH`.
@@ -32,16 +36,62 @@ PLAYS: dict[str, tuple[int, str | OpenLoop]] = {
     "SolitonTrain-v1": (2, "theory"),
     "Confinement-v3": (0, "nothing"),
 }
+# Returns of a zero input, of theory, and of the best known policy, with the default arguments.
+RETURNS = {
+    "Piston-v1": ("0", "-", "0.77"),
+    "PulseForming-v1": ("-1", "-7.3e-4", "-1.5e-13"),
+    "Protection-v1": ("0", "0.792", "0.846"),
+    "Absorption-v1": ("0", "0.9914 to 0.9935", "-"),
+    "EnergyDelivery-v1": ("0", "0.809965", "0.810000"),
+    "SolitonTrain-v1": ("-1", "-7.8e-4 to -1.4e-4", "-"),
+    "Splitting-v1": ("0", "0.587", "0.85"),
+    "BuriedTarget-v1": ("0", "1.000", "1.000"),
+    "Confinement-v3": ("-1", "-0.089", "-0.063"),
+    "Relief-v1": ("0.34", "0.60", "0.68"),
+}
+INTRODUCTION = """\
+# Environments
+
+<!-- Made by docs/environment_pages.py from docstrings. -->
+
+An environment is a component with a task: an agent sets inputs of the component and receives rewards. The package registers
+{count} of them with Gymnasium. [Train and optimise](training.md) shows their use, and
+[Shaping a pulse](control.md) is a tutorial. `granular-env describe PulseForming-v1` prints a section of this page.
+
+{table}
+
+The last three columns are returns with the default arguments. "Theory" and "best known" are policies in
+`env.unwrapped.task.baselines()`, except the best for `Piston-v1` (by hand) and for `Splitting-v1` (from the study
+`splitting`). Sampled episodes have a range or a median. To play the baselines:
+
+```python
+import granular_env
+import gymnasium as gym
+from granular_env.envs.policies import play
+
+env = gym.make("granular_env/EnergyDelivery-v1")
+policies = env.unwrapped.task.baselines()
+totals = {{name: round(play(env, policy, seed=0)[0], 4) for name, policy in policies.items()}}
+print(totals)  # {{'nothing': 0.0, 'theory': 0.81, 'best': 0.81}}
+```
+
+The version in a name increases when the same actions no longer give the same returns.
+"""
+DRIVEN = """\
+The five environments from `PulseForming-v1` to `SolitonTrain-v1` drive one end of a chain of equal spheres. Their sections list
+only the differences from this one."""
 
 
 def main() -> None:
-    """Write all pages, and the pictures unless ``--pages`` is given."""
-    PAGES.mkdir(exist_ok=True)
-    for name in ENVIRONMENTS:
-        short = name.rpartition("/")[2]
-        (PAGES / f"{slug(short)}.md").write_text(page(name), encoding="utf-8")
-        if "--pages" not in sys.argv:
-            write_picture(name, IMAGES / f"{slug(short)}.gif")
+    """Write the page, and the pictures unless ``--pages`` is given."""
+    PAGE.write_text(page(), encoding="utf-8")
+    for name in ENVIRONMENTS if "--pages" not in sys.argv else ():
+        write_picture(name, IMAGES / f"{slug(short_name(name))}.gif")
+
+
+def short_name(name: str) -> str:
+    """`granular_env/PulseForming-v1` without its namespace."""
+    return name.rpartition("/")[2]
 
 
 def slug(short: str) -> str:
@@ -49,37 +99,82 @@ def slug(short: str) -> str:
     return re.sub(r"(?<=[a-z])(?=[A-Z])", "-", short.partition("-v")[0]).lower()
 
 
-def page(name: str) -> str:
-    """Return the page of an environment."""
-    env, short = gymnasium.make(name).unwrapped, name.rpartition("/")[2]
-    assert isinstance(env, ComponentEnv)
-    spec, sections = gymnasium.spec(name), docstring_sections(load(ENVIRONMENTS[name].entry_point))
-    lines = [f"# {short}", "", sections.pop(""), ""]
-    lines += [f"![{caption(short)}](../images/environments/{slug(short)}.gif)", "", f"*{caption(short)}*", ""]
-    lines += [f"| made by | `gymnasium.make({name!r})` |", "|---|---|", f"| action space | `{env.action_space}` |"]
-    lines += [f"| observation space | `{shown_box(env)}` |"]
-    lines += [f"| control steps | {env.deadline:g} of {env.duration * 1e6:g} us; {env.internal_steps} internal steps each |"]
-    lines += [f"| reward threshold | {spec.reward_threshold:g}, what {known(short)} returns, rounded down |"]
-    for title, text in sections.items():
-        lines += ["", f"## {title}", ""]
-        if title == "Action space":
-            lines += [*action_table(env), ""]
-        if title == "Observation space":
-            lines += [*observation_table(env), ""]
-        lines += [text]
-    return "\n".join([*lines, "", *shared_lines()]).rstrip() + "\n"
+def page() -> str:
+    """Return the page of all environments."""
+    common, driven = docstring_sections(ComponentEnv), docstring_sections(DrivenOptions)
+    common.pop(""), driven.pop("")
+    # The component and the task are fixed in a registered environment.
+    common["Arguments"] = re.sub(r"^\* `(component|task)`:.*?(?=^\* )", "", common["Arguments"], flags=re.MULTILINE | re.DOTALL)
+    lines = [INTRODUCTION.format(count=len(ENVIRONMENTS), table="\n".join(summary()))]
+    lines += ["## Common part", "", *paragraphs(common), "## Driven chains", "", DRIVEN, "", *paragraphs(driven)]
+    lines += [*observation_table(made(next(filter(is_driven, ENVIRONMENTS)))), ""]
+    for name in ENVIRONMENTS:
+        lines += section(name)
+    return "\n".join(lines).rstrip() + "\n"
 
 
-def shared_lines() -> list[str]:
-    """Return what holds of every environment: the sections of `ComponentEnv`, a level lower."""
-    sections = docstring_sections(ComponentEnv)
-    sections.pop("")
-    lines = ["## Options of every environment", ""]
-    for title, text in sections.items():
-        # The component and the task are given already.
-        kept = re.sub(r"^\* `(component|task)`:.*?(?=^\* )", "", text, flags=re.MULTILINE | re.DOTALL)
-        lines += [f"### {title}", "", kept, ""]
+def summary() -> list[str]:
+    """Return the lines of the table of all environments."""
+    lines = ["| name | component | input | goal | zero input | theory | best known |", "|---|---|---|---|---|---|---|"]
+    for name in ENVIRONMENTS:
+        env, short = made(name), short_name(name)
+        inputs = ", ".join(f"`{one}`" for one in dict.fromkeys(parse_element(one).name for one in env.task.actions))
+        goal = docstring_sections(load(ENVIRONMENTS[name].entry_point))[""].partition("\n")[0]
+        returns = " | ".join(RETURNS.get(short, ("-", "-", "-")))
+        lines.append(f"| [`{short}`](#{short.lower()}) | {env.component.name} | {inputs} | {goal} | {returns} |")
     return lines
+
+
+def made(name: str) -> ComponentEnv:
+    """Return an environment with its default arguments."""
+    env = gymnasium.make(name).unwrapped
+    assert isinstance(env, ComponentEnv)
+    return env
+
+
+def section(name: str) -> list[str]:
+    """Return the lines of the section of an environment."""
+    env, short, sections = made(name), short_name(name), docstring_sections(load(ENVIRONMENTS[name].entry_point))
+    lines = [f"## {short}", "", sections.pop(""), ""]
+    picture = f"![{caption(short)}](images/environments/{slug(short)}.gif)"
+    lines += [picture, "", f"*{caption(short)}*", "", facts(env, name), ""]
+    lines += paragraph("Action space", f"{actions_text(env)} {sections.pop('Action space', '')}")
+    lines += paragraph("Observation space", sections.pop("Observation space", ""))
+    table = observation_table(env)
+    if not is_driven(name) or table != observation_table(made(next(filter(is_driven, ENVIRONMENTS)))):
+        lines += [*table, ""]
+    return [*lines, *paragraphs(sections)]
+
+
+def is_driven(name: str) -> bool:
+    """Return whether an environment drives an end of a chain, with `DrivenOptions`."""
+    return options_type(load(ENVIRONMENTS[name].entry_point)) is DrivenOptions
+
+
+def facts(env: ComponentEnv, name: str) -> str:
+    """Return the episode length and threshold of an environment."""
+    steps = f"{env.deadline:g} control steps of {env.duration * 1e6:g} us ({env.internal_steps} internal steps each)"
+    common = " A [driven chain](#driven-chains)." if is_driven(name) else ""
+    return f"{steps}. Solved at a return of {gymnasium.spec(name).reward_threshold:g}.{common}"
+
+
+def paragraphs(sections: dict[str, str]) -> list[str]:
+    """Return the sections of a docstring as lines."""
+    return [line for title, text in sections.items() for line in paragraph(title, text)]
+
+
+def paragraph(title: str, text: str) -> list[str]:
+    """Return a section with its title in bold as lines."""
+    if text.startswith("* "):
+        return [f"**{title}**", "", text, ""]
+    start, _, rest = f"**{title}.** {text.strip()}".partition("\n\n")
+    return [wrapped(start), "", *([rest, ""] if rest else [])]
+
+
+def wrapped(text: str) -> str:
+    """Return a paragraph in lines of the page, which do not break code and formulas."""
+    whole = re.sub(r"`[^`]*`|\$[^$]*\$", lambda found: re.sub(r"\s+", "\0", found[0]), text)
+    return textwrap.fill(whole, WIDTH, break_long_words=False, break_on_hyphens=False).replace("\0", " ")
 
 
 def docstring_sections(kind: object) -> dict[str, str]:
@@ -91,43 +186,28 @@ def docstring_sections(kind: object) -> dict[str, str]:
 
 
 def escaped(text: str) -> str:
-    """Return a text whose stars mean stars, but for those of lists and code."""
-    pieces = re.split(r"(`[^`]*`|^ *\* )", text, flags=re.MULTILINE)
+    """Return a text whose stars mean stars, except those of lists, code and formulas."""
+    pieces = re.split(r"(`[^`]*`|\$\$[^$]*\$\$|\$[^$]*\$|^ *\* )", text, flags=re.MULTILINE)
     return "".join(piece if place % 2 else piece.replace("*", r"\*") for place, piece in enumerate(pieces))
 
 
-def shown_box(env: ComponentEnv) -> str:
-    """Return the observation space in a line."""
-    low, high = env.observation_space.low, env.observation_space.high
-    same = np.ptp(low) == 0.0 and np.ptp(high) == 0.0
-    return (
-        f"Box({low[0]:g}, {high[0]:g}, {env.observation_space.shape}, float32)"
-        if same
-        else (f"Box({env.observation_space.shape}, float32), limits in the table")
-    )
-
-
-def action_table(env: ComponentEnv) -> list[str]:
-    """Return the lines of the table of an action."""
-    lines = ["| index | quantity | value at 1 | min | max |", "|---|---|---|---|---|"]
-    place = 0
+def actions_text(env: ComponentEnv) -> str:
+    """Return a sentence with the input of each entry of an action."""
+    words = []
     for name, scale in env.task.actions.items():
-        variable, space = env.component.variables[parse_element(name).name], env.action_space
-        last = place + (1 if parse_element(name).index else int(np.prod(variable.shape))) - 1
-        which = str(place) if place == last else f"{place} to {last}"
-        lines.append(f"| {which} | `{name}` | {scale:g} {variable.unit} | {space.low[place]:g} | {space.high[place]:g} |")
-        place = last + 1
-    assert place == env.action_space.shape[0]
-    return lines
+        variable = env.component.variables[parse_element(name).name]
+        count = 1 if parse_element(name).index else int(np.prod(variable.shape))
+        words.append(f"`{name}`{f' ({count} entries)' if count > 1 else ''}, {scale:g} {variable.unit} at action 1")
+    return "; ".join(words) + "."
 
 
 def observation_table(env: ComponentEnv) -> list[str]:
-    """Return the lines of the table of an observation."""
-    lines = ["| index | quantity | value at 1 | min | max |", "|---|---|---|---|---|"]
-    for first, last, quantity, unit in observation_rows(env):
-        place = str(first) if first == last else f"{first} to {last}"
-        low, high = env.observation_space.low[first], env.observation_space.high[first]
-        lines.append(f"| {place} | {quantity} | {unit} | {low:g} | {high:g} |")
+    """Return the lines of the table of an observation; all readings of the clock are one line."""
+    lines = ["| observation | quantity | value at 1 |", "|---|---|---|"]
+    rows, size = list(observation_rows(env)), env.observation_space.shape[0]
+    clock = (size - env.clock, size - 1, f"clock: cos(pi k t / T), k = 1 to {env.clock}", "1")
+    for first, last, quantity, unit in [*rows[: len(rows) - env.clock], *([clock] if env.clock else [])]:
+        lines.append(f"| {first if first == last else f'{first} to {last}'} | {quantity} | {unit} |")
     return lines
 
 
@@ -163,16 +243,11 @@ def caption(short: str) -> str:
     return f"{short}: {who}"
 
 
-def known(short: str) -> str:
-    """Return what a reward threshold is the return of."""
-    return "theory" if isinstance(play_of(short)[1], str) else PUSH
-
-
 def write_picture(name: str, path: Path) -> None:
     """Play an episode and write it as a GIF."""
     from PIL import Image
 
-    env, (seed, policy) = gymnasium.make(name, render_mode="rgb_array"), play_of(name.rpartition("/")[2])
+    env, (seed, policy) = gymnasium.make(name, render_mode="rgb_array"), play_of(short_name(name))
     player = env.unwrapped.task.baselines()[policy] if isinstance(policy, str) else policy
     player.reset()
     observation, info = env.reset(seed=seed)

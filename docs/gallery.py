@@ -1,4 +1,4 @@
-"""Makes the logs of the gallery, in logs/gallery, and its pictures: ``python docs/gallery.py``."""
+"""Makes the logs in logs/gallery and their pictures in docs/control.md: ``python docs/gallery.py``."""
 
 import sys
 from collections.abc import Callable
@@ -27,13 +27,13 @@ EVERY = 3e-6  # s
 SETTING = {"grains": 100, "place": 60, "deadline": 270, "action_scale": pulse_shaping.SCALE}
 DISORDERED = {"radius": {"low": 2.85e-3, "high": 3.15e-3, "seed": 1}}
 DISSIPATIVE = {"law": {"name": "viscous", "dissipation": 2.0}}
-WAVE = {"velocity": {0: 5.0, 1: 5.0}}  # what comes to the absorbing end
+WAVE = {"velocity": {0: 5.0, 1: 5.0}}  # strikers opposite the absorbing end
 BEST_DASHPOT = 63.0  # N s/m, found by examples/absorbing_end.py
 _COLOURS = 128
 
 
 def recorded(name: str, env: ComponentEnv, policy: Policy, options: dict | None = None) -> dict[str, float]:
-    """One episode into logs/gallery/NAME.mcap; its counters."""
+    """Record one episode as logs/gallery/NAME.mcap and return its counters."""
     titled = {"experiment": {"name": f"gallery/{name}"}, "variables": ["displacement", "velocity"]}
     with ge.record(env.component, LOGS / f"{name}.mcap", every=EVERY, overwrite=True, **titled):
         observation, info = env.reset(seed=0, options=options)
@@ -51,7 +51,7 @@ def driven(name: str, env: make_pulse_forming, drive: np.ndarray) -> None:
 
 
 def one_wave() -> None:
-    """Draw the paper's triangle, and a drive that makes as high a wave with a lower force."""
+    """Record the paper's triangle, and a drive that makes a wave of the same height with a lower force."""
     brief = {"duration": 3.96e-4, "record.every": EVERY, "record.variables": ["displacement", "velocity"]}
     ge.run("nesterenko-1983/3.3-triangle-10us", log=LOGS / "triangle.mcap", overrides=brief, overwrite=True)
     env = make_pulse_forming(
@@ -66,7 +66,7 @@ def one_wave() -> None:
 
 
 def other_chains() -> None:
-    """Draw the best drive found in a chain, and the uniform chain's drive there."""
+    """Record the best drive found in each chain, and the drive of the uniform chain."""
     uniform = pulse_shaping.shaped(make_pulse_forming(**SETTING), pushed=50)
     for name, chain in (("disordered", DISORDERED), ("dissipative", DISSIPATIVE)):
         env = make_pulse_forming(**SETTING, chain=chain)
@@ -75,13 +75,13 @@ def other_chains() -> None:
 
 
 def two_waves() -> None:
-    """One drive, two waves."""
+    """Record a drive that makes two waves."""
     env = pulse_shaping.two_waves_environment()
     driven("two-waves", env, pulse_shaping.shaped(env, pushed=120))
 
 
 def absorbing_ends() -> None:
-    """Draw the same blow against a piston at rest, a dashpot and an active end."""
+    """Record the same impact on a piston at rest, a dashpot and an active end."""
     piston = make_absorption()
     for name, policy in (("wall", "nothing"), ("absorbing-piston", "theory")):
         print(name, recorded(name, piston, piston.task.baselines()[policy], WAVE))
@@ -94,7 +94,7 @@ def absorbing_ends() -> None:
 
 @drawing.with_style
 def draw(name: str, titles: dict[str, str]) -> None:
-    """Side by side: the input of each log above its x-t diagram."""
+    """Draw the input of each log above its x-t diagram, side by side."""
     figure = drawing.new_figure(5.0 * len(titles), 6.0)
     panels = figure.subplots(2, len(titles), squeeze=False, height_ratios=[2, 5])
     for place, (log, title) in enumerate(titles.items()):
@@ -108,9 +108,9 @@ def draw(name: str, titles: dict[str, str]) -> None:
 
 
 def pictures() -> None:
-    """All pictures, from the logs alone."""
-    best, borrowed = "best drive found", "the uniform chain's drive"
-    draw("one-wave", {"triangle": "The paper's triangle, 1764 N", "one-wave": "Shaped, as high a wave"})
+    """Draw all pictures from the logs."""
+    best, borrowed = "best drive found", "drive of the uniform chain"
+    draw("one-wave", {"triangle": "The paper's triangle, 1764 N", "one-wave": "Shaped drive, 1195 N"})
     draw("two-waves", {"two-waves": "5 m/s, and 3 m/s 100 us behind"})
     draw("disordered", {"disordered-uniform-drive": f"Radii +-5 %: {borrowed}", "disordered": best})
     draw("dissipative", {"dissipative-uniform-drive": f"2 N s/m: {borrowed}", "dissipative": best})
@@ -118,7 +118,7 @@ def pictures() -> None:
 
 
 def main(parts: list[Callable[[], None]]) -> None:
-    """Draw some or all parts."""
+    """Run some or all parts."""
     LOGS.mkdir(parents=True, exist_ok=True)
     for part in parts:
         part()

@@ -1,8 +1,10 @@
-"""The environments' pages match their docstrings and spaces; their pictures exist and are small."""
+"""The page of the environments matches their docstrings and spaces; its pictures exist and are small."""
 
 from __future__ import annotations
 
 import importlib.util
+import re
+from decimal import Decimal
 from pathlib import Path
 from types import ModuleType
 
@@ -12,6 +14,7 @@ import pytest
 
 import granular_env.envs  # noqa: F401 - registers the environments
 from granular_env.domains import environments
+from granular_env.envs.policies import play
 
 ENVIRONMENTS = environments()
 DOCS = Path(__file__).resolve().parent.parent / "docs"
@@ -26,13 +29,30 @@ def pages() -> ModuleType:
     return module
 
 
+def test_the_page_is_what_the_environments_say(pages: ModuleType) -> None:
+    page = pages.PAGE.read_text("utf-8")
+    assert page == pages.page(), "run: python docs/environment_pages.py --pages"
+    assert pages.RETURNS.keys() == {pages.short_name(name) for name in ENVIRONMENTS}
+    for link in re.findall(r"\]\(#([^)]+)\)", page):
+        assert link in {title.lower().replace(" ", "-") for title in re.findall(r"^## (.+)$", page, re.MULTILINE)}
+
+
 @pytest.mark.parametrize("name", ENVIRONMENTS)
-def test_a_page_is_what_the_environment_says(pages: ModuleType, name: str) -> None:
-    path = DOCS / "environments" / f"{pages.slug(name.rpartition('/')[2])}.md"
-    assert path.read_text("utf-8") == pages.page(name), "run: python docs/environment_pages.py --pages"
-    picture = DOCS / "images" / "environments" / f"{path.stem}.gif"
+def test_the_table_states_the_returns_of_the_baselines(pages: ModuleType, name: str) -> None:
+    env = gymnasium.make(name)
+    policies = env.unwrapped.task.baselines()
+    for policy, text in zip(("nothing", "theory", "best"), pages.RETURNS[pages.short_name(name)], strict=True):
+        if policy in policies:
+            found, (low, *high) = play(env, policies[policy], seed=0)[0], text.split(" to ")
+            # A number is rounded to its last digit; a range covers sampled episodes.
+            last_digit = Decimal(1).scaleb(Decimal(low).as_tuple().exponent) if not high else 0
+            assert float(low) - 0.51 * float(last_digit) <= found <= float(high[0] if high else low) + 0.51 * float(last_digit)
+
+
+@pytest.mark.parametrize("name", ENVIRONMENTS)
+def test_a_picture_is_there_and_small(pages: ModuleType, name: str) -> None:
+    picture = pages.IMAGES / f"{pages.slug(pages.short_name(name))}.gif"
     assert 10_000 < picture.stat().st_size < 300_000
-    assert f"environments/{path.stem}.md" in (DOCS.parent / "mkdocs.yml").read_text("utf-8")
 
 
 @pytest.mark.parametrize("name", ENVIRONMENTS)

@@ -1,4 +1,4 @@
-"""The logs of the gallery replay bit for bit, and match the descriptions on its page."""
+"""The logs in logs/gallery replay bit for bit, and match their descriptions in docs/control.md."""
 
 from pathlib import Path
 
@@ -18,7 +18,7 @@ def test_a_log_of_the_gallery_replays_bit_for_bit(path: Path) -> None:
 
 
 def test_the_page_names_every_log() -> None:
-    page = (ROOT / "docs" / "gallery.md").read_text()
+    page = (ROOT / "docs" / "control.md").read_text()
     assert LOGS
     for path in LOGS:
         assert f"`{path.stem}`" in page or f"gallery/{path.stem}.mcap" in page

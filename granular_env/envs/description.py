@@ -13,6 +13,7 @@ import numpy as np
 from granular_env.components.variables import parse_element
 from granular_env.domains import environments, load
 from granular_env.envs.environment import ComponentEnv
+from granular_env.envs.factory import Options, options_type
 from granular_env.envs.task import RowTask
 from granular_env.terminal_text import columns, wrap_text
 
@@ -30,8 +31,11 @@ def describe_environment(name: str, arguments: Mapping[str, Any]) -> str:
     parts = [wrap_text(f"environment {name}: {facts['description']}"), "", columns(rows[2:])]
     parts += ["", "actions, for an entry of 1", columns(facts["actions"].items())]
     parts += ["", "arguments (gymnasium.make, --set)", columns(facts["arguments"].items())]
-    sections = (inspect.getdoc(load(environments()[name].entry_point)) or "").partition("\n")[2]
-    return "\n".join([*parts, "", re.sub(r"^#+ +", "", sections.strip("\n"), flags=re.MULTILINE)]).rstrip()
+    make = load(environments()[name].entry_point)
+    sections = [(inspect.getdoc(make) or "").partition("\n")[2].strip("\n")]
+    if (shared := options_type(make)) is not Options:
+        sections += ["", inspect.getdoc(shared) or ""]
+    return "\n".join([*parts, "", re.sub(r"^#+ +", "", "\n".join(sections), flags=re.MULTILINE)]).rstrip()
 
 
 def environment_facts(name: str, arguments: Mapping[str, Any]) -> dict[str, Any]:
@@ -64,4 +68,4 @@ def _arguments(make: Any) -> dict[str, str]:
     """Return the arguments of a factory by name, with the repr of their defaults."""
     parameters = inspect.signature(make).parameters.values()
     named = {one.name: repr(one.default) for one in parameters if one.kind is not one.VAR_KEYWORD}
-    return {**named, "...": "options of the environment, see Arguments below"}
+    return {**named, "...": "options of every environment, see `help(granular_env.envs.ComponentEnv)`"}

@@ -27,28 +27,28 @@ Ready = tuple[Component, Task, Drawn]
 
 
 class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
-    """The environment of a component that an agent drives, and a task.
+    """Gymnasium environment of a component and a task.
 
     ## Action space
-    `Box(-1, 1, (entries,), float32)`: an entry for each scalar input, for each element of an array (row by row), and for a
-    single element such as `force[3,0]`; elements that are not driven are 0. Each entry is clipped, limited in rate,
-    delayed, multiplied by the task's scale (`env.unwrapped.task.actions`, in the input's unit), and held over `hold` control
-    steps. NaN, infinity and wrong shapes are refused with `ParameterError`, without a change of state.
+    `Box(-1, 1, (entries,), float32)`: one entry for each scalar input, for each element of an array input (row by row), or
+    for a single element such as `force[3,0]`; elements that are not driven are 0. Each entry is clipped, limited in rate,
+    delayed, multiplied by the scale of the task (`env.unwrapped.task.actions`, in the unit of the input), and held over
+    `hold` control steps. NaN, infinity and wrong shapes raise `ParameterError` without a change of state.
 
     ## Observation space
-    `Box(-limit, limit, (size,), float32)`: the outputs of the task, or the outputs selected by `observe`, concatenated (arrays
-    row by row), each divided by its scale (`env.unwrapped.task.observations`), with noise, clipped to +-
-    `task.observation_limit`; then the goal, if the task samples one; then the clock, with readings in [-1, 1].
+    `Box(-limit, limit, (size,), float32)`: the outputs of the task, or those selected by `observe` (arrays row by row),
+    each divided by its scale (`env.unwrapped.task.observations`), with noise, clipped to `task.observation_limit`. The goal
+    follows, if the task samples one, then the clock, with readings in [-1, 1].
 
     ## Info
-    "time" [s], the task's outputs, unscaled in float64 and without noise (not with `info="brief"`), the applied values of the
-    driven inputs, the task's counters, and the sampled parameters ("drawn_radius" and so on). Arrays are new copies.
+    "time" [s], the outputs of the task in SI units, float64 and without noise (not with `info="brief"`), the applied
+    inputs, the counters of the task, and the sampled parameters ("drawn_radius" and so on). Arrays are new copies.
 
     ## Rewards, start and end
-    Rewards, start and end are those of the task. A step that the component refuses (`StepError`: the physics would break
-    down) ends the episode: the reward is `step_error_reward`, `terminated` is true, `info["step_error"]` holds the message, and
-    the state is that before the step. After `deadline` control steps the episode ends: it is `terminated` with a clock, because
-    the agent observes the deadline, and `truncated` without a clock.
+    The task defines rewards, start and end. A step that the component rejects (`StepError`: the state would leave the range
+    of the physics) ends the episode: the reward is `step_error_reward`, `terminated` is true, `info["step_error"]` holds
+    the message, and the state is that before the step. After `deadline` control steps the episode ends: `terminated` with a
+    clock, because the agent observes the deadline, and `truncated` without a clock.
 
     ## Arguments
     * `component`: any `Component`.
@@ -58,24 +58,25 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
     * `deadline` (None): control steps of an episode; None for no end.
     * `hold` (1): control steps for which an action is held (frame skip); the reward of a step is the sum of theirs. Rates,
       delays and noise count control steps.
-    * `clock` (0): numbers at the end of the observation that show the time, cos(pi k t / deadline), k = 1 to `clock`.
-    * `observe` ("full"): the task's outputs; or output -> places along its first axis, or "all":
+    * `clock` (0): number of time readings at the end of the observation, cos(pi k t / deadline), k = 1 to `clock`.
+    * `observe` ("full"): the task's outputs; or output -> indices along its first axis, or "all":
       `{"velocity": [0, 31], "right_wall_force": "all"}`. Outputs that the task does not name use the scale of their unit.
-    * `noise` (0.0): standard deviation of the noise on each reading, in units of its scale. It is a function of the episode's
-      seed, the control step and the reading, nearly normal (a sum of twelve uniform numbers, within 6 deviations).
-    * `action_rate` (None): largest change of an entry of the action in a control step, in scales; None for no limit.
-      It starts from the input held at the start.
-    * `control_delay` (0): control steps between an action and its effect; until then, the start's input is held.
-    * `randomise` (None): `{"radius": (low, high)}` samples a parameter of the component for each episode, and
+    * `noise` (0.0): standard deviation of the noise of each reading, in units of its scale. The noise is a function of the
+      episode's seed, the control step and the reading, and nearly normal (a sum of twelve uniform numbers, within 6
+      deviations).
+    * `action_rate` (None): largest change of an entry of the action per control step, in scales, from the input held at the
+      start; None for no limit.
+    * `control_delay` (0): control steps between an action and its effect; until then, the input of the start is held.
+    * `randomise` (None): `{"radius": (low, high)}` samples a parameter of the component for each episode,
       `{"velocity": (low, high)}` the start value of a state variable; see `granular_env.envs.randomization`.
     * `info` ("full"): "full" or "brief".
-    * `step_error_reward` (-10.0): reward of a step that the component refuses. Episodes without a refused step can return
-      less.
+    * `step_error_reward` (-10.0): reward of a rejected step. Episodes without a rejected step can return less.
     * `render_mode` (None): None or "rgb_array".
 
-    `reset(options={"velocity": {0: 5.0}})` sets start values, as for `Component.reset`; `{"snapshot": state}` continues from a
-    state of the component, such as `granular_env.open_log(path).branch(at).component.save()`. `copy.deepcopy`, pickle and
-    cloudpickle give an independent environment that continues with the same bits; a recording stays with the original.
+    `reset(options={"velocity": {0: 5.0}})` sets start values, as for `Component.reset`; `{"snapshot": state}` continues
+    from a state of the component, such as `granular_env.open_log(path).branch(at).component.save()`. `copy.deepcopy`,
+    pickle and cloudpickle give an independent environment that continues bitwise identically; a recording stays with the
+    original.
     """
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 30}  # noqa: RUF012

@@ -55,10 +55,15 @@ def refuse_unknown(make: Callable[..., Any], given: Mapping[str, Any]) -> None:
         elif parameter.annotation is parameter.empty:
             return
         else:
-            known += get_type_hints(get_args(get_type_hints(make)[name])[0])
+            known += get_type_hints(options_type(make))
     for name in given:
         if name not in known:
             raise ParameterError("unknown", source=make.__name__, hint=nearest(name, known), at=name)
+
+
+def options_type(make: Callable[..., Any]) -> Any:
+    """Return the `TypedDict` of the options that a factory accepts as ``**options: Unpack[...]``."""
+    return get_args(get_type_hints(make)["options"])[0]
 
 
 def refuse_given_twice(given: Mapping[str, Any]) -> None:

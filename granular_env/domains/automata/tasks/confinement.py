@@ -1,4 +1,4 @@
-"""Confinement-v3: hold a brittle specimen that is compressed together by as little pressure on its sides as is needed."""
+"""Confinement-v3: keep a brittle specimen under axial compression intact by as little lateral pressure as possible."""
 
 from __future__ import annotations
 
@@ -38,17 +38,17 @@ _LARGEST_SEED = 2**16 - 1
 
 
 class ConfinementTask(Task):
-    """A specimen shall stay whole under a growing load. See `make_confinement`.
+    """Keep a specimen intact under a growing load. See `make_confinement`.
 
     Args:
-        specimen: with tractions on its left and right sides, and an upper side that moves.
-        pressure: on the sides at action 1 [Pa].
-        strain: axial, at the deadline.
-        control_step: its length [s].
+        specimen: automata with tractions on the left and right sides, and a moving upper side.
+        pressure: pressure on the sides at action 1 [Pa].
+        strain: axial strain at the deadline.
+        control_step: length of a control step [s].
         deadline: control steps.
-        grip: how deep the held ends are [m].
-        price: what the largest pressure costs, held from the start to the deadline.
-        lost: part of the pairs that may break before the specimen counts as lost.
+        grip: depth of the held ends [m].
+        price: cost of the largest pressure, held from the start to the deadline.
+        lost: broken fraction of the pairs above which the specimen is lost.
     """
 
     name = "confinement"
@@ -130,47 +130,53 @@ def make_confinement(
     strength_seed: int | None = None,
     **options: Unpack[Options],
 ) -> ComponentEnv:
-    """Hold a brittle specimen together by a pressure on its sides while it is compressed, with as little as is needed.
+    r"""Keep a brittle specimen under axial compression intact by as little lateral pressure as possible.
 
-    A sample of rock, 20 mm x 38 mm, is compressed along its axis at a constant rate between two ends that hold it. Its pairs
-    break by the criterion of Mohr and Coulomb, with strengths that scatter by 20 %. Alone it bursts at a third of the way;
-    under pressure from the sides it carries more. Too much pressure, too early, crushes it across.
+    A sample of rock, 20 mm x 38 mm, is compressed along its axis at a constant rate between two ends that hold it. Its
+    pairs break by the criterion of Mohr and Coulomb, with strengths that scatter by 20 %. Without lateral pressure it fails
+    after a third of the episode. High pressure too early breaks it across.
 
     ## Action space
-    `Box(-1, 1, (1,), float32)`: the pressure on both sides, in units of `pressure` (6e7 Pa). Sides cannot be pulled: below 0
-    counts as 0. The pressure changes by at most `action_rate` of `pressure` between two actions, because a jump sends waves
-    through the specimen that break it.
+    The pressure on both sides; values below 0 count as 0. It changes by at most `action_rate` between two actions, because
+    a jump sends waves through the specimen that break it.
 
     ## Observation space
-    `Box(-10, 10, (4 n + clock,), float32)` for n automata (242): the stress of each (xx, yy, xy), in units of 1e8 Pa; the part
-    of the faces of each that is broken; then the clock. The counter is "broken_part", the part of all pairs that is broken.
+    Stress (xx, yy, xy) and broken fraction of the faces (damage). Counter: "broken_part", the broken fraction of all pairs.
 
     ## Rewards
-    Minus the part of all pairs that broke in the step, minus `price` x p / `deadline`, where p is the pressure in units of
-    `pressure`. A specimen of which more than `lost` is broken counts as wholly broken. So the return is
-    -(part that is broken) - price x (mean of p): -1 for doing nothing. Medians and ranges over the seeds 100 to 199: theory
-    -0.089 (-0.103 to -0.086), the best that is known -0.063 (-0.092 to -0.060); over the seeds 100 to 119 a constant action of
-    0.5 returns -0.30 (-0.33 to -0.27). An agent that looks at the damage may do better.
+    Minus the fraction of all pairs that broke in the step, minus `price` times p / `deadline`, where p is the pressure in
+    units of `pressure`. A specimen with more than the fraction `lost` broken counts as entirely broken. The return is
+    therefore minus the broken fraction minus `price` times the mean of p.
 
     ## Start state
-    All pairs linked, no stress, and the velocities of an even compression: no wave runs from the ends. Each episode has a
-    specimen with other strengths, drawn from the seed of `reset`.
+    All pairs linked, no stress, and the velocities of uniform compression, so that no wave starts at the ends. The
+    strengths are sampled for each episode.
 
     ## End of the episode
-    Terminated when the specimen is lost, and at the deadline, which the clock shows (with `clock=0` that is truncated).
+    Terminated when the specimen is lost, and at the deadline.
 
     ## Arguments
-    * `pressure` (6e7 Pa): at action 1. `price` (0.2): see the rewards. `lost` (0.3).
-    * `strain` (3.5e-3): axial, at the deadline: 1.9e8 Pa and more on the ends; the strength without pressure is some 6e7 Pa.
-    * `action_rate` (0.05): largest change of the pressure between two actions, in units of `pressure`; None for no limit.
-    * `strength_seed` (None): one draw of strengths for all episodes; None draws for each.
-    * `internal_steps` (50) of 1e-7 s make a control step; `deadline` (50): control steps of an episode.
-    * `clock` (2), `hold`, `step_error_reward`, `render_mode`: of `ComponentEnv`.
+    * `pressure` (6e7 Pa): at action 1. `price` (0.2), `lost` (0.3): see the rewards.
+    * `strain` (3.5e-3): axial strain at the deadline, i.e. a stress of 1.9e8 Pa or more on the ends. The strength without
+      pressure is some 6e7 Pa.
+    * `action_rate` (0.05): largest change of the action between two actions; None for no limit.
+    * `strength_seed` (None): fixes the strengths for all episodes.
+    * `clock` (2).
 
-    ## Version history
-    * v3: the pressure has a largest change between two actions; before, any noise in the actions broke the specimen.
-    * v2: each episode draws its strengths; contacts press from the distance at which their links would rest.
-    * v1: one draw of strengths for all.
+    ## Baselines
+    Pairs at 60 degrees to the rows slide when the axial pressure, which the strain e causes in plane strain, reaches the
+    limit of cohesion c and friction f:
+
+    $$\frac{E e}{1 - \nu^2} + \frac{\nu p}{1 - \nu} = \frac{4 c + (\sqrt3 + f)\, p}{\sqrt3 - 3 f}.$$
+
+    "theory" applies the pressure p that prevents sliding without cohesion (c = 0). "best" was found by search: no pressure
+    for a third of the episode, then a steep rise, and a few broken pairs. Medians (and ranges) over the seeds 100 to 199
+    are -0.089 (-0.103 to -0.086) and -0.063 (-0.092 to -0.060). "constant" applies 0.5: -0.30 (-0.33 to -0.27, seeds 100 to
+    119). A policy that observes the damage may do better.
+
+    ## Versions
+    v3 limits the change of the pressure; v2 samples the strengths for each episode, and contacts press from the rest
+    distance of their links.
     """
     row = 0.5 * math.sqrt(3.0) * _DIAMETER
     grip = _GRIP * row

@@ -1,4 +1,4 @@
-"""A chain whose agent drives one end until a deadline: common part of all chain tasks except Piston-v1."""
+"""Common part of the tasks that drive one end of a chain until a deadline: all chain tasks except Piston-v1."""
 
 from __future__ import annotations
 
@@ -33,15 +33,31 @@ _LONGEST, _PART = 10_000, 1e-3
 
 
 class DrivenOptions(Options, total=False):
-    """Options of every task at a driven end, in addition to its own arguments.
+    """Options of the tasks at a driven end of a chain, in addition to their own arguments and those of `ComponentEnv`.
 
-    Attributes:
-        radius: of the grains; 3 mm.
-        material: of the grains; steel.
-        action: "force" or "piston".
-        action_scale: force [N] or velocity [m/s] at action 1.
-        step_size: internal step; 0.5 us.
-        chain: further parameters of the chain.
+    ## Action space
+    One input at one end, held over the next control step, in units of `action_scale`. With `action="force"` it is the force
+    on the end grain, positive to the right. A pull moves this grain only, because contacts carry no tension. With
+    `action="piston"` it is the velocity of the end grain.
+
+    ## Start state
+    All grains at rest and in contact.
+
+    ## End of the episode
+    Terminated at the deadline. A deadline before the first possible arrival is rejected.
+
+    ## Arguments
+    * `grains` (64), `radius` (3e-3 m), `material` ("steel"), `step_size` (5e-7 s, the internal step): the chain.
+    * `action` ("force"): "force" or "piston". `action_scale` (None): 1000 N or 10 m/s.
+    * `clock` (8).
+    * `chain`: further parameters of the chain, with Hertz contacts, e.g. `{"precompression": 10.0}`.
+
+    ## Baselines
+    `env.unwrapped.task.baselines()` contains "nothing", "theory" and, if all arguments but `action` are the defaults,
+    "best", the best known drive.
+
+    ## Observation space
+    Displacement and velocity of every grain, then the clock.
     """
 
     radius: Any
@@ -53,14 +69,14 @@ class DrivenOptions(Options, total=False):
 
 
 class DrivenEnd(NamedTuple):
-    """The driven end of a chain, and what its environment lets an agent do and see.
+    """The driven end of a chain: inputs, observations and time of its environment.
 
     Attributes:
         actions: input -> its value at action 1 [N or m/s].
         observations: output -> its value observed as 1 [m or m/s].
-        duration: of a control step [s].
+        duration: length of a control step [s].
         steps: control steps until the deadline, 0 for none.
-        best: whether the best known drive of the task is for this problem: all arguments but `action` are the defaults.
+        best: whether the best known drive applies, i.e. all arguments but `action` have their defaults.
     """
 
     actions: Mapping[str, float]

@@ -1,4 +1,4 @@
-"""Piston-v1: a piston launches the last grain at a wanted speed with little work."""
+"""Piston-v1: launch the last grain at a target velocity with a piston, at little work."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _FREE_FLIGHT = 0.01
 
 
 class Shot(NamedTuple):
-    """Constants of the task: wanted speed [m/s], price of `energy` [J] of work, distance of free flight at the end [m]."""
+    """Constants of the task: target velocity [m/s], cost of the work `energy` [J], separation that ends the episode [m]."""
 
     target: float
     price: float
@@ -32,12 +32,12 @@ class Shot(NamedTuple):
 
 
 class PistonTask(RowTask):
-    """The last grain's speed shall be right when it leaves; the piston's work costs. See `make_piston`.
+    """Launch the last grain at a target velocity, at little work. See `make_piston`.
 
     Args:
         chain: the driven chain.
-        target: wanted speed of the last grain [m/s].
-        price: of as much work as the kinetic energy of the last grain at that speed.
+        target: target velocity of the last grain [m/s].
+        price: cost of an amount of work equal to the kinetic energy of the last grain at this velocity.
         velocity_scale: piston velocity at action 1, and velocity observed as 1 [m/s].
     """
 
@@ -81,42 +81,33 @@ def make_piston(
     chain: Mapping[str, Any] | None = None,
     **options: Unpack[Options],
 ) -> ComponentEnv:
-    """Shape a pulse with a piston so that the last grain of a chain flies off at a wanted speed.
+    """Drive a chain with a piston so that its last grain leaves at a target velocity, at little work.
 
-    A row of equal elastic spheres touches a piston at its left end; the right end is free (Nesterenko 1983, section 3.4). The
-    piston's motion travels through the chain as solitary waves; the grain at the far end leaves at about 1.45 times the
-    velocity of the first wave that reaches it.
-
-    ## Action space
-    `Box(-1, 1, (1,), float32)`: the piston's velocity over the next control step, in units of `velocity_scale` (10 m/s).
+    A row of equal elastic spheres touches a piston at its left end; its right end is free (Nesterenko 1983, section 3.4).
+    The piston sends solitary waves through the row. The last grain leaves at about 1.45 times the crest velocity of the
+    first wave that reaches it.
 
     ## Observation space
-    `Box(-10, 10, (2 grains,), float32)`: the displacement of every grain, in mm, then the velocity of every grain, in units of
-    `velocity_scale`. The counters are "closeness" and "work" [J].
+    Counters: "closeness" and "work" [J].
 
     ## Rewards
-    closeness = 1 - min(|v_last / target_velocity - 1|, 1), v_last being the last grain's velocity. A step's reward is its gain
-    in closeness, less `work_price` x the piston's work in that step / E, with E = m target_velocity^2 / 2. So the return is the
-    closeness at the end less `work_price` x work / E. Doing nothing returns 0; one solitary wave of the right height carries
-    1.02 E, and would return 0.8; 2.4 m/s for 18 us returns 0.77.
+    `closeness = 1 - min(abs(v / target_velocity - 1), 1)`, where v is the velocity of the last grain. The reward of a step
+    is its gain in closeness minus `work_price` times the work of the piston over E, with $E = m v^2 / 2$ at the target
+    velocity. The return is therefore the final closeness minus `work_price` times the total work over E. One solitary wave
+    of the right height takes 1.02 E and would return 0.8; a push of 2.4 m/s for 18 us returns 0.77.
 
     ## Start state
-    Everything at rest, all grains in touch.
+    All grains at rest and in contact.
 
     ## End of the episode
-    Terminated when the last grain has flown free, 0.01 radius further than at the start from its neighbour, whatever its speed:
-    a forerunner spoils the shot. Truncated after `deadline` control steps.
+    Terminated when the last grain has separated from its neighbour by 0.01 radius, at any velocity: a small wave that
+    arrives first spoils the shot. Truncated after `deadline` control steps.
 
     ## Arguments
-    * `grains` (64), `radius` (3e-3 m), `material` ("steel"): the chain.
-    * `step_size` (5e-7 s): internal step. `internal_steps` (3) make a control step; a wave crosses 64 grains in some 450 us.
-    * `deadline` (600): control steps, 0.9 ms.
+    * `grains` (64), `radius` (3e-3 m), `material` ("steel"), `step_size` (5e-7 s, the internal step): the chain. A wave
+      crosses it in some 450 us.
     * `target_velocity` (5.0 m/s), `work_price` (0.2), `velocity_scale` (10.0 m/s).
-    * `chain`: further parameters of the chain component, e.g. `{"right": "free", "precompression": 10.0}`.
-
-    ## Version history
-    * v1: `hold` and `clock`; `randomise` draws a chain for each episode, from the seed of the reset.
-    * v0: first version.
+    * `chain`: further parameters of the chain, e.g. `{"precompression": 10.0}`.
     """
     own = {"grains": grains, "radius": radius, "material": material, "step_size": step_size, "left": "piston"}
     component = make_chain({**own, "velocity_scale": velocity_scale}, chain)

@@ -1,4 +1,4 @@
-"""PulseForming-v1: form only a wanted set of solitary waves by the deadline."""
+"""PulseForming-v1: form given solitary waves by the deadline, and no other motion."""
 
 from __future__ import annotations
 
@@ -34,15 +34,15 @@ from .waves import (
 
 
 class Waves(NamedTuple):
-    """Constants of the tasks with wanted waves: the goal, and what turns it into a distance.
+    """Constants of the tasks with target waves: the goal, and the quantities that define the distance from it.
 
     Attributes:
         horizon: time from the start to the deadline [s].
-        duration: of a control step [s].
-        unit: energy of the wanted waves; where a goal is drawn, of a wave of 1 m/s [J].
-        window: half width of what counts as a wave [grains].
-        goal: rows (amplitude, place, speed); empty where it is drawn.
-        shapes: of the waves, see `waves`.
+        duration: length of a control step [s].
+        unit: energy of the target waves, or of a wave of 1 m/s if the goal is sampled [J].
+        window: half width of a wave [grains].
+        goal: rows (amplitude, place, speed); empty if the goal is sampled.
+        shapes: wave shapes, see `waves`.
     """
 
     horizon: float
@@ -98,8 +98,8 @@ class PulseFormingTask(WaveTask):
         chain: the driven chain; Hertz contacts.
         end: its left end.
         amplitudes: largest grain velocity of each wave, shape (waves,) [m/s].
-        places: grain at which each wave's crest shall be at the deadline, 0 is the first, shape (waves,).
-        window: half width of what counts as a wave [grains].
+        places: target grain of each crest at the deadline, 0 is the first, shape (waves,).
+        window: half width of a wave [grains].
     """
 
     name = "pulse_forming"
@@ -145,59 +145,41 @@ def make_pulse_forming(
     window: float = 5.0,
     **options: Unpack[DrivenOptions],
 ) -> ComponentEnv:
-    """Drive the left end so that the chain carries given solitary waves at the deadline, and nothing else moves.
+    r"""Drive the left end so that the chain carries given solitary waves at the deadline, and nothing else moves.
 
-    A row of equal elastic spheres in touch carries solitary waves: pulses some five grains long whose speed grows with the
-    fifth root of their height (Nesterenko 1983). A push of the left end becomes one or several of them, with small ones behind
-    and grains that rebound. The task asks for their number, height, place and shape at one instant.
-
-    ## Action space
-    `Box(-1, 1, (1,), float32)`: the value held over the next control step, in units of `action_scale`. `action="force"`: the
-    force on the first grain, positive to the right; pulling moves the first grain alone. `action="piston"`: the velocity of the
-    first grain.
+    A chain of equal elastic spheres carries solitary waves: pulses some five grains long whose speed grows with the fifth
+    root of their height (Nesterenko 1983). A push of the left end becomes one or several of them, followed by small waves
+    and rebounding grains. The task prescribes number, height, position and shape of the waves at one instant.
 
     ## Observation space
-    `Box((2 grains + clock,), float32)`: displacement and velocity of every grain, in units of 1 mm and 10 m/s, then the clock.
-    The counters are "distance" (D below), "energy_outside" (energy further than `window` grains from every wanted crest, over
-    the energy put in) and "amplitude_error" (relative error of the fastest grain about each crest, the largest over the waves).
+    Counters: "distance" (D below); "energy_outside", the fraction of the input energy that is more than `window` grains
+    away from every target crest; "amplitude_error", the largest relative error of a crest's height.
 
     ## Rewards
-    The distance of a state from the wanted waves is that of the energy norm, D = (sum_i m_i (v_i - v*_i)^2 / 2 + sum_j (q_j -
-    q*_j)^2) / E*, with q = sqrt(0.4 k) d^1.25, the root of the energy stored in a contact of overlap d (above that at rest,
-    where the chain is precompressed), * for the exact solitary waves of the lattice, E* their energy. In a disordered chain
-    they are those of its mean grain. Before the deadline the wanted waves are on their way: each crest is behind its place by
-    its speed times the time left, and a wave that has not entered the chain yet is not wanted. A step's reward is D before it
-    less D after it. So the return is -D at the deadline. In a chain of equal grains doing nothing returns -1, and 0 is perfect.
-    In a dimer or a tapered chain the wanted wave is not a wave of that chain: neither number holds, nor does the baseline of
-    theory (a dimer of 3 and 1.5 mm: doing nothing -1.286, theory -1.955).
+    The squared distance from the target waves, in the energy norm, is
 
-    ## Start state
-    Everything at rest, all grains in touch.
+    $$D = \frac{1}{E^*}\left(\sum_i \tfrac12 m_i (v_i - v_i^*)^2 + \sum_j (q_j - q_j^*)^2\right).$$
 
-    ## End of the episode
-    Terminated after `deadline` control steps, at which the waves are due; the agent sees the time. With `clock=0` it does not,
-    and the episode is truncated.
+    Stars denote the exact solitary waves of the lattice, $E^*$ is their energy, and $q = \sqrt{0.4\,k}\,d^{5/4}$ is the
+    root of the energy of a contact with stiffness k and overlap d. Under precompression $q^2$ is the energy above that at
+    rest. Each reward is the decrease of D in the step. The return is therefore -D at the deadline: 0 is perfect, a chain at
+    rest returns -1, and an exact wave has D below 3e-10.
+
+    Before the deadline a target crest is behind its final position by its speed times the remaining time. Waves that have
+    not entered the chain yet do not count. In a disordered chain the target waves are those of its mean grain. In a dimer
+    or a tapered chain they are no waves of that chain: in a dimer of 3 and 1.5 mm a zero input returns -1.286 and theory
+    -1.955.
 
     ## Arguments
-    * `grains` (64), `radius` (3e-3 m), `material` ("steel"): the chain, its right end free.
-    * `action` ("force"): "force" or "piston". `action_scale` (None): 1000 N or 10 m/s.
-    * `amplitude` (5.0 m/s), `place` (40): of the crest at the deadline, the first grain is 0; lists for several waves. Waves
-      that lie over each other, or hang over an end of the chain, are refused.
-    * `window` (5.0 grains): half width of what counts as a wave.
-    * `step_size` (5e-7 s): internal step. `internal_steps` (3) make a control step, `deadline` (180) control steps an episode
-      of 270 us, 26 us more than the wave takes from end to place. A deadline that no wave can meet is refused.
-    * `clock` (8): readings of the clock.
-    * `chain`: further parameters of the chain component, e.g. `{"precompression": 10.0}`; Hertz contacts.
+    * `amplitude` (5.0 m/s), `place` (40): height and grain of the crest at the deadline (the first grain is 0); lists for
+      several waves. Waves that overlap, or extend beyond an end of the chain, are rejected.
+    * `window` (5.0 grains): half width of a wave.
 
     ## Baselines
-    `env.unwrapped.task.baselines()`: "nothing"; "theory", what the missing grains would do to the first one while the exact
-    waves pass, F = d(sum_i m v*_i)/dt or v*_0, averaged over each control step; "best", the best drive known, where all
-    arguments but `action` are the defaults. They return -1, -7.3e-4 and -1.5e-13 with a force, -1, -1.4e-3 and -1.5e-13 with a
-    piston: theory does not know that its input is held over a control step; the last is the error of the shape's table.
-
-    ## Version history
-    * v1: the observation ends with a clock and the deadline terminates; `hold`; `randomise` draws a chain for each episode.
-    * v0: first version.
+    "theory" applies the action of the missing grains to the left while the exact waves pass: the force
+    $F = \frac{d}{dt}\sum_i m v_i^*$, or the velocity $v_0^*$ of a piston, averaged over each control step. "best" was found
+    by gradient. They return -7.3e-4 and -1.5e-13 with a force, -1.4e-3 and -1.5e-13 with a piston. The error of theory
+    comes from holding the input over a control step, that of the best drive from the tabulated wave shape.
     """
     chain, end, rest = driven_end(make_pulse_forming, locals(), internal_steps=3, deadline=180)
     heights, places = numbers("amplitude", amplitude), numbers("place", place)

@@ -38,16 +38,16 @@ Limits = tuple[float, float]
 
 
 class SolitonTrainTask(WaveTask):
-    """Produce a train of solitary waves, drawn for each episode, by the deadline. See `make_soliton_train`.
+    """Produce a train of solitary waves, sampled for each episode, by the deadline. See `make_soliton_train`.
 
     Args:
         chain: the driven chain; Hertz contacts, no precompression.
         end: its left end.
         waves: largest number of waves.
-        amplitude: limits of their heights [m/s].
-        spacing: limits of the distance of neighbours [grains].
-        front: limits of the foremost wave's place.
-        window: half width of what counts as a wave [grains].
+        amplitude: range of their heights [m/s].
+        spacing: range of the distances between neighbours [grains].
+        front: range of the position of the foremost wave.
+        window: half width of a wave [grains].
     """
 
     name = "soliton_train"
@@ -137,10 +137,10 @@ class SolitonTrainTask(WaveTask):
 
 
 class PassingTrain:
-    """The motion that missing grains would give the left end while the demanded waves pass: read from ``info``, then open-loop.
+    """Action of the missing grains on the left end while the requested waves pass: goal read from ``info``, then open-loop.
 
     Args:
-        task: whose demand is served.
+        task: task with the goal.
     """
 
     def __init__(self, task: SolitonTrainTask) -> None:
@@ -175,56 +175,30 @@ def make_soliton_train(
 ) -> ComponentEnv:
     """Drive the left end so that the chain carries the requested solitary waves at the deadline.
 
-    `PulseForming-v1` on demand: how many waves, how high and where, is drawn for each episode and observed by
-    the agent.
-
-    ## Action space
-    `Box(-1, 1, (1,), float32)`: the value held over the next control step, in units of `action_scale`. `action="force"`: the
-    force on the first grain, positive to the right; pulling moves the first grain alone. `action="piston"`: the velocity of the
-    first grain.
+    This is `PulseForming-v1` with a goal: number, heights and positions of the waves are sampled for each episode and
+    observed.
 
     ## Observation space
-    `Box((2 grains + 3 waves + clock,), float32)`: the displacement of every grain, in mm, then the velocity of every grain, in
-    units of 10 m/s (`observe` chooses sensors instead), then the goal, without noise: of each wave, foremost first, its height
-    in units of 10 m/s, the place of its crest at the deadline over the number of grains, and its speed in units of that of a
-    wave of 1 m/s; zeros for waves that are not asked for; all clipped to +-10. Last comes the clock, cos(pi k t / T) with k = 1
-    to `clock` and T the time of the deadline, in [-1, 1]. The counters are the goal, as "amplitude_1" [m/s], "place_1",
-    "speed_1" [grains/s] and so on, then "distance", "energy_outside" and "amplitude_error" of `PulseForming-v1`.
+    The goal precedes the clock, without noise. For each wave, the foremost first, it contains the height, the position of
+    the crest at the deadline, and the speed; zeros mean that a wave is not requested. Counters: the goal
+    ("amplitude_1" [m/s], "place_1", "speed_1" [grains/s] and so on) and those of `PulseForming-v1`.
 
     ## Rewards
-    As in `PulseForming-v1`: the return is minus the square of the distance to the demanded waves at the deadline, in the energy
-    norm, over their energy. In a chain of equal grains doing nothing returns -1, and 0 is perfect. In a dimer or a tapered
-    chain the demanded waves are not waves of that chain: neither number holds, nor does the baseline of theory.
+    As in `PulseForming-v1`.
 
     ## Start state
-    Everything at rest, all grains in touch. The goal is drawn: 1 to `waves` waves, heights from `amplitude`, the foremost one's
-    place from `front`, distances of neighbours from `spacing`, all evenly. `reset(options={"goal": [[5.0, 40.0], [3.0,
-    20.0]]})` asks for these (amplitude, place), clear of each other and of the chain's ends; other options give start values,
-    as `Component.reset` takes them.
-
-    ## End of the episode
-    Terminated after `deadline` control steps, at which the waves are due; the agent sees the time. With `clock=0` it does not,
-    and the episode is truncated.
+    All grains at rest and in contact. The goal is sampled uniformly: 1 to `waves` waves, heights from `amplitude`, the
+    position of the foremost from `front`, distances between neighbours from `spacing`.
+    `reset(options={"goal": [[5.0, 40.0], [3.0, 20.0]]})` requests these (amplitude, place) instead.
 
     ## Arguments
-    * `grains` (64), `radius` (3e-3 m), `material` ("steel"): the chain, its right end free.
-    * `action` ("force"): "force" or "piston". `action_scale` (None): 1000 N or 10 m/s.
-    * `waves` (3): the largest number. `amplitude` ((3.0, 6.0) m/s), `spacing` ((11.0, 14.0) grains), `front` ((36.0, 40.0)).
-    * `window` (5.0 grains): half width of what counts as a wave.
-    * `step_size` (5e-7 s): internal step. `internal_steps` (3) make a control step, `deadline` (200) control steps an episode
-      of 300 us. A deadline that the slowest wave cannot meet is refused.
-    * `clock` (8): readings of the clock.
-    * `chain`: further parameters of the chain component; Hertz contacts, no precompression.
+    * `waves` (3): largest number. `amplitude` ((3.0, 6.0) m/s), `spacing` ((11.0, 14.0) grains), `front` ((36.0, 40.0)).
+    * `window` (5.0 grains): half width of a wave. `chain`: without precompression.
 
     ## Baselines
-    `env.unwrapped.task.baselines()`: "nothing"; "theory", what the missing grains would do to the first one while the demanded
-    waves pass, averaged over each control step. They return -1, and (seeds 0 to 59) -1.4e-4 to -7.8e-4 with a force,
-    -3.4e-4 to -1.45e-3 with a piston. A drive for one demand is no policy for all of them:
-    "best" is missing; the gradient of `objective` finds it for each goal (-1e-9 or better).
-
-    ## Version history
-    * v1: the observation ends with a clock and the deadline terminates; `hold`; `randomise` draws a chain for each episode.
-    * v0: first version.
+    "theory" is that of `PulseForming-v1`, for the requested waves. Over seeds 0 to 59 it returns -1.4e-4 to -7.8e-4 with a
+    force, -3.4e-4 to -1.45e-3 with a piston. One fixed drive cannot serve every goal; the gradient of `objective` reaches
+    -1e-9 or better for each.
     """
     chain, end, rest = driven_end(make_soliton_train, locals(), internal_steps=3, deadline=200)
     count, gaps, first = whole_number("waves", waves, 1, 16), limits("spacing", spacing), limits("front", front)

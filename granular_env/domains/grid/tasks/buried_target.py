@@ -28,13 +28,13 @@ _DIRECTIONS = 3600
 
 
 class BuriedTargetTask(Task):
-    """At the deadline the last receiver shall move fast. See `make_buried_target`.
+    """Maximise the speed of the last receiver at the deadline. See `make_buried_target`.
 
     Args:
-        grid: with forced nodes; its last receiver is the target.
-        force: of each load at action 1 [N].
-        internal_steps: in a control step.
-        deadline: control steps.
+        grid: grid with forced nodes; its last receiver is the target.
+        force: force of each load at action 1 [N].
+        internal_steps: internal steps in a control step.
+        deadline: control steps of an episode.
         hold: control steps for which an action is held.
     """
 
@@ -122,40 +122,38 @@ def make_buried_target(
     target: Sequence[float] = (0.04, -0.1),
     **options: Unpack[Options],
 ) -> ComponentEnv:
-    """Shape the loads on the surface of a block of rock so that a buried target moves as fast as it can at the deadline.
+    """Shape the loads on the surface of a block of rock so that a buried target moves as fast as possible at the deadline.
 
-    The block is 0.3 m wide and 0.18 m deep, of granite, and its other sides let waves out. The loads form a row on its
+    The block of granite is 0.3 m wide and 0.18 m deep; its sides and bottom absorb waves. The loads form a row on the
     surface, 20 mm apart, centred at x = 0. Waves need some 20 us (P) or 34 us (S) to the target, so the last steps have no
-    effect. The medium is linear, so the best drive is known: the time-reversed response of the target to each load.
+    effect.
 
     ## Action space
-    `Box(-1, 1, (2 loads,), float32)`: the force along x and along y of each load, in units of `force` (1e4 N, on a slab one
-    metre thick).
+    The force along x and along y of each load, on a slab one metre thick.
 
     ## Observation space
-    `Box(-10, 10, (2 (loads + 1) + clock,), float32)`: the velocity along x and y under each load, then that of the target,
-    all in units of the fastest motion of the target that is possible at the deadline; then the clock. The counter is
-    "target_energy".
+    The velocity (x, y) under each load, then that of the target, in units of the largest velocity of the target that is
+    possible at the deadline. Counter: "target_energy".
 
     ## Rewards
-    The increase of the target's squared speed in a step, in units of the largest that is possible at the deadline. So the
-    return is the target's kinetic energy at the deadline, 1 at most. Doing nothing returns 0, one push of each load, so timed
-    that they meet at the target, 0.02, and theory 1.000.
+    The increase of the squared velocity of the target in the step, in units of the largest that is possible at the
+    deadline. The return is therefore the kinetic energy of the target at the deadline, at most 1.
 
     ## Start state
     Everything at rest.
 
     ## End of the episode
-    Terminated at the deadline, which the clock shows (with `clock=0` that is truncated).
+    Terminated at the deadline.
 
     ## Arguments
-    * `loads` (8): how many. `force` (1e4 N): of each at action 1, along x and along y.
-    * `target` ((0.04, -0.1)): x and y of the target, y from the surface, negative below it [m].
-    * `internal_steps` (4) of 0.5 us make a control step. `deadline` (24): control steps of an episode.
-    * `hold` (1): control steps for which an action is held. `clock` (2), `step_error_reward`, `render_mode`: of `ComponentEnv`.
+    * `loads` (8), `force` (1e4 N): number of loads, and force of each at action 1.
+    * `target` ((0.04, -0.1) m): x and y of the target; y is negative below the surface.
+    * `clock` (2).
 
-    ## Version history
-    * v1: first version.
+    ## Baselines
+    "theory" is the time-reversed response of the target to each load. The medium is linear, so each entry of the best drive
+    has the sign of its contribution to the target: 1.000. "one_push", one push of each load, timed to meet at the target,
+    returns 0.02.
     """
     loads = whole_number("loads", loads)
     if loads > (_COLUMNS - 2) // _SPACING:
