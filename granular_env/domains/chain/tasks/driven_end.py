@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from granular_env.components.chain import Chain
 from granular_env.components.chain.laws.functions import ENERGY_ROOT
-from granular_env.components.chain.laws.law import lacks
+from granular_env.components.chain.laws.law import missing_functions
 from granular_env.components.errors import ParameterError, StepError, caution, nearest, one_line
 from granular_env.components.support.jit import jit
 from granular_env.components.support.validation import positive_number, whole_number
@@ -180,7 +180,7 @@ def hertz_chain(task: str, chain: Chain) -> tuple[float, float, float]:
     law, geometry = chain.parameters.law, chain.geometry
     if chain.parameters.grains < 2:
         raise ParameterError(f"got {chain.parameters.grains}", expected="at least 2", at="grains", source=f"task {task!r}")
-    if lacks(type(law), ENERGY_ROOT):
+    if missing_functions(type(law), ENERGY_ROOT):
         raise ParameterError(f"got {law.name!r}", expected="Hertz contacts", at="chain.law", source=f"task {task!r}")
     inner = slice(1, chain.parameters.grains)
     # Rest overlaps may differ between contacts (gravity, gaps); the mean represents them.
