@@ -35,7 +35,7 @@ def sod_error(cells: int) -> float:
     """Return the mean error of the density."""
     tube = sod_tube(cells)
     run_for(tube, 0.2)
-    exact = riemann_problem(Flow(1.0, 0.0, 1.0), Flow(0.125, 0.0, 0.1), AIR.gamma).at((tube.centres - 0.5) / tube.time)
+    exact = riemann_problem(Flow(1.0, 0.0, 1.0), Flow(0.125, 0.0, 0.1), AIR.gamma).state((tube.centres - 0.5) / tube.time)
     return float(np.abs(tube.get("density") - exact[0]).mean())
 
 
@@ -68,7 +68,7 @@ def test_the_riemann_problems_of_the_textbook(left: Flow, right: Flow, place: fl
     behind = tube.centres < place
     tube.reset(**{name: np.where(behind, getattr(left, name), getattr(right, name)) for name in Flow._fields})
     run_for(tube, time)
-    exact = solution.at((tube.centres - place) / tube.time)
+    exact = solution.state((tube.centres - place) / tube.time)
     for name, values in zip(Flow._fields, exact, strict=True):
         assert np.abs(tube.get(name) - values).mean() < 0.025 * np.abs(values).max(), name
 

@@ -9,7 +9,7 @@ from pydantic import SerializeAsAny, model_validator
 from .. import boundaries
 from ..boundaries import OPPOSITE, Boundary, Free, Periodic, Symmetry, Traction
 from ..errors import Location, ParameterError, nearest
-from ..materials.elastic import Material, Preset, constants_of, preset_list
+from ..materials.elastic import Material, Preset, material_constants, preset_text
 from ..regions import ChosenArea
 from ..support.parameter_fields import Index, Magnitude, NotNegativeMagnitude, Pair, field, refuse_absurd, refuse_far
 from ..support.tagged_union import ByName
@@ -85,7 +85,7 @@ class AutomataParameters(Parameters):
     diameter: float = field(..., "diameter of the automata", "m", gt=0.0, examples=[0.01])
     packing: Literal["square", "hexagonal"] = field("hexagonal", "square, or hexagonal with rows along x", "1")
     material: Preset | Material | list[Preset | Material] = field(
-        "steel", f"material, or the name of a preset ({preset_list()}); several for `regions` or `automaton_material`", "1"
+        "steel", f"material, or the name of a preset ({preset_text()}); several for `regions` or `automaton_material`", "1"
     )
     regions: list[Region] = field([], "where materials lie; later ones cover earlier ones, material 0 is everywhere else", "1")
     automaton_material: list[Index] | None = field(
@@ -134,7 +134,7 @@ class AutomataParameters(Parameters):
 
     @model_validator(mode="after")
     def _validate_magnitudes(self) -> AutomataParameters:
-        refuse_absurd([(("diameter",), self.diameter), (("thickness",), self.thickness), *constants_of(self.material)])
+        refuse_absurd([(("diameter",), self.diameter), (("thickness",), self.thickness), *material_constants(self.material)])
         refuse_far((("shape",), one) for one in self.shape.bounds)
         return self
 

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from ..errors import ParameterError, one_line
-from ..materials.elastic import Material, Preset, preset_list
+from ..materials.elastic import Material, Preset, preset_text
 from ..support.counter_random import uniform
 from ..support.float_arrays import FloatArray
 from ..support.parameter_fields import Index, NotNegative, Positive
@@ -50,7 +50,7 @@ class ChainParameters(Parameters):
     grains: int = _field(..., "number of grains", "1", ge=1, le=_MAXIMUM_GRAINS, examples=[4])
     radius: Positive | list[Positive] | UniformRadii = _field(3e-3, "radius: one for all, one each, or drawn", "m")
     material: Preset | Material | list[Preset | Material] = _field(
-        "steel", f"material, or the name of a preset ({preset_list()}): one for all, or one each", "1"
+        "steel", f"material, or the name of a preset ({preset_text()}): one for all, or one each", "1"
     )
     mass: Positive | list[Positive] | dict[Annotated[Index, Field(strict=False)], Positive] | None = _field(
         None, "mass instead of density x volume: one for all, one each, or {index: mass}", "kg"

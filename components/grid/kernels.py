@@ -14,7 +14,14 @@ from math import sqrt
 
 import numpy as np
 
-from ..materials.hypoelastic import PlaneTensor, elastic_increment, energy_density, rotate_by_half, rotate_stress, rotation_of
+from ..materials.hypoelastic import (
+    PlaneTensor,
+    elastic_increment,
+    energy_density,
+    rotate_by_half_angle,
+    rotate_stress,
+    spin_rotation,
+)
 from ..materials.tensors import Moduli
 from ..support.jit import internal, internal_inlined, jit
 from ..support.parts import call_in_parts, split
@@ -103,7 +110,7 @@ def advance_cells(grid, state, corner_out, step, tick, yields, begin, end):
         exy, eyy = (mx_a * wbx - mx_b * wax) * scale, (mx_a * wby - mx_b * way) * scale
         # The old stress rotates by the rotation of the step, the mid-step increment by the second half of it.
         turn = 0.25 * (eyx - exy)
-        cosine, sine = rotation_of(2.0 * turn)
+        cosine, sine = spin_rotation(2.0 * turn)
         half_cosine = sqrt(0.5 + 0.5 * cosine)
         half_sine = turn * half_cosine
         # Hourglass forces grow with the hourglass motion that the velocity gradient does not include.
@@ -115,7 +122,7 @@ def advance_cells(grid, state, corner_out, step, tick, yields, begin, end):
         number = material[c]
         sxx, syy, sxy = rotate_stress(stresses[c, 0], stresses[c, 1], stresses[c, 3], cosine, sine)
         szz, shear_strain = stresses[c, 2], 0.5 * (exy + eyx)
-        turned_xx, turned_yy, turned_xy = rotate_by_half(exx, eyy, shear_strain, cosine, sine)
+        turned_xx, turned_yy, turned_xy = rotate_by_half_angle(exx, eyy, shear_strain, cosine, sine)
         dxx, dyy, dzz, dxy = elastic_increment(turned_xx, turned_yy, turned_xy, moduli[number, 0], moduli[number, 1])
         txx, tyy, tzz, txy = sxx + dxx, syy + dyy, szz + dzz, sxy + dxy
         if plastic:

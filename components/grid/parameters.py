@@ -7,7 +7,7 @@ from typing import Any
 from pydantic import field_validator, model_validator
 
 from ..errors import ParameterError, nearest
-from ..materials.elastic import Material, Preset, constants_of, preset_list
+from ..materials.elastic import Material, Preset, material_constants, preset_text
 from ..materials.plastic_law_catalogue import ChosenPlasticity, Elastic
 from ..regions import ChosenArea
 from ..support.parameter_fields import Index, Pair, Positive, field, refuse_absurd
@@ -33,7 +33,7 @@ class GridParameters(Parameters):
         examples=[{"name": "rectangle", "columns": 8, "rows": 4}],
     )  # fmt: skip
     material: Preset | Material | list[Preset | Material] = field(
-        "steel", f"material, or the name of a preset ({preset_list()}); several for `regions` or `cell_material`", "1"
+        "steel", f"material, or the name of a preset ({preset_text()}); several for `regions` or `cell_material`", "1"
     )
     plasticity: list[ChosenPlasticity] = field(
         [Elastic()], "plastic law: elastic, von_mises, drucker_prager, or a table; one for all materials, or one each", "1"
@@ -92,7 +92,7 @@ class GridParameters(Parameters):
 
     @model_validator(mode="after")
     def _validate_magnitudes(self) -> GridParameters:
-        refuse_absurd(constants_of(self.material))
+        refuse_absurd(material_constants(self.material))
         return self
 
     @model_validator(mode="after")

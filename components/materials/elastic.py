@@ -97,7 +97,7 @@ PRESETS = {
 }
 
 
-def constants_of(given: str | Material | list[str | Material]) -> Iterator[tuple[Location, float]]:
+def material_constants(given: str | Material | list[str | Material]) -> Iterator[tuple[Location, float]]:
     """Yield density and Young's modulus of the materials of a parameter `material`, each with its location there."""
     for place, one in enumerate(given if isinstance(given, list) else [given]):
         if isinstance(one, Material):
@@ -106,14 +106,14 @@ def constants_of(given: str | Material | list[str | Material]) -> Iterator[tuple
             yield (*where, "young"), one.young
 
 
-def _no_preset(name: object) -> ParameterError:
+def _preset_error(name: object) -> ParameterError:
     hint = nearest(str(name), PRESETS, "or give density, young and poisson")
     return ParameterError(f"got {one_line(name)}", expected="the name of a preset", hint=hint)
 
 
 def _validate_preset(name: str) -> str:
     if name not in PRESETS:
-        raise _no_preset(name)
+        raise _preset_error(name)
     return name
 
 
@@ -121,7 +121,7 @@ Preset = Annotated[str, AfterValidator(_validate_preset)]
 """Parameter type: the name of a preset."""
 
 
-def preset_list() -> str:
+def preset_text() -> str:
     """Return the presets and their constants, in one line."""
     return "; ".join(
         f"{name}: {one.density:g} kg/m^3, {one.young / 1e9:g} GPa, nu {one.poisson:g}, "
@@ -135,5 +135,5 @@ def material(value: str | Material) -> Material:
     if isinstance(value, Material):
         return value
     if not isinstance(value, str) or value not in PRESETS:
-        raise _no_preset(value).within("material")
+        raise _preset_error(value).within("material")
     return PRESETS[value]

@@ -14,7 +14,7 @@ from ..support.parameter_fields import field
 from ..support.tagged_union import Named
 
 
-class Returned(NamedTuple):
+class ReturnedStress(NamedTuple):
     """The return of a trial stress to the yield surface.
 
     Attributes:
@@ -53,7 +53,7 @@ def yield_limit(law, plastic_strain, pressure):
 
 @dispatched
 def return_stress(law, moduli, plastic_strain, equivalent, pressure):
-    """Return the `Returned` of a trial stress.
+    """Return the `ReturnedStress` of a trial stress.
 
     Args:
         law: constants of the law.

@@ -26,12 +26,12 @@ class Coupling(Named):
     """A coupling, chosen by its `name`."""
 
     @property
-    def moves_gas(self) -> bool:
+    def has_moving_wall(self) -> bool:
         """Whether the gas has the present cross-section of the wall and loses the work on it."""
         return False
 
     @property
-    def leaks(self) -> bool:
+    def has_leakage(self) -> bool:
         """Whether gas leaks through open cracks."""
         return False
 
@@ -50,12 +50,12 @@ class TwoWay(Coupling):
     leakage: bool = field(True, "whether gas leaves through open cracks", "1")
 
     @property
-    def moves_gas(self) -> bool:
+    def has_moving_wall(self) -> bool:
         """Whether the gas has the present cross-section of the wall and loses the work on it."""
         return self.motion
 
     @property
-    def leaks(self) -> bool:
+    def has_leakage(self) -> bool:
         """Whether gas leaks through open cracks."""
         return self.leakage
 

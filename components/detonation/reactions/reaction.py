@@ -12,7 +12,7 @@ from ..chapman_jouguet import Detonation
 from ..gases import Gas
 
 
-class Reacted(NamedTuple):
+class ReactionResult(NamedTuple):
     """The unreacted fraction of the gas after a tick, and its pressure, which a law may overwrite [Pa]."""
 
     fraction: float
@@ -20,8 +20,8 @@ class Reacted(NamedTuple):
 
 
 @dispatched
-def react(law, density, pressure, fraction, step):
-    """Return the `Reacted` of a cell.
+def advance_reaction(law, density, pressure, fraction, step):
+    """Return the `ReactionResult` of a cell.
 
     Args:
         law: constants of the reaction.
@@ -35,7 +35,7 @@ def react(law, density, pressure, fraction, step):
 class Reaction(Named):
     """A law of the reaction, chosen by its `name`.
 
-    `constants` returns the law for kernels: a named tuple whose class selects `react`.
+    `constants` returns the law for kernels: a named tuple whose class selects `advance_reaction`.
     """
 
     @abstractmethod
