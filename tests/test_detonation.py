@@ -372,7 +372,7 @@ def test_a_parent_makes_the_ticks_of_a_step_itself() -> None:
         area = 1.0 + 1e-3 * tables.state.pressure
         alone.step(None, area=area)
         assert kernels.advance(tables, signals, area, tick, events, failed) == 0
-    part.adopt(40, {})
+    part.set_progress(40, {})
     assert alone.state_view() == part.state_view() and alone.balances()[0] == part.balances()[0]
     assert alone.get("wall_work") < 0.0
 

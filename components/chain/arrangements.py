@@ -256,7 +256,7 @@ def refuse_unfit_arrangement(parameters: ChainParameters) -> None:
     try:
         arrangement.check_fit(parameters.grains)
     except ParameterError as error:
-        raise error.within("arrangement") from None
+        raise error.with_outer_location("arrangement") from None
     for name in arrangement.own_parameters():
         if name in parameters.model_fields_set:
             raise ParameterError(

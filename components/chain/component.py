@@ -10,7 +10,7 @@ import numpy as np
 from ..balances import Balance
 from ..component import Component
 from ..drawables import Points
-from ..errors import ParameterError, StepError, caution
+from ..errors import ParameterError, StepError, issue_warning
 from ..inputs import Held
 from ..profiles import CompiledProfile
 from ..state_block import LARGEST, Block
@@ -82,9 +82,9 @@ class Chain(Component):
         return 8 * rows * layout.row_width(parameters.grains)
 
     @property
-    def work_in_tick(self) -> int:
+    def cost_per_tick(self) -> int:
         """Number of state words that a tick advances, divided by eight: words of a chain take less than a nanosecond."""
-        return super().work_in_tick // 8
+        return super().cost_per_tick // 8
 
     def _build(self) -> None:
         p = self.parameters
@@ -131,7 +131,7 @@ class Chain(Component):
         memory = other._claim_memory(self._table.shape)
         memory[:] = self._table
         other._bind_memory(memory)
-        other._settle()
+        other._bind_block()
         other.reset()
         return other
 
@@ -223,7 +223,7 @@ class Chain(Component):
         if np.any(self._overlaps() > self._refused_overlap) or np.any(
             np.abs(self._table[layout.V, self._grains]) > self._table[layout.SCALARS, layout.SPEED_LIMIT]
         ):
-            raise ParameterError(*self._explain(0).within("start").faults)
+            raise ParameterError(*self._explain(0).with_outer_location("start").faults)
 
     def _apply(self, held: Mapping[str, Held]) -> None:
         """Put the pieces of both ends into one array; a profile has the value 0 before its first piece."""
@@ -265,7 +265,7 @@ class Chain(Component):
         if unsound or self._largest_excess(self._peak_overlaps)[2] > 1.0:
             return 1
         self._table[layout.LIMIT, : self.parameters.grains + 1] = self._refused_overlap
-        caution(self._resolution_caution())
+        issue_warning(self._resolution_caution())
         if done == ticks:
             return 0
         begin, self._tick = self._tick, self._tick + done

@@ -347,7 +347,7 @@ def _stiffness(parameters: ChainParameters, materials: list[Material], reduced_r
     return 4.0 / 3.0 / (left + right) * np.sqrt(reduced_radius)
 
 
-def _wall_compliance(boundary: str, given: str | Material | None, grain: Material) -> float:
+def _wall_compliance(boundary: str, wall_material: str | Material | None, grain: Material) -> float:
     if boundary == "rigid_plane":
         return 0.0
-    return (material(given) if given is not None else grain).plane_compliance
+    return (material(wall_material) if wall_material is not None else grain).plane_compliance

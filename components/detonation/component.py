@@ -350,13 +350,13 @@ class DetonationTube(Component):
         signals = tick_signals(self._held, self._tick, ticks)
         used = np.array([self._block.count("events")])
         # At most one event for each gauge, the first ignition, both ends and both diaphragms.
-        events = Events(self._block.room("events", len(self.parameters.gauges) + 5), used)
+        events = Events(self._block.reserve_rows("events", len(self.parameters.gauges) + 5), used)
         tables, tick, failed = self.tables(), self._tick, self._failed
         if self.parameters.has_pistons:
             status = moving_mesh.advance(tables, self._walls, self._places, signals, tick, events, failed)
         else:
             status = kernels.advance(tables, signals, area_pattern(self._held), tick, events, failed)
-        self._block.set_count("events", int(used[0]))
+        self._block.set_row_count("events", int(used[0]))
         return int(status)
 
     def _explain(self, status: int) -> StepError:

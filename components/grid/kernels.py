@@ -24,7 +24,7 @@ from ..materials.hypoelastic import (
 )
 from ..materials.tensors import Moduli
 from ..support.jit import internal, internal_inlined, jit
-from ..support.parts import call_in_parts, split
+from ..support.threads import call_in_threads, split_range
 from .kernel_arrays import ABSORBED, ANGULAR, BOUNDARY_ANGULAR, BOUNDARY_IMPULSE, IMPULSE, WORK, Yields
 from .yielding import CellStep, plastic_step
 
@@ -434,16 +434,16 @@ def advance_in_parts(body, factors, tally, step, tick, yields, failure_out, part
 
     Only for a grid that cannot yield, because yield events must be in the order of the cells.
     """
-    cells, nodes = split(len(body.grid.cells), parts), split(len(body.grid.reference), parts)
+    cells, nodes = split_range(len(body.grid.cells), parts), split_range(len(body.grid.reference), parts)
     start_in_parts(body, factors, step)
     for row in range(len(factors)):
         now, again = tick + row + 1, row + 1 < len(factors)
-        found = call_in_parts(advance_part_of_cells, [(body, step, now, yields, *part) for part in cells])
+        found = call_in_threads(advance_part_of_cells, [(body, step, now, yields, *part) for part in cells])
         failed = [int(cell) for cell in found if cell >= 0]
         if failed:
             failure_out[:] = failed[0], now
             return 1
-        call_in_parts(finish_part_of_nodes, [(body, step, again, *part) for part in nodes])
+        call_in_threads(finish_part_of_nodes, [(body, step, again, *part) for part in nodes])
         finish_parts(body, factors, tally, row, step)
     return 0
 

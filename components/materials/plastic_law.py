@@ -9,7 +9,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from typing import Any, Literal, NamedTuple
 
-from ..support.dispatch import dispatched
+from ..support.dispatch import dispatch_by_class
 from ..support.parameter_fields import field
 from ..support.tagged_union import Named
 
@@ -46,12 +46,12 @@ class Elastic(PlasticLaw):
         return
 
 
-@dispatched
+@dispatch_by_class
 def yield_limit(law, plastic_strain, pressure):
     """Return the equivalent stress at which the material yields, for a plastic strain and a pressure [Pa]."""
 
 
-@dispatched
+@dispatch_by_class
 def return_stress(law, moduli, plastic_strain, equivalent, pressure):
     """Return the `ReturnedStress` of a trial stress.
 

@@ -78,8 +78,8 @@ class Tube(Component):
         self.gas: DetonationTube = self._make_part_with_step(DetonationTube, "gas", gas_step)
         self.shell: Shell = self._make_part_with_step(Shell, "shell", shell_step)
         del tables
-        self._include(self.gas, "gas", self.gas_steps)
-        self._include(self.shell, "shell", self.shell_steps)
+        self._include_part(self.gas, "gas", self.gas_steps)
+        self._include_part(self.shell, "shell", self.shell_steps)
         self.interface: Interface = self._find_interface()
         # Read from the field, which does not interpolate the parameters of the nodes.
         self._rest_radii: FloatArray = self.shell.get("mean_inner_radius")
@@ -274,8 +274,8 @@ class Tube(Component):
                 if name != "vent_area"
             }
             self._failed_tick = tick * self.gas_steps + step
-            self.gas.adopt(self._failed_tick, {})
-            self.gas._hold({**own, "area": gas.area})
+            self.gas.set_progress(self._failed_tick, {})
+            self.gas._hold_inputs({**own, "area": gas.area})
             status = self.gas._advance(1)
             if status:
                 return _GAS + status
@@ -324,8 +324,8 @@ class Tube(Component):
             self._failed_tick = tick * self.shell_steps + step
             tables = self.shell.tables()
             area = tables.state.area.copy()
-            self.shell.adopt(self._failed_tick, {})
-            self.shell._hold({"pressure": acting - room})
+            self.shell.set_progress(self._failed_tick, {})
+            self.shell._hold_inputs({"pressure": acting - room})
             status = self.shell._advance(1)
             if status:
                 return _SHELL + status
@@ -344,8 +344,8 @@ class Tube(Component):
 
     def _part_error(self, part: Component, prefix: str, status: int, steps: int) -> StepError:
         """Return the error of a part as an error of the tube."""
-        part.adopt(self._failed_tick, {})
-        error = part._explain(status).of_part(prefix)
+        part.set_progress(self._failed_tick, {})
+        error = part._explain(status).with_part_prefix(prefix)
         if part is self.shell and error.index is not None:
             x = self.parameters.position + self.shell.assembly.coordinates(error.index)[0]
             error = error.with_hint(f"x is that of the shell; of the gas it is {x:.4g} m")

@@ -90,7 +90,7 @@ class TubeParameters(Parameters):
         "Pa",
     )
     vent: NotNegativeMagnitude | None = field(
-        None, "place x of a vent, whose opening is the input `vent_area`", "m", without="none"
+        None, "place x of a vent, whose opening is the input `vent_area`", "m", absent="none"
     )
     discharge: Magnitude = field(
         0.8, "mass flow through an opening over that of the ideal nozzle; 0.6 to 0.85 with sharp edges", "1", le=1.0

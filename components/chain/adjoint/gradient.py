@@ -275,5 +275,5 @@ def _raise_step_error(chain: Chain, drive: FloatArray, ticks: int, failed: int) 
         try:
             twin.step(ticks * twin.step_size, **inputs)
         except StepError as error:
-            raise error.of(f"control step {step} of {len(drive)}") from None
+            raise error.with_source(f"control step {step} of {len(drive)}") from None
     raise AssertionError("a run failed whose steps do not")

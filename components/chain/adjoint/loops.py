@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...support.borrowed import borrowed
 from ...support.jit import JIT, internal, jit
+from ...support.unowned_array import unowned_array
 from .. import forces
 from ..drive import make_drive
 from ..integrators.scheme import advance
@@ -74,7 +74,7 @@ def make_run_loops(kind: type, scheme: Any) -> RunLoops:
 
     @jit
     def forward(table, drive, tick, ticks, states, tape):
-        table, drive, tape, states = borrowed(table), borrowed(drive), borrowed(tape), borrowed(states)
+        table, drive, tape, states = unowned_array(table), unowned_array(drive), unowned_array(tape), unowned_array(states)
         chain, rows = chain_state(kind, table), len(tape) // len(drive)
         for k in range(len(drive)):
             held = make_drive(table, table[:0], 0, drive[k, 0], drive[k, 1])
@@ -86,8 +86,8 @@ def make_run_loops(kind: type, scheme: Any) -> RunLoops:
 
     @jit
     def backward(table, adjoint, drive, ticks, tape, sources, input_adjoints):
-        table, adjoint, drive, tape = borrowed(table), borrowed(adjoint), borrowed(drive), borrowed(tape)
-        sources, input_adjoints = borrowed(sources), borrowed(input_adjoints)
+        table, adjoint, drive, tape = unowned_array(table), unowned_array(adjoint), unowned_array(drive), unowned_array(tape)
+        sources, input_adjoints = unowned_array(sources), unowned_array(input_adjoints)
         chain, reverse = chain_state(kind, table), chain_state(kind, adjoint)
         rows = len(tape) // (len(drive) * ticks)
         for k in range(len(drive) - 1, -1, -1):
@@ -111,7 +111,7 @@ def make_objective_loops(kind: type, note: Callable[..., Any], pullback: Callabl
 
     @jit
     def note_steps(table, drive, states, span, constants, sums):
-        table, drive, states = borrowed(table), borrowed(drive), borrowed(states)
+        table, drive, states = unowned_array(table), unowned_array(drive), unowned_array(states)
         chain, first, steps = chain_state(kind, table), span[0], span[1]
         for k in range(len(drive)):
             _set_state(table, states[k])
@@ -123,8 +123,13 @@ def make_objective_loops(kind: type, note: Callable[..., Any], pullback: Callabl
 
     @jit
     def pull_back_steps(table, adjoint, drive, input_adjoints, states, sources, span, numbers):
-        table, adjoint, drive, states = borrowed(table), borrowed(adjoint), borrowed(drive), borrowed(states)
-        sources, input_adjoints = borrowed(sources), borrowed(input_adjoints)
+        table, adjoint, drive, states = (
+            unowned_array(table),
+            unowned_array(adjoint),
+            unowned_array(drive),
+            unowned_array(states),
+        )
+        sources, input_adjoints = unowned_array(sources), unowned_array(input_adjoints)
         chain, reverse, first, steps = chain_state(kind, table), chain_state(kind, adjoint), span[0], span[1]
         constants, slopes = numbers
         for k in range(len(drive)):

@@ -12,7 +12,7 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
-from ...errors import ParameterError, nearest
+from ...errors import ParameterError, spelling_hint
 from ...support.float_arrays import FloatArray
 from ...support.jit import jit
 from ..arrangements import Uniform
@@ -31,7 +31,7 @@ def parameter_gradient(chain: Chain, adjoints: Adjoints, name: str) -> float | F
         ParameterError: there is no such derivative; the message gives advice.
     """
     if name not in KNOWN:
-        raise ParameterError(f"{name!r} has no gradient", hint=nearest(name, KNOWN), at="with_respect_to")
+        raise ParameterError(f"{name!r} has no gradient", hint=spelling_hint(name, KNOWN), at="with_respect_to")
     return KNOWN[name](chain, adjoints)
 
 

@@ -8,7 +8,7 @@ contact its force (FORCE) and g = dF/dd times the derivative by the force (OVERL
 
 from __future__ import annotations
 
-from ...support.dispatch import dispatched
+from ...support.dispatch import dispatch_by_class
 from ...support.jit import internal_inlined
 from .. import forces
 from ..integrators.compositions import Composition, DampedComposition
@@ -39,7 +39,7 @@ _APPROACHES = (RIGHT_DRIVE, HISTORY, HISTORY + 1)
 _SPEED_ADJOINT, _IMPULSE = HISTORY + 2, LOST
 
 
-@dispatched
+@dispatch_by_class
 def reverse_tick(scheme, chain, adjoint, inputs, input_adjoint, tape):
     """Propagate the adjoint from the end of a tick to its beginning, and add the derivatives by the inputs to `input_adjoint`.
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from functools import cache, partial
 from typing import Any, NamedTuple
 
-from ...support.borrowed import borrowed
-from ...support.dispatch import dispatched
+from ...support.dispatch import dispatch_by_class
 from ...support.jit import internal_inlined, jit
+from ...support.unowned_array import unowned_array
 from .. import forces
 from ..drive import centre_drive, make_drive
 from ..layout import V
@@ -17,7 +17,7 @@ from ..state import chain_state
 UNSOUND = 1 << 60
 
 
-@partial(dispatched, inlined=True)
+@partial(dispatch_by_class, inlined=True)
 def advance_tick(scheme, chain, drive, tick, tape):
     """Advance a chain by one tick, with the drive set to it; return whether an overlap passed its limit.
 
@@ -83,19 +83,19 @@ def make_entry_points(kind: type, integrator: Any) -> EntryPoints:
 
     @jit
     def advance_driven(table, pieces, left_pieces, left, right, tick, ticks):
-        table = borrowed(table)
+        table = unowned_array(table)
         drive = make_drive(table, pieces, left_pieces, left, right)
         return advance(integrator, chain_state(kind, table), drive, tick, ticks, table[:0])
 
     @jit
     def advance_held(table, left, right, tick, ticks):
-        table = borrowed(table)
+        table = unowned_array(table)
         drive = make_drive(table, table[:0], 0, left, right)
         return advance(integrator, chain_state(kind, table), drive, tick, ticks, table[:0])
 
     @jit
     def advance_batch(tables, inputs, ticks, count, moving, kept, first):
-        tables = borrowed(tables)
+        tables = unowned_array(tables)
         for k in range(len(ticks)):
             if moving[k]:
                 table = tables[k]

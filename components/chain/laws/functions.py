@@ -10,13 +10,13 @@ from __future__ import annotations
 
 from functools import partial
 
-from ...support.dispatch import dispatched
+from ...support.dispatch import dispatch_by_class
 
-_required = partial(dispatched, inlined=True)
-_optional = partial(dispatched, inlined=True, has_default=True)
+_required = partial(dispatch_by_class, inlined=True)
+_optional = partial(dispatch_by_class, inlined=True, has_default=True)
 
 
-@dispatched
+@dispatch_by_class
 def contact_law(kind, stiffness, constants, history):
     """Return the law of class `kind`, with its arrays.
 

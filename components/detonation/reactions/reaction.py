@@ -6,7 +6,7 @@ import math
 from abc import abstractmethod
 from typing import Any, NamedTuple
 
-from ...support.dispatch import dispatched
+from ...support.dispatch import dispatch_by_class
 from ...support.tagged_union import Named
 from ..chapman_jouguet import Detonation
 from ..gases import Gas
@@ -19,7 +19,7 @@ class ReactionResult(NamedTuple):
     pressure: float
 
 
-@dispatched
+@dispatch_by_class
 def advance_reaction(law, density, pressure, fraction, step):
     """Return the `ReactionResult` of a cell.
 

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from granular_env.components.chain import Chain
 from granular_env.components.chain.adjoint import KNOWN, evaluate_objective, has_computed_mass, validate_drive
 from granular_env.components.chain.objective import Objective
-from granular_env.components.errors import ParameterError, nearest
+from granular_env.components.errors import ParameterError, spelling_hint
 from granular_env.components.materials.elastic import material
 from granular_env.components.number_arrays import number_array
 from granular_env.components.support.float_arrays import FloatArray
@@ -99,7 +99,7 @@ def _move(chain: Chain, drive: FloatArray, direction: Mapping[str, npt.ArrayLike
     """Return a chain with changed parameters in the same state, and the changed drive."""
     for name in direction:
         if name not in KNOWN:
-            raise ParameterError(f"{name!r} has no gradient", hint=nearest(name, KNOWN), at="direction")
+            raise ParameterError(f"{name!r} has no gradient", hint=spelling_hint(name, KNOWN), at="direction")
     changes = {name: h * number_array(f"direction.{name}", way, "an array of numbers") for name, way in direction.items()}
     try:
         return _shift(chain, drive, changes)
