@@ -74,7 +74,7 @@ def sod_tube(cells: int) -> tuple[Any, Any]:
 def density_error(centres: Any, density: Any, time: float) -> float:
     """Return the mean error of the density against the exact solution."""
     found = riemann_problem(Flow(1.0, 0.0, 1.0), Flow(0.125, 0.0, 0.1), gamma=_GAMMA)
-    exact = found.at((centres - 0.5) / time)[0]
+    exact = found.state((centres - 0.5) / time)[0]
     return float(np.abs(density - exact).mean())
 
 

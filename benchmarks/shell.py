@@ -20,7 +20,7 @@ from .timing import interleaved, ratio, repeats_for
 WANTED, ALLOWED_BYTES, LEAST_PART, LEAST_GAIN = 1.25, 900.0, 0.35, 1.3
 _SAMPLE_SECONDS = 0.3
 # Operations per neighbour of a point (products and sums for nine gradients and the forces), and per point in `strain_and_spin`,
-# `turn_stress` and `nominal_stress`, without the law, the hourglass control and the kicks.
+# `rotate_tensor` and `nominal_stress`, without the law, the hourglass control and the kicks.
 _OF_NEIGHBOUR, _OF_POINT = 36, 440
 _NOTCH = {"length": 0.0127, "depth": 0.0006, "width": 0.0005}
 _BODIES = {

@@ -59,7 +59,7 @@ class PrescribedVelocity(Boundary):
     components: Literal["both", "x", "y"] = field("both", "which components are prescribed; the other one is free", "1")
 
     @property
-    def axes(self) -> tuple[int, ...]:
+    def prescribed_axes(self) -> tuple[int, ...]:
         """Return the numbers of the prescribed components."""
         return (0, 1) if self.components == "both" else (("x", "y").index(self.components),)
 

@@ -11,7 +11,7 @@ from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .errors import ParameterError, nearest, one_line
+from .errors import ParameterError, one_line, spelling_hint
 
 if TYPE_CHECKING:
     from .component import Component
@@ -32,17 +32,17 @@ _OWN = {
 }
 
 
-def names() -> list[str]:
+def component_names() -> list[str]:
     """Return all known component names, those of this package first."""
-    return [*_OWN, *(point.name for point in _foreign() if point.name not in _OWN)]
+    return [*_OWN, *(point.name for point in _plugin_entry_points() if point.name not in _OWN)]
 
 
-def own_names() -> list[str]:
+def built_in_names() -> list[str]:
     """Return the names of the components of this package, which a log may name without being trusted."""
     return list(_OWN)
 
 
-def summary(name: str) -> str:
+def component_summary(name: str) -> str:
     """Return the first sentence of a component's docstring; components of this package are not imported for it."""
     if name in _OWN:
         module, _, attribute = _OWN[name].partition(":")
@@ -66,10 +66,12 @@ def component_class(name: str) -> type[Component]:
     if isinstance(name, str) and name in _OWN:
         module, _, attribute = _OWN[name].partition(":")
         return getattr(import_module(f".{module}", __package__), attribute)
-    for point in _foreign():
+    for point in _plugin_entry_points():
         if point.name == name:
             return _load_class(point)
-    raise ParameterError(f"got {one_line(name)}", expected="the name of a component", hint=nearest(name, names()))
+    raise ParameterError(
+        f"got {one_line(name)}", expected="the name of a component", hint=spelling_hint(name, component_names())
+    )
 
 
 def make(name: str, **parameters: Any) -> Component:
@@ -77,19 +79,19 @@ def make(name: str, **parameters: Any) -> Component:
     return component_class(name)(**parameters)
 
 
-def _foreign() -> list[EntryPoint]:
+def _plugin_entry_points() -> list[EntryPoint]:
     return list(entry_points(group=ENTRY_POINT_GROUP))
 
 
-def _load_class(point: EntryPoint) -> type[Component]:
+def _load_class(entry_point: EntryPoint) -> type[Component]:
     from .component import Component
 
-    source = f"component {point.name!r}"
+    source = f"component {entry_point.name!r}"
     try:
-        loaded = point.load()
+        loaded = entry_point.load()
     except Exception as error:
-        came = f"loading {point.value} failed: {type(error).__name__}: {error}"
+        came = f"loading {entry_point.value} failed: {type(error).__name__}: {error}"
         raise ParameterError(came, hint="install or mend its package", source=source) from error
     if not (isinstance(loaded, type) and issubclass(loaded, Component)):
-        raise ParameterError(f"got {point.value}", expected="a subclass of Component", source=source)
+        raise ParameterError(f"got {entry_point.value}", expected="a subclass of Component", source=source)
     return loaded

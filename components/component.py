@@ -14,15 +14,15 @@ import numpy as np
 
 from .balances import balance_variables
 from .drawables import element_count
-from .errors import ParameterError, StepError, nearest, one_line
-from .events import MOST_INDEX, Event, EventDetail, decode_events, event_rows, renumber_kinds
+from .errors import ParameterError, StepError, one_line, spelling_hint
+from .events import MOST_INDEX, Event, EventDetail, decode_events, event_list_field, renumber_kinds
 from .inputs import Held, input_value
 from .number_arrays import start_array
 from .snapshot import Snapshot
 from .state_block import Block, Layout
 from .stepping import Stepping
 from .support.float_arrays import FloatArray
-from .support.memory_limits import refuse_beyond
+from .support.memory_limits import refuse_excess_memory
 from .support.serialization import canonical_json
 from .support.validation import validate_parameters
 from .variables import Variable, parameter_variables
@@ -55,7 +55,7 @@ class Component(Stepping):
         """
         self._given_memory = memory
         self.parameters = validate_parameters(self.Parameters, parameters, self._full_name)
-        refuse_beyond(self.memory_needed(self.parameters), self._full_name)
+        refuse_excess_memory(self.memory_needed(self.parameters), self._full_name)
         try:
             self._build()
         except MemoryError as error:
@@ -70,7 +70,7 @@ class Component(Stepping):
             v.name: (max(v.minimum, -_LARGEST), min(v.maximum, _LARGEST)) for v in self._inputs.values() if v.shape == ()
         }
         self._tick_counts: dict[float | None, int] = {None: 1}
-        self._settle()
+        self._bind_block()
         # Balance entries need a state, which is zero at first.
         for balance in self.balances():
             for variable in balance_variables(balance):
@@ -79,7 +79,7 @@ class Component(Stepping):
         self.variables: dict[str, Variable] = variables
         self.reset()
         sizes, details = {one.name: element_count(one) for one in self.drawables()}, self.event_details
-        counted = [sizes.get(details[kind].counts, 0) if kind in details else 0 for kind in self._own_kinds]
+        counted = [sizes.get(details[kind].counts, 0) if kind in details else 0 for kind in self._own_event_kinds]
         # Smallest index of each kind of event, and one past the largest.
         self._index_limits: FloatArray = np.array([(0, size) if size else (-1, MOST_INDEX) for size in counted], np.float64)
 
@@ -104,7 +104,7 @@ class Component(Stepping):
 
         If there are event kinds, the list `events` precedes the given lists. `restore` checks the ranges declared here.
         """
-        lists = {**({"events": event_rows(len(self.event_kinds))} if self.event_kinds else {}), **(growing or {})}
+        lists = {**({"events": event_list_field(len(self.event_kinds))} if self.event_kinds else {}), **(growing or {})}
         words = sum(math.prod(field[1]) for field in fields.values()) + len(lists)
         self._block = Block(self._claim_memory((words,)), growing=lists, **fields)
 
@@ -115,7 +115,7 @@ class Component(Stepping):
         self._memory[...] = 0.0
         return self._memory
 
-    def _include(self, part: Component, prefix: str, ticks: int = 1) -> None:
+    def _include_part(self, part: Component, prefix: str, ticks: int = 1) -> None:
         """Add a part to the snapshots and events of this component; call it in `_build`, after `_lay_out`.
 
         The lists of the part then belong to this component's snapshots. Its events become events of this component, of the
@@ -126,7 +126,7 @@ class Component(Stepping):
             prefix: of its event kinds.
             ticks: internal steps of the part per internal step of this component.
         """
-        self._block.include(part._block)
+        self._block.include_part(part._block)
         self._included = (*self._included, (part, prefix, ticks))
         kinds = {f"{prefix}_{kind}": f"{prefix}: {text}" for kind, text in part.event_kinds.items()}
         details = {
@@ -139,10 +139,10 @@ class Component(Stepping):
         """Set `event_kinds` and `event_details` of this instance; call it in `_build`, before `_lay_out`."""
         vars(self).update(event_kinds=kinds, event_details=details)
 
-    def _settle(self) -> None:
+    def _bind_block(self) -> None:
         """Set the attributes of this instance that depend on its block."""
-        parts = {v.name: self._block.views.get(v.name) for v in self.declared() if v.causality == "output"}
-        views = {name: _reader_of(part) for name, part in parts.items() if part is not None}
+        parts = {v.name: self._block.views.get(v.name) for v in self.declared_variables() if v.causality == "output"}
+        views = {name: _view_reader(part) for name, part in parts.items() if part is not None}
         self._readers: dict[str, Callable[[], Any]] = views | self._outputs()
         self._prepare_steps()
         for part, *_ in self._included:
@@ -152,7 +152,7 @@ class Component(Stepping):
         """Return a component with the same parameters, at its start; in the memory of a parent if given."""
         return type(self)(memory=memory, **self.parameters.model_dump())
 
-    def declared(self) -> list[Variable]:
+    def declared_variables(self) -> list[Variable]:
         """Return its inputs and outputs: all variables except parameters and balance entries."""
         return list(self._declare())
 
@@ -171,7 +171,7 @@ class Component(Stepping):
         if seed is not None and (isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or not 0 <= seed < 2**64):
             raise ParameterError(f"got {one_line(seed)}", expected="a whole number from 0 to 2^64 - 1, or None", at="seed")
         if self._busy or self._owner is not None:
-            self._refuse_busy("reset")
+            self._refuse_busy_call("reset")
         values = {name: self._start_values(name, value) for name, value in start.items()}
         before, tick = self._block.to_bytes(), self._tick
         self._block.clear()
@@ -182,14 +182,14 @@ class Component(Stepping):
                 if start:
                     self._refuse_infinite_balances()
             starts = {name: 0.0 if variable.start is None else variable.start for name, variable in self._inputs.items()}
-            held = self.hold({**starts, **given})
+            held = self.checked_inputs({**starts, **given})
         except BaseException:
-            self._block.load(before)
+            self._block.load_bytes(before)
             self._tick = tick
             raise
         finally:
             self._busy = False
-        self._hold(held)
+        self._hold_inputs(held)
         for observer in self._observers:
             observer.on_reset(self)
 
@@ -203,7 +203,7 @@ class Component(Stepping):
         if variable is None or not variable.state:
             known = [v.name for v in self.variables.values() if v.state]
             came = "an output, but not of the state" if variable is not None else "unknown"
-            raise ParameterError(came, hint=nearest(name, known), at=("start", name), source=self._full_name)
+            raise ParameterError(came, hint=spelling_hint(name, known), at=("start", name), source=self._full_name)
         return start_array(("start", name), value, variable.shape)
 
     def _refuse_infinite_balances(self) -> None:
@@ -217,26 +217,26 @@ class Component(Stepping):
 
     def get(self, name: str) -> Any:
         """Return the present value of any variable: a number, or a new array of its shape."""
-        value = self._read(name)
+        value = self._read_variable(name)
         if value.__class__ is np.ndarray and (value.base is not None or not value.flags.writeable):
             return value.copy()
         return value
 
     def peek(self, name: str) -> Any:
         """Return the value without a copy: a read-only array may be the component's memory, valid until the next step."""
-        value = self._read(name)
+        value = self._read_variable(name)
         if value.__class__ is np.ndarray:
             value = value.view()
             value.flags.writeable = False
         return value
 
-    def _read(self, name: str) -> Any:
+    def _read_variable(self, name: str) -> Any:
         reader = self._readers.get(name) if isinstance(name, str) else None
         if reader is not None:
             return reader()
         variable = self.variables.get(name) if isinstance(name, str) else None
         if variable is None:
-            hint = nearest(name, self.variables)
+            hint = spelling_hint(name, self.variables)
             expected = f"the name of a variable of {self._full_name}"
             raise ParameterError(f"got {one_line(name)}", expected=expected, hint=hint, at="variable")
         if variable.causality == "input":
@@ -285,14 +285,14 @@ class Component(Stepping):
         return self._block.count("events") + sum(part.event_count for part, _, _ in self._included)
 
     def event_rows(self, since: int = 0) -> FloatArray:
-        """Return a copy of the events from number `since` on, in rows as described in `events.event_rows`.
+        """Return a copy of the events from number `since` on, in rows as described in `events.event_list_field`.
 
         Kinds are numbered in alphabetical order, as in the headers of logs; the state numbers them in the order of
         `event_kinds`. Events are sorted by tick; within a tick, own events precede those of the first part. Later events
         therefore follow all earlier ones, whichever part they belong to.
         """
         own = self._block["events"].copy() if self._block.count("events") else np.zeros((0, 5))
-        tables = [renumber_kinds(own, self._own_kinds, self.event_kinds)]
+        tables = [renumber_kinds(own, self._own_event_kinds, self.event_kinds)]
         for part, prefix, ticks in self._included:
             rows = part.event_rows()
             rows[:, 0] = np.ceil(rows[:, 0] / ticks)
@@ -303,7 +303,7 @@ class Component(Stepping):
         return found[np.argsort(found[:, 0], kind="stable")][since:]
 
     @property
-    def _own_kinds(self) -> list[str]:
+    def _own_event_kinds(self) -> list[str]:
         """The event kinds that this component itself records; those of included parts follow them."""
         names = list(self.event_kinds)
         return names[: len(names) - sum(len(part.event_kinds) for part, _, _ in self._included)]
@@ -326,12 +326,12 @@ class Component(Stepping):
         return self._block.nbytes
 
     @property
-    def work_in_tick(self) -> int:
+    def cost_per_tick(self) -> int:
         """Number of state words that a tick advances, with a part counted once per step: a measure of cost on any machine.
 
         A word costs some nanoseconds; a component whose words cost far less or more scales the number.
         """
-        parts = sum(steps * part.work_in_tick - part.state_bytes // 8 for part, _, steps in self._included)
+        parts = sum(steps * part.cost_per_tick - part.state_bytes // 8 for part, _, steps in self._included)
         return self.state_bytes // 8 + parts
 
     def wake(self) -> None:
@@ -354,22 +354,22 @@ class Component(Stepping):
                 outside the ranges that the component declares.
         """
         if self._busy or self._owner is not None:
-            self._refuse_busy("restore")
+            self._refuse_busy_call("restore")
         if (
             snapshot.__class__ is not Snapshot
             or snapshot.identity != self.identity
             or snapshot.inputs is not self._held
             or not snapshot.is_checked
         ):
-            self.refuse_foreign(snapshot)
-            self._hold(self._inputs_of(snapshot))
-        self._block.load(snapshot.data)
+            self.refuse_foreign_snapshot(snapshot)
+            self._hold_inputs(self._snapshot_inputs(snapshot))
+        self._block.load_bytes(snapshot.data)
         own: dict[str, Any] = self.__dict__  # type: ignore[assignment] - as in `step`
         own["_tick"] = snapshot.tick
         for observer in self._observers:
             observer.on_reset(self)
 
-    def refuse_foreign(self, snapshot: Snapshot) -> None:
+    def refuse_foreign_snapshot(self, snapshot: Snapshot) -> None:
         """Raise the error that `restore` would raise for this snapshot; change nothing."""
         if snapshot.__class__ is not Snapshot:
             expected = "what save() or Snapshot.from_bytes() gave"
@@ -381,20 +381,20 @@ class Component(Stepping):
                 hint="restore it into one of the same parameters and version",
                 at="snapshot",
             )
-        if self._block.sizes_in(snapshot.data) is None:
+        if self._block.list_sizes(snapshot.data) is None:
             came = f"got a state of {len(snapshot.data)} bytes, whose sizes do not agree"
             raise ParameterError(came, expected=f"a state of this {self._full_name}", at="snapshot")
         if not snapshot.is_checked:
-            self._refuse_unsound(self._block, snapshot.data, snapshot.tick, ("snapshot",))
+            self._refuse_invalid_state(self._block, snapshot.data, snapshot.tick, ("snapshot",))
             snapshot.is_checked = True
         if snapshot.inputs is not self._held:
-            self._inputs_of(snapshot)
+            self._snapshot_inputs(snapshot)
 
-    def _refuse_unsound(self, whole: Block, data: bytes, tick: int, at: tuple[str, ...]) -> None:
+    def _refuse_invalid_state(self, block: Block, data: bytes, tick: int, at: tuple[str, ...]) -> None:
         """Refuse a state of the whole component outside the declared ranges, on which kernels rely; `self` is a part of it."""
-        state = whole.arrays_in(data, self._block)
-        self._block.refuse_beyond_range(state, at)
-        if self._own_kinds and len(events := state["events"]):
+        state = block.state_arrays(data, self._block)
+        self._block.refuse_out_of_range(state, at)
+        if self._own_event_kinds and len(events := state["events"]):
             ticks, kinds, indices = events.T[:3]
             first, beyond = self._index_limits[kinds.astype(np.int64)].T
             if not ((indices >= first) & (indices < beyond) & (np.diff(ticks, append=tick) >= 0.0)).all():
@@ -402,8 +402,8 @@ class Component(Stepping):
                 raise ParameterError("got other events", expected=expected, at=(*at, "events"))
         if fault := self._contradiction(state):
             raise ParameterError(fault, hint="save() gives no such state", at=at)
-        for part, prefix, ticks_in_one in self._included:
-            part._refuse_unsound(whole, data, tick * ticks_in_one, (*at, prefix))
+        for part, prefix, part_ticks in self._included:
+            part._refuse_invalid_state(block, data, tick * part_ticks, (*at, prefix))
 
     def _contradiction(self, state: Mapping[str, np.ndarray]) -> str:
         """Return the inconsistency of arrays within their ranges, or ""; for components whose kernels rely on consistency.
@@ -413,28 +413,28 @@ class Component(Stepping):
         """
         return ""
 
-    def _inputs_of(self, snapshot: Snapshot) -> Mapping[str, Held]:
+    def _snapshot_inputs(self, snapshot: Snapshot) -> Mapping[str, Held]:
         if snapshot.inputs.keys() != self._inputs.keys():
             expected = f"those of this {self._full_name}, {sorted(self._inputs)}"
             raise ParameterError(f"got one with the inputs {sorted(snapshot.inputs)}", expected=expected, at="snapshot")
-        held = self.hold(snapshot.inputs)
+        held = self.checked_inputs(snapshot.inputs)
         # Keep the snapshot's own mapping if its values are unchanged: the next restore then skips the checks.
         return snapshot.inputs if all(held[name] is value for name, value in snapshot.inputs.items()) else held
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Support pickle and `copy.deepcopy` with the parameters and the state. Observers stay with the original."""
-        return _recreate, (type(self), self.parameters.model_dump(), self.save())
+        return _recreate_component, (type(self), self.parameters.model_dump(), self.save())
 
     def __copy__(self) -> Component:
         """Return an independent component: with a shared state, stepping the copy would step the original too."""
         return copy.deepcopy(self)
 
 
-def _reader_of(view: np.ndarray) -> Callable[[], Any]:
+def _view_reader(view: np.ndarray) -> Callable[[], Any]:
     return (lambda: view) if view.ndim else lambda: float(view)
 
 
-def _recreate(kind: type[Component], parameters: Mapping[str, Any], state: Snapshot) -> Component:
+def _recreate_component(kind: type[Component], parameters: Mapping[str, Any], state: Snapshot) -> Component:
     component = kind(**parameters)
     component.restore(state)
     return component

@@ -21,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .errors import GranularError, ParameterError, nearest, one_line
+from .errors import GranularError, ParameterError, one_line, spelling_hint
 from .support.float_arrays import FloatArray
 from .support.validation import finite_number, whole_number
 
@@ -96,17 +96,17 @@ def read_history(
     whole_number("skip", skip, 0)
     factor = 1.0 if scale is None else finite_number("scale", scale)
     try:
-        lines, cells = _rows(Path(path), delimiter, skip)
+        lines, cells = _read_rows(Path(path), delimiter, skip)
         if not cells:
             raise ParameterError("it holds no rows", hint="write a header such as 'time [us],force [kN]' and samples")
         header = None if any(_is_number(cell, decimal) for cell in cells[0]) else cells[0]
         columns = [
-            _column(cells[0], header, lines[0], "time", time_column, time_unit, "s", False),
-            _column(cells[0], header, lines[0], "value", value_column, value_unit, unit, scale is not None),
+            _column_conversion(cells[0], header, lines[0], "time", time_column, time_unit, "s", False),
+            _column_conversion(cells[0], header, lines[0], "value", value_column, value_unit, unit, scale is not None),
         ]
         if header:
             lines, cells = lines[1:], cells[1:]
-        return _samples(lines, cells, columns, decimal, gaps, factor)
+        return _parse_samples(lines, cells, columns, decimal, gaps, factor)
     except TypeError:
         raise ParameterError(f"got {one_line(path)}", expected="the path of a CSV file", at="path") from None
     except ParameterError as error:
@@ -114,10 +114,10 @@ def read_history(
         raise ParameterError(*(replace(fault, received=f"{where}: {fault.received}") for fault in error.faults)) from None
 
 
-def _rows(path: Path, delimiter: str, skip: int) -> tuple[list[int], list[list[str]]]:
+def _read_rows(path: Path, delimiter: str, skip: int) -> tuple[list[int], list[list[str]]]:
     """Return the numbers and the cells of all lines except comments, empty lines and skipped lines."""
     try:
-        text = read_bounded(path, LARGEST_FILE, "thin the samples out").decode("utf-8-sig")
+        text = read_limited_file(path, LARGEST_FILE, "thin the samples out").decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise ParameterError(f"byte {error.start} is not UTF-8 text", hint="save the file as plain CSV") from None
     except OSError as error:
@@ -140,35 +140,35 @@ def _rows(path: Path, delimiter: str, skip: int) -> tuple[list[int], list[list[s
     return list(lines), cells
 
 
-def _column(
-    first: list[str], header: list[str] | None, line: int, what: str, column: str | int, unit: str | None, wanted: str | None,
-    scaled: bool,
+def _column_conversion(
+    first: list[str], header: list[str] | None, line: int, quantity: str, column: str | int, unit: str | None,
+    wanted_unit: str | None, scaled: bool,
 ) -> _Column:  # fmt: skip
     """Return the index of the times or the values, and their conversion to the requested unit."""
-    key, place, where = f"{what}_column", column, f"line {line}"
+    key, place, where = f"{quantity}_column", column, f"line {line}"
     parsed = [_name_and_unit(cell) for cell in header or []]
     if isinstance(column, str):
         names = [name for name, _ in parsed] if column not in (header or []) else header or []
         if names.count(column) != 1:
-            hint = nearest(column, names) if header else "there is no header line; give the column's number from 0"
+            hint = spelling_hint(column, names) if header else "there is no header line; give the column's number from 0"
             raise ParameterError(f"{where}: {key} = {column!r} is no column of the header", hint=hint)
         place = names.index(column)
     elif not 0 <= column < len(first):
         raise ParameterError(f"{where}: {key} = {column}", expected=f"a column from 0 to {len(first) - 1}")
     written = parsed[int(place)][1] if header else None
-    if unit is not None and written not in (None, unit) and (written in UNITS or written == wanted):
-        raise ParameterError(f"{where}: the header says {written!r}, and {what}_unit = {unit!r} was given", hint="give one")
+    if unit is not None and written not in (None, unit) and (written in UNITS or written == wanted_unit):
+        raise ParameterError(f"{where}: the header says {written!r}, and {quantity}_unit = {unit!r} was given", hint="give one")
     found = unit if unit is not None else written
     if found is None:
         raise ParameterError(
-            f"{where}: the {what}s have no unit", hint=f"set {what}_unit, or write the header like 'time [us]'"
+            f"{where}: the {quantity}s have no unit", hint=f"set {quantity}_unit, or write the header like 'time [us]'"
         )
-    base, multiply, divide = UNITS.get(found, (found if found == wanted else "", 1.0, 1.0))
-    if base and (base == wanted or (wanted is None and base != "V") or (base == "V" and scaled)):
+    base, multiply, divide = UNITS.get(found, (found if found == wanted_unit else "", 1.0, 1.0))
+    if base and (base == wanted_unit or (wanted_unit is None and base != "V") or (base == "V" and scaled)):
         return int(place), multiply, divide
-    expected = ", ".join(one for one, (si, _, _) in UNITS.items() if si == wanted) or wanted or "a unit of a quantity"
-    hint = f"set {what}_unit; with a scale, values may be in V" if what == "value" else ""
-    raise ParameterError(f"{where}: the {what}s are in {found!r}", expected=expected, hint=hint)
+    expected = ", ".join(one for one, (si, _, _) in UNITS.items() if si == wanted_unit) or wanted_unit or "a unit of a quantity"
+    hint = f"set {quantity}_unit; with a scale, values may be in V" if quantity == "value" else ""
+    raise ParameterError(f"{where}: the {quantity}s are in {found!r}", expected=expected, hint=hint)
 
 
 def _name_and_unit(cell: str) -> tuple[str, str | None]:
@@ -181,7 +181,7 @@ def _name_and_unit(cell: str) -> tuple[str, str | None]:
     return cell, None
 
 
-def _samples(
+def _parse_samples(
     lines: list[int], cells: list[list[str]], columns: list[_Column], decimal: str, gaps: str, scale: float
 ) -> tuple[FloatArray, FloatArray]:
     if len(lines) < 2:
@@ -226,7 +226,7 @@ def _is_number(text: str, decimal: str) -> bool:
         return False
 
 
-def read_bounded(path: Path, largest: int, advice: str, kind: type[GranularError] = ParameterError) -> bytes:
+def read_limited_file(path: Path, largest: int, advice: str, kind: type[GranularError] = ParameterError) -> bytes:
     """Return the content of a regular file of at most `largest` bytes.
 
     Raises:

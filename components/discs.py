@@ -75,14 +75,14 @@ class Discs(Component):
         yield Variable("broken_links", "output", "1", (), "number of broken links")
 
     def _outputs(self) -> dict[str, Callable[[], Any]]:
-        links = {"linked": lambda: 1.0 * self._holding()[: self.links], "broken_links": lambda: float(self.event_count)}
+        links = {"linked": lambda: 1.0 * self._linked_pairs()[: self.links], "broken_links": lambda: float(self.event_count)}
         return {"speed": lambda: norms(self._block["velocity"]), **links}
 
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         super()._start(seed, values)
-        for i, j in self.pairs[self._geometry()[1] < 1e-9 * self.diameter].tolist():
+        for i, j in self.pairs[self._pair_geometry()[1] < 1e-9 * self.diameter].tolist():
             raise ParameterError(f"puts disc {j} where disc {i} is", hint="move one of them", at=("start", "displacement", j))
-        energies, momentum = self._stored()
+        energies, momentum = self._energies_and_momentum()
         self._block["start"] = ordered_sum(*energies.values()), *momentum
         return {}
 
@@ -92,10 +92,10 @@ class Discs(Component):
         for tick in range(self._tick, self._tick + ticks):
             # Links break and forces act at the step's middle, where leapfrog kicks.
             u += 0.5 * h * v
-            along, distance, overlap = self._geometry()
+            directions, distance, overlap = self._pair_geometry()
             self._break_links(tick + 1, distance)
             force, walls = input_mean(self._held["force"], tick), -p.stiffness * overlap
-            kick = h / self.mass * (force + walls + self._pair_forces(along, distance))
+            kick = h / self.mass * (force + walls + self._pair_forces(directions, distance))
             self._block["work"] += h * (force * (v + 0.5 * kick)).sum()
             self._block["impulses"] += h * force.sum(axis=0), h * walls.sum(axis=0)
             v += kick
@@ -108,14 +108,14 @@ class Discs(Component):
         speed, limit = norms(self._block["velocity"]), self.parameters.radius / self.step_size
         return self._excess_error("velocity", "m/s", speed, limit, "a radius in a step; take a smaller step_size")
 
-    def _geometry(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def _pair_geometry(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the vector between the centres of each pair, its length, and the overlap of each disc with the walls [m]."""
         centres, radius = self.reference + self._block["displacement"], self.parameters.radius
         first, second = centres[self.pairs.T]
         overlap = np.minimum(centres - radius, 0.0) + np.maximum(centres + radius - self.box, 0.0)
         return second - first, norms(second - first), overlap
 
-    def _holding(self) -> np.ndarray:
+    def _linked_pairs(self) -> np.ndarray:
         """Return which pairs are linked."""
         holding = np.arange(len(self.pairs)) < self.links
         holding[self._block["broken"]] = False
@@ -123,32 +123,32 @@ class Discs(Component):
 
     def _break_links(self, tick: int, distance: FloatArray) -> None:
         strain, p = distance / self.diameter - 1.0, self.parameters
-        for link in np.flatnonzero(self._holding() & (strain > p.breaking_strain)).tolist():
+        for link in np.flatnonzero(self._linked_pairs() & (strain > p.breaking_strain)).tolist():
             self._block["fracture"] += 0.5 * p.stiffness * (strain[link] * self.diameter) ** 2
             self._block.append("broken", link)
             self._add_event(tick, "link_broken", link, float(strain[link]), p.breaking_strain)
 
-    def _stretch(self, distance: FloatArray) -> FloatArray:
+    def _spring_extensions(self, distance: FloatArray) -> FloatArray:
         """Return the extension of each pair's spring; 0 for a pair without link or contact."""
-        return np.where(self._holding(), distance - self.diameter, np.minimum(distance - self.diameter, 0.0))
+        return np.where(self._linked_pairs(), distance - self.diameter, np.minimum(distance - self.diameter, 0.0))
 
-    def _pair_forces(self, along: FloatArray, distance: FloatArray) -> FloatArray:
-        tension = (self.parameters.stiffness * self._stretch(distance) / distance)[:, np.newaxis] * along
+    def _pair_forces(self, directions: FloatArray, distance: FloatArray) -> FloatArray:
+        tension = (self.parameters.stiffness * self._spring_extensions(distance) / distance)[:, np.newaxis] * directions
         forces = np.zeros_like(self.reference)
         np.add.at(forces, self.pairs[:, 0], tension)
         np.subtract.at(forces, self.pairs[:, 1], tension)
         return forces
 
-    def _stored(self) -> tuple[dict[str, float], FloatArray]:
+    def _energies_and_momentum(self) -> tuple[dict[str, float], FloatArray]:
         """Return the present energies [J] and momentum [kg m/s]."""
-        p, v, (_, distance, overlap) = self.parameters, self._block["velocity"], self._geometry()
+        p, v, (_, distance, overlap) = self.parameters, self._block["velocity"], self._pair_geometry()
         kinetic = 0.5 * (self.mass * v**2).sum()
-        potential = 0.5 * p.stiffness * ((self._stretch(distance) ** 2).sum() + (overlap**2).sum())
+        potential = 0.5 * p.stiffness * ((self._spring_extensions(distance) ** 2).sum() + (overlap**2).sum())
         return {"kinetic_energy": float(kinetic), "potential_energy": float(potential)}, (self.mass * v).sum(axis=0)
 
     def balances(self) -> tuple[Balance, ...]:
         """Return energy and momentum since the reset."""
-        (energies, momentum), start = self._stored(), self._block["start"].copy()
+        (energies, momentum), start = self._energies_and_momentum(), self._block["start"].copy()
         work, fracture = float(self._block["work"]), float(self._block["fracture"])
         force, walls = self._block["impulses"].copy()
         return (

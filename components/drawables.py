@@ -48,7 +48,7 @@ class Points(_Geometry):
     rotation: str = ""
     period: FloatArray = dataclasses.field(default_factory=lambda: np.zeros(0))
 
-    def ways(self, pairs: npt.NDArray[np.int64]) -> FloatArray:
+    def shortest_vectors(self, pairs: npt.NDArray[np.int64]) -> FloatArray:
         """Return the shortest vector from the first to the second point of each pair, initially, shape (m, d) [m]."""
         places = self.reference.reshape(len(self.radius), -1)
         ways = places[pairs[:, 1]] - places[pairs[:, 0]]
@@ -56,7 +56,7 @@ class Points(_Geometry):
             ways[:, axis] -= self.period[axis] * np.rint(ways[:, axis] / self.period[axis])
         return ways
 
-    def stays_inside(self, pairs: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
+    def is_unwrapped(self, pairs: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
         """Return, for each pair, whether the shortest vector crosses no periodic edge, shape (m,)."""
         places = self.reference.reshape(len(self.radius), -1)
         apart = np.abs(places[pairs[:, 1]] - places[pairs[:, 0]])[:, : len(self.period)]
@@ -124,15 +124,15 @@ Drawable = Points | Links | Cells | Curve
 OUTPUT_FIELDS = ("displacement", "colour", "rotation", "state", "field")
 
 
-def element_count(drawn: Drawable) -> int:
+def element_count(drawable: Drawable) -> int:
     """Return the number of elements that event indices may refer to: points, links or cells; 0 for a curve."""
-    match drawn:
+    match drawable:
         case Links():
-            return len(drawn.pairs)
+            return len(drawable.pairs)
         case Points():
-            return len(drawn.reference)
+            return len(drawable.reference)
         case Cells():
-            return len(drawn.connectivity)
+            return len(drawable.connectivity)
         case _:
             return 0
 
@@ -146,10 +146,10 @@ def drawn_outputs(drawables: Iterable[Drawable]) -> list[str]:
 def main_points(drawables: Iterable[Drawable]) -> Points | None:
     """Return the first points, with three columns in `reference` as viewers require, or None without points."""
     points = next((drawable for drawable in drawables if isinstance(drawable, Points)), None)
-    return None if points is None else dataclasses.replace(points, reference=spatial(points.reference))
+    return None if points is None else dataclasses.replace(points, reference=to_three_columns(points.reference))
 
 
-def spatial(vectors: np.ndarray) -> np.ndarray:
+def to_three_columns(vectors: np.ndarray) -> np.ndarray:
     """Return positions or displacements in 1 to 3 dimensions, shape (..., n) along x or (..., n, d), with three columns.
 
     An array with two axes is read as (n, d); an array along x with leading frames needs a last axis of length 1.

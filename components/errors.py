@@ -21,12 +21,12 @@ Location = tuple[str | int, ...]
 _PART = re.compile(r"\[\s*(-?\d+(?:\s*,\s*-?\d+)*)\s*\]|([^.\[\]]+)|[.\[\]]")
 
 
-def to_location(given: str | Location) -> Location:
+def to_location(location: str | Location) -> Location:
     """Return the location of a text: ("input", "force", 0, 1) for "input.force[0,1]"."""
-    if isinstance(given, tuple):
-        return given
+    if isinstance(location, tuple):
+        return location
     parts: list[str | int] = []
-    for index, name in _PART.findall(given):
+    for index, name in _PART.findall(location):
         parts += map(int, index.split(",")) if index else [int(name) if name.isdecimal() else name] if name else []
     return tuple(parts)
 
@@ -38,7 +38,7 @@ def location_text(location: Location) -> str:
         if is_index:
             text += f"[{','.join(map(str, parts))}]"
         else:
-            text += ("." if text else "") + ".".join(_shorten(str(part)) for part in parts)
+            text += ("." if text else "") + ".".join(_shorten_text(str(part)) for part in parts)
     return text
 
 
@@ -83,13 +83,13 @@ class Fault:
         said = "; ".join(filter(None, (said, self.hint)))
         return ": ".join(filter(None, (str(self.source), location_text(self.location), said)))
 
-    def within(self, *location: str | int) -> Fault:
+    def with_outer_location(self, *location: str | int) -> Fault:
         """Return the fault with an outer location prepended, unless its location already begins with it."""
         if self.location[: len(location)] == location:
             return self
         return dataclasses.replace(self, location=(*location, *self.location))
 
-    def of(self, source: str) -> Fault:
+    def with_source(self, source: str) -> Fault:
         """Return the fault with a source prepended to its source."""
         return dataclasses.replace(self, source=": ".join(filter(None, (source, str(self.source)))))
 
@@ -98,7 +98,7 @@ class Fault:
         return dataclasses.replace(self, hint="; ".join(filter(None, (self.hint, hint))))
 
 
-def _shorten(text: str, length: int = 60) -> str:
+def _shorten_text(text: str, length: int = 60) -> str:
     return text if len(text) <= length else f"{text[: length - 3]}..."
 
 
@@ -137,30 +137,30 @@ class GranularError(Exception):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Support pickle: workers send errors to the process that displays them."""
-        return _recreate, (type(self), self.args, vars(self))
+        return _recreate_error, (type(self), self.args, vars(self))
 
-    def within(self, *location: str | int) -> Self:
+    def with_outer_location(self, *location: str | int) -> Self:
         """Return the error with an outer location prepended, to be raised instead."""
-        return self._with(lambda fault: fault.within(*location))
+        return self._map_faults(lambda fault: fault.with_outer_location(*location))
 
-    def of(self, source: str) -> Self:
+    def with_source(self, source: str) -> Self:
         """Return the error with a source for faults without one, to be raised instead."""
-        return self._with(lambda fault: fault if fault.source else dataclasses.replace(fault, source=source))
+        return self._map_faults(lambda fault: fault if fault.source else dataclasses.replace(fault, source=source))
 
     def with_hint(self, hint: str) -> Self:
         """Return the error with an additional hint, to be raised instead."""
-        return self._with(lambda fault: fault.with_hint(hint))
+        return self._map_faults(lambda fault: fault.with_hint(hint))
 
-    def renamed(self, argument: str, name: str) -> Self:
+    def with_argument(self, argument: str, name: str) -> Self:
         """Return the error with an argument renamed, to be raised instead."""
-        return self._with(
+        return self._map_faults(
             lambda fault: (
                 dataclasses.replace(fault, location=(name, *fault.location[1:])) if fault.location[:1] == (argument,) else fault
             )
         )
 
-    def _with(self, change: Callable[[Fault], Fault]) -> Self:
-        error = _recreate(type(self), self.args, vars(self))
+    def _map_faults(self, change: Callable[[Fault], Fault]) -> Self:
+        error = _recreate_error(type(self), self.args, vars(self))
         error.faults = tuple(map(change, self.faults))
         return error
 
@@ -168,7 +168,7 @@ class GranularError(Exception):
         return "\n".join(map(str, self.faults))
 
 
-def _recreate(kind: type[Any], arguments: tuple[Any, ...], attributes: dict[str, Any]) -> Any:
+def _recreate_error(kind: type[Any], arguments: tuple[Any, ...], attributes: dict[str, Any]) -> Any:
     """Return a copy of an error, without calling its constructor."""
     error: Any = kind.__new__(kind, *arguments)
     error.args = arguments
@@ -209,10 +209,10 @@ class StepError(GranularError, ArithmeticError):
         super().__init__(message, at=at)
         self.time, self.variable, self.index, self.value, self.limit = time, variable, index, value, limit
 
-    def of_part(self, part: str) -> Self:
+    def with_part_prefix(self, part: str) -> Self:
         """Return the error with the prefix of a part added to the name of its variable."""
         name = f"{part}_{self.variable}"
-        error = self.renamed(self.variable, name)
+        error = self.with_argument(self.variable, name)
         error.variable = name
         return error
 
@@ -221,10 +221,10 @@ class LogError(GranularError):
     """A log or a snapshot cannot be written, is damaged, is not a log or snapshot, or exceeds the limits."""
 
     @classmethod
-    def of_content(cls, error: GranularError, *location: str, source: str = "") -> Self:
+    def from_content(cls, error: GranularError, *location: str, source: str = "") -> Self:
         """Return an error in the content of a log as a `LogError`, with all its faults."""
-        faults = (fault.within(*location) for fault in error.faults)
-        return cls(*(fault.of(source) for fault in faults))
+        faults = (fault.with_outer_location(*location) for fault in error.faults)
+        return cls(*(fault.with_source(source) for fault in faults))
 
 
 class ExperimentError(GranularError, ValueError):
@@ -254,10 +254,10 @@ def one_line(value: object, length: int = 80) -> str:
         text = " ".join(line.strip() for line in repr(value).splitlines())
     except Exception:  # e.g. repr fails for integers with more than 4300 digits
         text = f"a {type(value).__name__}"
-    return _shorten(text, length)
+    return _shorten_text(text, length)
 
 
-def caution(message: str) -> None:
+def issue_warning(message: str) -> None:
     """Warn with the line number of the caller's own code."""
     level, frame = 1, sys._getframe()
     package = __name__.partition(".")[0]
@@ -266,7 +266,7 @@ def caution(message: str) -> None:
     warnings.warn(message, GranularWarning, stacklevel=level)
 
 
-def nearest(word: str, known: Iterable[str], others: str = "") -> str:
+def spelling_hint(word: str, known: Iterable[str], others: str = "") -> str:
     """Return the hint for an unknown name: a similar known one, or the list of all; then the text `others`."""
     names = sorted(known)
     close = difflib.get_close_matches(str(word), names, n=1, cutoff=0.7)

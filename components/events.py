@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .errors import ParameterError, nearest, one_line
+from .errors import ParameterError, one_line, spelling_hint
 from .state_block import LARGEST, Field
 from .support.float_arrays import FloatArray
 from .support.validation import whole_number
@@ -17,7 +17,7 @@ from .support.validation import whole_number
 MOST_INDEX = 2**53
 
 
-def event_rows(kinds: int) -> Field:
+def event_list_field(kinds: int) -> Field:
     """Return the growing list `events` of a state: tick, kind number, index (-1 for none), value, limit."""
     return Field("f8", (5,), (0, 0, -1, -LARGEST, -LARGEST), (MOST_INDEX, kinds - 1, MOST_INDEX, LARGEST, LARGEST))
 
@@ -62,7 +62,7 @@ def decode_events(rows: FloatArray, kinds: Iterable[str], kind: str | None, inde
     """Return events from rows with kinds numbered in alphabetical order.
 
     Args:
-        rows: shape (events, 5), see `event_rows`.
+        rows: shape (events, 5), see `event_list_field`.
         kinds: all kinds that can occur.
         kind: return only this kind.
         index: return only events of this link, grain, ...
@@ -84,7 +84,7 @@ def refuse_unknown_events(kinds: Iterable[str], kind: Any, index: Any, source: s
     """Raise `ParameterError` for a kind of event that cannot occur, or for an invalid index."""
     known = list(kinds)
     if kind is not None and kind not in known:
-        hint = nearest(str(kind), known)
+        hint = spelling_hint(str(kind), known)
         raise ParameterError(f"got {one_line(kind)}", expected="a kind of event", hint=hint, at="kind", source=source)
     if index is not None:
         whole_number("index", index, 0)

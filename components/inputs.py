@@ -35,19 +35,19 @@ def hold_input(variable: Variable, value: Any, step_size: float) -> Held:
     if isinstance(value, (Profile, CompiledProfile)):
         return _hold_profile(at, value, shape, step_size)
     if shape == () or not (isinstance(value, (list, tuple)) or getattr(value, "ndim", 0)):
-        number = _number(at, value, shape)
+        number = _input_number(at, value, shape)
         if not minimum <= number <= maximum:
             raise ParameterError(f"got {number:g} {unit}", expected=f"{minimum:g} to {maximum:g}", at=at)
-        return number if shape == () else read_only(np.full(shape, number))
+        return number if shape == () else make_read_only(np.full(shape, number))
     array = number_array(at, value, f"a number, an array of shape {shape} or a Profile", (shape,))
     outside = ~((minimum <= array) & (array <= maximum))
     if outside.any():
         where = tuple(int(index) for index in np.argwhere(outside)[0])
         raise ParameterError(f"got {array[where]:g} {unit}", expected=f"{minimum:g} to {maximum:g}", at=(*at, *where))
-    return read_only(array)
+    return make_read_only(array)
 
 
-def read_only(array: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def make_read_only(array: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """Make an array read-only, and return it."""
     array.setflags(write=False)
     return array
@@ -71,12 +71,12 @@ def _hold_profile(at: Location, value: Profile | CompiledProfile, shape: tuple[i
             f"got a profile compiled for steps of {value.step_size:g} s", expected=f"one for steps of {step_size:g} s", at=at
         )
     try:
-        return value.spread(shape)
+        return value.broadcast(shape)
     except ParameterError as error:
-        raise error.within(*at) from None
+        raise error.with_outer_location(*at) from None
 
 
-def _number(at: Location, value: Any, shape: tuple[int, ...]) -> float:
+def _input_number(at: Location, value: Any, shape: tuple[int, ...]) -> float:
     if type(value) is float and math.isfinite(value):
         return value
     expected = "a number or a Profile" if shape == () else f"a number, an array of shape {shape} or a Profile"

@@ -31,7 +31,7 @@ def number_array(at: str | Location, value: Any, expected: str, shapes: Sequence
     if value.__class__ is np.ndarray and value.dtype == np.float64:
         array = value.copy(order="C")
     else:
-        array = _converted(at, value, expected)
+        array = _convert_numbers(at, value, expected)
     if shapes is not None and array.shape not in shapes:
         came = "a single number" if array.shape == () else f"an array of shape {array.shape}"
         raise ParameterError(f"got {came}", expected=expected, at=at)
@@ -41,7 +41,7 @@ def number_array(at: str | Location, value: Any, expected: str, shapes: Sequence
     return array
 
 
-def _converted(at: str | Location, value: Any, expected: str) -> FloatArray:
+def _convert_numbers(at: str | Location, value: Any, expected: str) -> FloatArray:
     if isinstance(value, np.ma.MaskedArray):
         hint = "fill the masked elements: array.filled(value)"
         raise ParameterError(f"got {one_line(value)}", expected=expected, hint=hint, at=at)
@@ -61,8 +61,8 @@ def _converted(at: str | Location, value: Any, expected: str) -> FloatArray:
     raise ParameterError(f"got {one_line(value)}", expected=expected, at=at)
 
 
-def start_array(at: str | Location, value: Any, shape: Shape, rest: FloatArray | float = 0.0) -> FloatArray:
-    """Return an array of `shape` from a number or a row for all, an array, or {index: value or row} (the others are `rest`).
+def start_array(at: str | Location, value: Any, shape: Shape, default: FloatArray | float = 0.0) -> FloatArray:
+    """Return an array of `shape` from a number or a row for all, an array, or {index: value or row} (the others are `default`).
 
     A row is the part at one index of the first axis: for shape (n, 2) two numbers; {"3,1": value} or {(3, 1): value} sets a
     single element.
@@ -71,23 +71,23 @@ def start_array(at: str | Location, value: Any, shape: Shape, rest: FloatArray |
         ParameterError: it is none of these, or not finite, or it sets an element twice.
     """
     array, at = np.zeros(shape), to_location(at)
-    array[...] = rest
+    array[...] = default
     if not isinstance(value, Mapping):
-        array[...] = _values(at, value, shape, "{index: value}")
+        array[...] = _broadcast_numbers(at, value, shape, "{index: value}")
         return array
     if not shape:
         raise ParameterError("got {index: value}", expected="a single number", at=at)
     given = np.zeros(shape, dtype=bool)
     for key, item in value.items():
-        index = _index(at, key, shape)
+        index = _parse_row_index(at, key, shape)
         if given[index].any():
             raise ParameterError(f"got {index_text(index)} twice", expected="each element once", at=at)
         given[index] = True
-        array[index] = _values((*at, *index), item, shape[len(index) :])
+        array[index] = _broadcast_numbers((*at, *index), item, shape[len(index) :])
     return array
 
 
-def _values(at: Location, value: Any, shape: Shape, *others: str) -> FloatArray | float:
+def _broadcast_numbers(at: Location, value: Any, shape: Shape, *others: str) -> FloatArray | float:
     """Return finite numbers that broadcast to an array of the given shape: one number, a row, or all of them."""
     if not shape:
         return finite_number(at, value)
@@ -97,12 +97,12 @@ def _values(at: Location, value: Any, shape: Shape, *others: str) -> FloatArray 
     return number_array(at, value, f"{', '.join(forms)} or {last}", ((), *shapes))
 
 
-def _index(at: Location, key: Any, shape: Shape) -> Shape:
+def _parse_row_index(at: Location, key: Any, shape: Shape) -> Shape:
     """Return the index of a row or of an element, counted from 0."""
     try:
         index = parse_index(key)
         # One number is the index of a row; several numbers must be the index of an element.
         check_index(at, index, shape[:1] if len(index) == 1 else shape)
     except ParameterError as error:
-        raise error.within(*at) from None
+        raise error.with_outer_location(*at) from None
     return tuple(number % size for number, size in zip(index, shape, strict=False))

@@ -25,7 +25,9 @@ def make_part(kind: type[Part], owner: Component, name: str, **changes: Any) -> 
         return kind(**{**getattr(owner.parameters, name).model_dump(), **changes})
     except ParameterError as error:
         source = f"component {owner.name!r}"
-        raise ParameterError(*(dataclasses.replace(fault, source=source).within(name) for fault in error.faults)) from None
+        raise ParameterError(
+            *(dataclasses.replace(fault, source=source).with_outer_location(name) for fault in error.faults)
+        ) from None
 
 
 def part_variables(parts: Mapping[str, Component], own_axes: Collection[str] = ()) -> Iterator[Variable]:
@@ -36,7 +38,7 @@ def part_variables(parts: Mapping[str, Component], own_axes: Collection[str] = (
         own_axes: axes that differ between the parts, such as gauges; they get the prefix too.
     """
     for prefix, part in parts.items():
-        for variable in part.declared():
+        for variable in part.declared_variables():
             names = tuple(f"{prefix} {axis}" if axis in own_axes else axis for axis in variable.axes)
             text = f"{prefix}: {variable.description}"
             yield dataclasses.replace(variable, name=f"{prefix}_{variable.name}", description=text, axes=names)
@@ -44,7 +46,7 @@ def part_variables(parts: Mapping[str, Component], own_axes: Collection[str] = (
 
 def part_readers(prefix: str, part: Component) -> dict[str, Callable[[], Any]]:
     """Return the readers of the outputs of a part, by their names in the owner."""
-    names = [variable.name for variable in part.declared() if variable.causality == "output"]
+    names = [variable.name for variable in part.declared_variables() if variable.causality == "output"]
     return {f"{prefix}_{name}": lambda name=name: part.peek(name) for name in names}
 
 

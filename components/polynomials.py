@@ -9,7 +9,7 @@ import numpy as np
 from .support.float_arrays import FloatArray
 
 
-def evaluate(coefficients: FloatArray, s: float) -> float:
+def polynomial_value(coefficients: FloatArray, s: float) -> float:
     """Return sum_k c_k s^k, by Horner's rule."""
     value = 0.0
     for coefficient in coefficients[::-1]:
@@ -18,7 +18,7 @@ def evaluate(coefficients: FloatArray, s: float) -> float:
 
 
 @np.errstate(over="ignore", invalid="ignore")  # the component refuses non-finite values
-def mean_over(coefficients: FloatArray, width: float | FloatArray) -> FloatArray:
+def mean_polynomials(coefficients: FloatArray, width: float | FloatArray) -> FloatArray:
     """Return the means of polynomials over an interval, as polynomials of its midpoint.
 
     m_i = sum_j C(i + 2j, 2j) (width / 2)^2j / (2j + 1) c_(i + 2j): up to degree 1 the mean is the value at the midpoint.

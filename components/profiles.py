@@ -19,9 +19,9 @@ import numpy as np
 import numpy.typing as npt
 
 from .csv_history import read_history
-from .errors import ParameterError, caution, one_line
+from .errors import ParameterError, issue_warning, one_line
 from .number_arrays import number_array
-from .polynomials import evaluate, mean_over, powers, shift_rows
+from .polynomials import mean_polynomials, polynomial_value, powers, shift_rows
 from .support.float_arrays import FloatArray
 from .support.validation import finite_number, positive_number
 
@@ -51,7 +51,7 @@ class CompiledProfile:
     ticks: npt.NDArray[np.int64]
     coefficients: FloatArray
     pattern: FloatArray | None = None
-    _known_averages: dict[int, FloatArray] = field(default_factory=dict, init=False, repr=False)
+    _known_means: dict[int, FloatArray] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
         ticks, rows, pattern = self.ticks, self.coefficients, self.pattern
@@ -80,7 +80,7 @@ class CompiledProfile:
     def factor(self, tick: int, part: float = 0.0) -> float:
         """Return the polynomial alone, `part` of a step after a tick; a breakpoint belongs to the piece that begins there."""
         piece = int(np.searchsorted(self.ticks, tick, side="right")) - 1
-        return 0.0 if piece < 0 else evaluate(self.coefficients[piece], float(tick - self.ticks[piece]) + part)
+        return 0.0 if piece < 0 else polynomial_value(self.coefficients[piece], float(tick - self.ticks[piece]) + part)
 
     def value(self, tick: int, part: float = 0.0) -> Any:
         """Return the value `part` of a step after a tick [unit of the input]: a number, or an array of the input's shape."""
@@ -91,26 +91,26 @@ class CompiledProfile:
         """Return the mean over a tick, or over one of its equal parts [unit of the input]: a number, or an array."""
         piece = int(np.searchsorted(self.ticks, tick, side="right")) - 1
         middle = float(tick - self.ticks[piece]) + (part + 0.5) / parts
-        factor = 0.0 if piece < 0 else evaluate(self._averages(parts)[piece], middle)
+        factor = 0.0 if piece < 0 else polynomial_value(self._mean_coefficients(parts)[piece], middle)
         return factor if self.pattern is None else factor * self.pattern
 
     def mean_factors(self, tick: int, ticks: int) -> FloatArray:
         """Return the mean of the polynomial alone over each of `ticks` ticks, starting at `tick`, shape (ticks,)."""
         now = np.arange(tick, tick + ticks)
         piece = np.searchsorted(self.ticks, now, side="right") - 1
-        rows, middle = self._averages(1)[piece], (now - self.ticks[piece]) + 0.5
+        rows, middle = self._mean_coefficients(1)[piece], (now - self.ticks[piece]) + 0.5
         value = np.zeros(ticks)
         for column in rows.T[::-1]:
             value = value * middle + column
         return np.where(piece < 0, 0.0, value)
 
-    def _averages(self, parts: int) -> FloatArray:
+    def _mean_coefficients(self, parts: int) -> FloatArray:
         """Return the coefficients of the mean over one of `parts` equal parts of a tick, as functions of its midpoint."""
-        if parts not in self._known_averages:
-            self._known_averages[parts] = mean_over(self.coefficients, 1.0 / parts)
-        return self._known_averages[parts]
+        if parts not in self._known_means:
+            self._known_means[parts] = mean_polynomials(self.coefficients, 1.0 / parts)
+        return self._known_means[parts]
 
-    def spread(self, shape: tuple[int, ...]) -> CompiledProfile:
+    def broadcast(self, shape: tuple[int, ...]) -> CompiledProfile:
         """Return the same signal for every element of an input of the given shape; itself if it already has this shape."""
         if self.shape == shape:
             return self
@@ -142,7 +142,7 @@ class Profile:
     __array_ufunc__ = None
 
     def __post_init__(self) -> None:
-        starts, expected = _vector("starts", self.starts), "a row of numbers for each start"
+        starts, expected = _to_vector("starts", self.starts), "a row of numbers for each start"
         rows = np.atleast_2d(number_array("coefficients", self.coefficients, expected))
         if rows.ndim != 2 or len(rows) != len(starts):
             came = f"got an array of shape {rows.shape} for {len(starts)} starts"
@@ -150,7 +150,7 @@ class Profile:
         if not 1 <= rows.shape[1] <= _MAXIMUM_DEGREE + 1:
             came = f"got degree {rows.shape[1] - 1}"
             raise ParameterError(came, expected=f"at most {_MAXIMUM_DEGREE}", at="coefficients")
-        _refuse_decreasing("starts", starts)
+        _refuse_decreasing_times("starts", starts)
         starts.setflags(write=False)
         rows.setflags(write=False)
         object.__setattr__(self, "starts", starts)
@@ -214,12 +214,12 @@ class Profile:
             values: shape (n,), in the unit of the input.
             after: value after the last sample, or "hold" to keep the last sample.
         """
-        instants, samples = _vector("times", times), _vector("values", values)
+        instants, samples = _to_vector("times", times), _to_vector("values", values)
         if len(instants) != len(samples):
             raise ParameterError(f"got {len(samples)}", expected=f"one for each of {len(instants)} times", at="values")
         if len(instants) < 2:
             raise ParameterError(f"got {len(instants)} sample", expected="at least 2", at="times")
-        _refuse_decreasing("times", instants)
+        _refuse_decreasing_times("times", instants)
         if isinstance(after, str) and after != "hold":
             raise ParameterError(f"got {after!r}", expected='a number or "hold"', at="after")
         last = float(samples[-1]) if isinstance(after, str) else finite_number("after", after)
@@ -266,11 +266,11 @@ class Profile:
         if not isinstance(coefficients, (Sequence, np.ndarray)) or isinstance(coefficients, str):
             expected = "one list of numbers for each piece"
             raise ParameterError(f"got {one_line(coefficients)}", expected=expected, at="coefficients")
-        rows = [_vector("coefficients", row) for row in coefficients]
+        rows = [_to_vector("coefficients", row) for row in coefficients]
         padded = np.zeros((len(rows), max((len(row) for row in rows), default=1)))
         for row, target in zip(rows, padded, strict=True):
             target[: len(row)] = row
-        return Profile(_vector("starts", starts), padded)
+        return Profile(_to_vector("starts", starts), padded)
 
     @staticmethod
     def total(profiles: Iterable[Profile]) -> Profile:
@@ -296,7 +296,7 @@ class Profile:
         rows = np.zeros((len(firsts), max(profile.coefficients.shape[1] for profile in profiles)))
         with np.errstate(over="ignore", invalid="ignore"):  # non-finite numbers are refused
             for profile in profiles:
-                profile._add_to(rows, firsts, lasts)
+                profile._add_coefficients(rows, firsts, lasts)
         text = " + ".join(profile.description for profile in profiles[:4])
         return Profile(
             firsts, rows, text if len(profiles) < 4 and len(text) <= 100 else f"sum of {len(profiles)} profiles", pattern
@@ -307,12 +307,12 @@ class Profile:
     def __call__(self, time: float) -> Any:
         """Return the value at a time [s], a number or an array; a breakpoint belongs to the piece that begins there."""
         time = finite_number("time", time) if type(time) is not float else time
-        value = self._factor(time)
+        value = self._polynomial_value(time)
         return value if self.pattern is None else value * self.pattern
 
-    def _factor(self, time: float) -> float:
+    def _polynomial_value(self, time: float) -> float:
         piece = int(np.searchsorted(self.starts, time, side="right")) - 1
-        return 0.0 if piece < 0 else evaluate(self.coefficients[piece], time - float(self.starts[piece]))
+        return 0.0 if piece < 0 else polynomial_value(self.coefficients[piece], time - float(self.starts[piece]))
 
     def __add__(self, other: Profile) -> Profile:
         """Return the sum of two profiles, like `total`."""
@@ -336,7 +336,7 @@ class Profile:
         first, last, pieces = self.starts[0], self.starts[-1], len(self.starts)
         return f"<Profile: {self.description}; {pieces} pieces, the first from {first:g} s, the last from {last:g} s>"
 
-    def _add_to(self, rows: FloatArray, firsts: FloatArray, lasts: FloatArray) -> None:
+    def _add_coefficients(self, rows: FloatArray, firsts: FloatArray, lasts: FloatArray) -> None:
         """Add the polynomials of this profile, shifted, to the coefficients of a sum.
 
         Args:
@@ -393,14 +393,14 @@ class Profile:
             scaled = self.coefficients * powers(step_size, self.coefficients.shape[1])
             rows = np.vstack([np.zeros(scaled.shape[1]), scaled])[pieces]
             rows = shift_rows(rows, np.where(within, since + 0.5 * lengths, since))
-            integrals = mean_over(rows[within], lengths[within])[:, 0] * lengths[within]
+            integrals = mean_polynomials(rows[within], lengths[within])[:, 0] * lengths[within]
         first = ~within | (np.floor(cuts) == cuts)
         rows, ticks = rows[first], cuts[first]
         sums = np.bincount((np.cumsum(first) - 1)[within], integrals, len(ticks))
         rows[within[first]] = 0.0
         rows[within[first], 0] = sums[within[first]]
         if len(averaged):
-            caution(
+            issue_warning(
                 f"{name}: {int(inside.sum())} of {len(inside)} breakpoints or samples lie between ticks of {step_size:g} s, "
                 f"{int(short.sum())} curves last fewer than {_RESOLVED} ticks: in {len(averaged)} of the ticks the mean over "
                 "the tick replaces the signal and keeps its impulse; a smaller step_size that divides these times resolves it"
@@ -414,14 +414,14 @@ class Profile:
         # A constant that extends beyond time 0 loses nothing.
         lost = self.coefficients[:early].any(axis=1) & ((ends <= 0.0) | self.coefficients[:early, 1:].any(axis=1))
         if lost.any():
-            caution(
+            issue_warning(
                 f"{name}: {early} of {len(self.starts)} breakpoints or samples lie before time 0 (the first at "
-                f"{self.starts[0]:.6g} s) and are not used: the signal begins with {self._factor(0.0):.6g}; to run all of it, "
-                f"add {-self.starts[0]:.6g} s to its times (offset_time, start)"
+                f"{self.starts[0]:.6g} s) and are not used: the signal begins with {self._polynomial_value(0.0):.6g}; "
+                f"to run all of it, add {-self.starts[0]:.6g} s to its times (offset_time, start)"
             )
 
 
-def _refuse_decreasing(name: str, times: FloatArray) -> None:
+def _refuse_decreasing_times(name: str, times: FloatArray) -> None:
     late = np.diff(times) <= 0
     if late.any():
         where = int(np.argmax(late)) + 1
@@ -438,7 +438,7 @@ def _read_only_pattern(values: Any) -> FloatArray:
     return pattern
 
 
-def _vector(name: str, values: npt.ArrayLike) -> FloatArray:
+def _to_vector(name: str, values: npt.ArrayLike) -> FloatArray:
     """Return at least one number as a vector; a single number becomes a vector of length one."""
     expected = "a list of at least one number"
     vector = np.atleast_1d(number_array(name, values, expected))

@@ -8,7 +8,7 @@ from typing import Any, Self
 import numpy as np
 
 from .errors import GranularError, LogError, ParameterError, one_line
-from .inputs import Held, read_only
+from .inputs import Held, make_read_only
 from .profiles import CompiledProfile
 from .support.float_arrays import FloatArray
 from .support.serialization import pack_parts, unpack
@@ -66,13 +66,13 @@ class Snapshot:
         return pack_parts(header, arrays)
 
     @classmethod
-    def from_bytes(cls, data: bytes, most_text: int | None = None) -> Self:
-        """Return the snapshot written by `to_bytes`; raise `LogError` for other data. `most_text` is passed to `unpack`."""
-        header, arrays = unpack(data, most_text)
+    def from_bytes(cls, data: bytes, text_limit: int | None = None) -> Self:
+        """Return the snapshot written by `to_bytes`; raise `LogError` for other data. `text_limit` is passed to `unpack`."""
+        header, arrays = unpack(data, text_limit)
         try:
             if header["kind"] != "snapshot":
                 raise LogError(f"these bytes hold a {header['kind']!r}", expected="a snapshot")
-            inputs = _inputs_of(header, arrays)
+            inputs = _decode_inputs(header, arrays)
             memory, tick, identity = arrays["memory"], header["tick"], header["identity"]
             if memory.dtype != np.int64 or memory.ndim != 1:
                 raise LogError(
@@ -87,22 +87,22 @@ class Snapshot:
         return cls(identity, tick, memory.tobytes(), inputs)
 
 
-def _inputs_of(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> dict[str, Held]:
+def _decode_inputs(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> dict[str, Held]:
     """Return the inputs written by `Snapshot.to_bytes`."""
     inputs: dict[str, Held] = {name: float.fromhex(text) for name, text in header["inputs"].items()}
-    inputs |= {name: read_only(_floats(arrays, f"{name}.values")) for name in header["arrays"]}
+    inputs |= {name: make_read_only(_float_array(arrays, f"{name}.values")) for name in header["arrays"]}
     if not all(np.isfinite(value).all() for value in inputs.values() if not isinstance(value, CompiledProfile)):
         raise LogError("one is not finite", at="inputs", source="snapshot")
     for name, step_size in header["profiles"].items():
-        ticks, coefficients = arrays[f"{name}.ticks"], _floats(arrays, f"{name}.coefficients")
+        ticks, coefficients = arrays[f"{name}.ticks"], _float_array(arrays, f"{name}.coefficients")
         if ticks.dtype != np.int64:
             raise LogError(f"got the dtype {ticks.dtype}", expected="int64", at=(name, "ticks"), source="snapshot")
-        pattern = _floats(arrays, f"{name}.pattern") if f"{name}.pattern" in arrays else None
+        pattern = _float_array(arrays, f"{name}.pattern") if f"{name}.pattern" in arrays else None
         inputs[name] = CompiledProfile(float.fromhex(step_size), ticks, coefficients, pattern)
     return inputs
 
 
-def _floats(arrays: Mapping[str, np.ndarray], name: str) -> FloatArray:
+def _float_array(arrays: Mapping[str, np.ndarray], name: str) -> FloatArray:
     if arrays[name].dtype != np.float64:
         raise LogError(f"got the dtype {arrays[name].dtype}", expected="float64", at=name, source="snapshot")
     return arrays[name]

@@ -11,7 +11,7 @@ import numpy as np
 
 from .errors import GranularError, ParameterError
 from .support.float_arrays import FloatArray
-from .support.memory_limits import refuse_beyond
+from .support.memory_limits import refuse_excess_memory
 
 _FIRST_CAPACITY = 16
 LARGEST = sys.float_info.max
@@ -44,7 +44,7 @@ class Block:
 
     Everything of fixed size lies in one array, so that a snapshot is one copy. A list has an array with a capacity, which
     grows between ticks; a snapshot contains the rows in use. The numbers of rows in use are the last words of the memory.
-    A parent that owns the memory of its parts therefore also owns the row counts of their lists; `include` adds the rows.
+    A parent that owns the memory of its parts therefore also owns the row counts of their lists; `include_part` adds the rows.
 
     Attributes:
         memory: everything of fixed size, shape (words,).
@@ -63,7 +63,7 @@ class Block:
         """
         lists = {name: Field(*field) for name, field in (growing or {}).items()}
         layout = {name: Field(*field) for name, field in fields.items()}
-        # Checked by `refuse_beyond_range`.
+        # Checked by `refuse_out_of_range`.
         self.fields = {**layout, **lists}
         if lists:
             layout["_counts"] = Field("i8", (len(lists),))
@@ -86,7 +86,7 @@ class Block:
         # Allocated once, at the first call: repeated large allocations would fragment the heap.
         self._backup, self._backup_rows = memoryview(b""), b""
 
-    def include(self, part: Block) -> None:
+    def include_part(self, part: Block) -> None:
         """Add the lists of a part, whose memory is a section of this memory, to the copies of this block."""
         # The part itself declares the ranges of its memory.
         for name, view in self.views.items():
@@ -95,7 +95,7 @@ class Block:
         self._tables += part._tables
         self.grows = bool(self._tables)
 
-    def _word_of(self, part: Block) -> int:
+    def _first_word(self, part: Block) -> int:
         """Return the word of this memory at which the memory of a part begins; 0 for this block itself."""
         return 0 if part is self else (part.memory.ctypes.data - self.memory.ctypes.data) // 8
 
@@ -117,8 +117,8 @@ class Block:
         place = self._places.get(name)
         return 0 if place is None else int(self.views["_counts"][place])
 
-    def room(self, name: str, rows: int) -> np.ndarray:
-        """Return the whole array of a list, with capacity for `rows` more; call `set_count` afterwards.
+    def reserve_rows(self, name: str, rows: int) -> np.ndarray:
+        """Return the whole array of a list, with capacity for `rows` more; call `set_row_count` afterwards.
 
         Raises:
             GranularError: it does not fit into memory.
@@ -126,21 +126,21 @@ class Block:
         used, array = self.count(name), self._lists[name]
         if used + rows > len(array):
             capacity = max(2 * len(array), used + rows)
-            refuse_beyond(capacity * array[:1].nbytes, f"the list {name!r} with {capacity} rows", GranularError)
+            refuse_excess_memory(capacity * array[:1].nbytes, f"the list {name!r} with {capacity} rows", GranularError)
             larger = np.zeros((capacity, *array.shape[1:]), array.dtype)
             larger[:used] = array[:used]
             self._lists[name] = array = larger
         return array
 
-    def set_count(self, name: str, count: int) -> None:
-        """Set the number of rows in use of a list, within the capacity from `room`."""
+    def set_row_count(self, name: str, count: int) -> None:
+        """Set the number of rows in use of a list, within the capacity from `reserve_rows`."""
         self.views["_counts"][self._places[name]] = count
 
     def append(self, name: str, row: Any) -> None:
         """Append a row to a list."""
         count = self.count(name)
-        self.room(name, 1)[count] = row
-        self.set_count(name, count + 1)
+        self.reserve_rows(name, 1)[count] = row
+        self.set_row_count(name, count + 1)
 
     # -- copies -----------------------------------------------------------------------------------------------------
 
@@ -149,49 +149,49 @@ class Block:
         self.memory[:] = 0.0
 
     def back_up(self) -> None:
-        """Copy the state, for `undo`."""
+        """Copy the state, for `restore_backup`."""
         if not self._backup:
             self._backup = memoryview(bytearray(self.memory.nbytes))
         self._backup[:] = self.memory_bytes
         if self.grows:
-            self._backup_rows = b"".join(self._rows())
+            self._backup_rows = b"".join(self._list_rows())
 
-    def undo(self) -> None:
+    def restore_backup(self) -> None:
         """Restore the state copied by `back_up`."""
-        self._load(self._backup, self._backup_rows)
+        self._load_parts(self._backup, self._backup_rows)
 
     def to_bytes(self) -> bytes:
         """Return the state: the fixed part, then the rows in use of each list."""
-        return b"".join([self.memory_bytes, *self._rows()]) if self.grows else bytes(self.memory_bytes)
+        return b"".join([self.memory_bytes, *self._list_rows()]) if self.grows else bytes(self.memory_bytes)
 
-    def load(self, data: bytes) -> None:
-        """Restore a state from `to_bytes` that `sizes_in` has checked."""
+    def load_bytes(self, data: bytes) -> None:
+        """Restore a state from `to_bytes` that `list_sizes` has checked."""
         if self.grows:
             whole, fixed = memoryview(data), self.memory.nbytes
-            self._load(whole[:fixed], whole[fixed:])
+            self._load_parts(whole[:fixed], whole[fixed:])
         else:
             self.memory_bytes[:] = data
 
-    def _rows(self) -> list[memoryview]:
+    def _list_rows(self) -> list[memoryview]:
         return [block[name].data for block, name in self._tables]
 
-    def _load(self, fixed: memoryview, rows: bytes | memoryview) -> None:
+    def _load_parts(self, fixed: memoryview, rows: bytes | memoryview) -> None:
         words, offset = np.frombuffer(fixed, np.int64), 0
         for block, name in self._tables:
             array, count = block._lists[name], int(words[self._count_word(block, name)])
             kept = np.frombuffer(rows, array.dtype, count * array[:1].size, offset).reshape(count, *array.shape[1:])
-            block.set_count(name, 0)
-            block.room(name, count)[:count] = kept
+            block.set_row_count(name, 0)
+            block.reserve_rows(name, count)[:count] = kept
             offset += kept.nbytes
         self.memory_bytes[:] = fixed
 
     def _count_word(self, block: Block, name: str) -> int:
         """Return the word of this memory with the row count of a list of this block or of a part."""
-        return self._word_of(block) + block.memory.size - len(block._lists) + block._places[name]
+        return self._first_word(block) + block.memory.size - len(block._lists) + block._places[name]
 
     # -- states of unknown origin -----------------------------------------------------------------------------------
 
-    def sizes_in(self, data: bytes) -> list[int] | None:
+    def list_sizes(self, data: bytes) -> list[int] | None:
         """Return the bytes of each list in a state from `to_bytes`; None if it is not such a state."""
         fixed = self.memory.nbytes
         if len(data) < fixed:
@@ -201,23 +201,23 @@ class Block:
         sizes = [count * block._lists[name][:1].nbytes for count, (block, name) in zip(counts, self._tables, strict=True)]
         return sizes if all(count >= 0 for count in counts) and fixed + sum(sizes) == len(data) else None
 
-    def arrays_in(self, data: bytes, part: Block) -> dict[str, np.ndarray]:
-        """Return the arrays and lists of this block, or of an included part, in a state accepted by `sizes_in`."""
-        words, start = np.frombuffer(data, np.int64), self._word_of(part)
+    def state_arrays(self, data: bytes, part: Block) -> dict[str, np.ndarray]:
+        """Return the arrays and lists of this block, or of an included part, in a state accepted by `list_sizes`."""
+        words, start = np.frombuffer(data, np.int64), self._first_word(part)
         found: dict[str, np.ndarray] = {}
         for name, view in part.views.items():
             begin = start + part._words[name]
             found[name] = words[begin : begin + view.size].view(view.dtype).reshape(view.shape)
         begin = self.memory.size
-        for (block, name), size in zip(self._tables, self.sizes_in(data) or [], strict=True):
+        for (block, name), size in zip(self._tables, self.list_sizes(data) or [], strict=True):
             if block is part:
                 rows = block._lists[name]
                 found[name] = words[begin : begin + size // 8].view(rows.dtype).reshape(-1, *rows.shape[1:])
             begin += size // 8
         return found
 
-    def refuse_beyond_range(self, arrays: Mapping[str, np.ndarray], at: tuple[str, ...]) -> None:
-        """Check the arrays of `arrays_in` against the declared ranges and capacities.
+    def refuse_out_of_range(self, arrays: Mapping[str, np.ndarray], at: tuple[str, ...]) -> None:
+        """Check the arrays of `state_arrays` against the declared ranges and capacities.
 
         Raises:
             ParameterError: a value or the length of a list is out of range.

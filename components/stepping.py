@@ -8,7 +8,7 @@ from time import perf_counter
 from typing import Any, ClassVar, Protocol
 
 from .contract import Physics
-from .errors import GranularError, Location, ParameterError, nearest, one_line
+from .errors import GranularError, Location, ParameterError, one_line, spelling_hint
 from .inputs import Held, hold_input
 from .profiles import CompiledProfile
 from .state_block import Block
@@ -97,9 +97,9 @@ class Stepping(Physics):
         try:
             ticks = self._tick_counts[duration]
         except (KeyError, TypeError):
-            ticks = self._whole_ticks(duration)
+            ticks = self._cached_ticks(duration)
         if self._busy or self._owner is not None:
-            self._refuse_busy("step")
+            self._refuse_busy_call("step")
         own["_busy"] = True
         try:
             held, before, numbers = self._held, self._tick, not self._profiled
@@ -110,7 +110,7 @@ class Stepping(Physics):
                         low, high = bounds[name]
                         if low <= value <= high:
                             continue
-                    inputs, numbers = self.hold(inputs), False
+                    inputs, numbers = self.checked_inputs(inputs), False
                     break
             observers = self._observers
             self._block.back_up()
@@ -119,8 +119,8 @@ class Stepping(Physics):
                     if numbers:
                         own["_held"] = inputs if len(inputs) == len(held) else {**held, **inputs}
                     else:
-                        self._hold({**held, **inputs})
-                if ticks > self._chunk_ticks or (observers and self._is_looked_at(before + ticks)):
+                        self._hold_inputs({**held, **inputs})
+                if ticks > self._chunk_ticks or (observers and self._has_sample_until(before + ticks)):
                     self._advance_in_pieces(ticks)
                 else:
                     status = self._advance(ticks)
@@ -128,21 +128,21 @@ class Stepping(Physics):
                         raise self._explain(status)
                     own["_tick"] = before + ticks
             except BaseException as error:
-                self._undo(before, held, error)
+                self._undo_step(before, held, error)
                 raise
             for observer in observers:
                 observer.on_step(self, ticks, inputs)
         finally:
             own["_busy"] = False
 
-    def _undo(self, tick: int, held: Mapping[str, Held], error: BaseException) -> None:
-        self._block.undo()
+    def _undo_step(self, tick: int, held: Mapping[str, Held], error: BaseException) -> None:
+        self._block.restore_backup()
         self._tick = tick
-        self._hold(held)
+        self._hold_inputs(held)
         for observer in self._observers:
             observer.on_failure(self, error)
 
-    def _refuse_busy(self, call: str) -> None:
+    def _refuse_busy_call(self, call: str) -> None:
         """Refuse a call in the middle of a step, and a call on a part that does not come from its owner."""
         if self._busy:
             raise GranularError(
@@ -151,7 +151,7 @@ class Stepping(Physics):
                 at=call,
             )
         owner = self._owner
-        if owner is not None and not owner._is_at_work:
+        if owner is not None and not owner._is_stepping:
             raise GranularError(
                 f"component {self.name!r} is a part of component {owner.name!r}, which holds the state of both",
                 hint=f"{call} the whole, or a `copy.copy` of the part",
@@ -159,8 +159,8 @@ class Stepping(Physics):
             )
 
     @property
-    def _is_at_work(self) -> bool:
-        return self._busy or (self._owner is not None and self._owner._is_at_work)
+    def _is_stepping(self) -> bool:
+        return self._busy or (self._owner is not None and self._owner._is_stepping)
 
     # -- observers, and pieces of a long step -----------------------------------------------------------------------
 
@@ -172,7 +172,7 @@ class Stepping(Physics):
     def observe(self, observer: Observer) -> None:
         """Add an observer; `ParameterError` if it is not an observer, `GranularError` for a part of another component."""
         if self._owner is not None:
-            self._refuse_busy("observe")
+            self._refuse_busy_call("observe")
         if not all(callable(getattr(observer, call, None)) for call in ("on_reset", "on_sample", "on_step", "on_failure")):
             raise ParameterError(f"got {one_line(observer)}", expected="the methods of `stepping.Observer`", at="observer")
         observer.on_reset(self)
@@ -183,7 +183,7 @@ class Stepping(Physics):
         if observer in self._observers:
             self._observers.remove(observer)
 
-    def _is_looked_at(self, end: int) -> bool:
+    def _has_sample_until(self, end: int) -> bool:
         for observer in self._observers:  # noqa: SIM110 - `any` would take twice as long, of each step that is recorded
             if observer.next_tick <= end:
                 return True
@@ -213,11 +213,11 @@ class Stepping(Physics):
     # -- a part of a parent, whose kernels advance it ---------------------------------------------------------------
 
     @property
-    def follows_profile(self) -> bool:
+    def has_profile_input(self) -> bool:
         """Return whether a held input is a profile of time."""
         return self._profiled
 
-    def adopt(self, tick: int, inputs: Mapping[str, float]) -> None:
+    def set_progress(self, tick: int, inputs: Mapping[str, float]) -> None:
         """Set the tick to which the owner of the memory has advanced this part, and the numbers held last."""
         self._tick = tick
         if any(self._held.get(name) != value for name, value in inputs.items()):
@@ -225,7 +225,7 @@ class Stepping(Physics):
 
     # -- durations --------------------------------------------------------------------------------------------------
 
-    def ticks_in(self, duration: float, name: str | Location = "duration") -> int:
+    def duration_ticks(self, duration: float, name: str | Location = "duration") -> int:
         """Return the number of internal steps in a duration [s]; `ParameterError` if it is not a whole number."""
         duration = finite_number(name, duration, "seconds")
         exact = duration / self.step_size
@@ -246,8 +246,8 @@ class Stepping(Physics):
             )
         return ticks
 
-    def _whole_ticks(self, duration: float | None) -> int:
-        ticks = self.ticks_in(duration)  # type: ignore[arg-type]
+    def _cached_ticks(self, duration: float | None) -> int:
+        ticks = self.duration_ticks(duration)  # type: ignore[arg-type]
         if len(self._tick_counts) < 1024:
             self._tick_counts[float(duration)] = ticks  # type: ignore[arg-type]
         return ticks
@@ -259,7 +259,7 @@ class Stepping(Physics):
         """The inputs held now, in the form that kernels use; never changed in place."""
         return self._held
 
-    def hold(self, inputs: Mapping[str, Any]) -> dict[str, Held]:
+    def checked_inputs(self, inputs: Mapping[str, Any]) -> dict[str, Held]:
         """Return the values that these inputs would be held as, without a change; `ParameterError` if one is not valid."""
         held: dict[str, Held] = {}
         for name, value in inputs.items():
@@ -270,7 +270,7 @@ class Stepping(Physics):
             held[name] = hold_input(variable, value, self.step_size)
         return held
 
-    def _hold(self, held: Mapping[str, Held]) -> None:
+    def _hold_inputs(self, held: Mapping[str, Held]) -> None:
         """Hold these inputs, which must be all inputs of the component, from now on."""
         before, self._profiled = self._profiled, any(value.__class__ is CompiledProfile for value in held.values())
         self._held = held
@@ -279,4 +279,4 @@ class Stepping(Physics):
 
     def input_advice(self, name: str) -> str:
         """Return the hint for an unknown input."""
-        return nearest(name, self._inputs)
+        return spelling_hint(name, self._inputs)

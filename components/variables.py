@@ -11,7 +11,7 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import BaseModel
 
-from .errors import Location, ParameterError, nearest, one_line
+from .errors import Location, ParameterError, one_line, spelling_hint
 
 # A variable name with or without an index, for use in longer patterns.
 ELEMENT = r"[A-Za-z_]\w*(?:\[[^\[\]]*\])?"
@@ -76,11 +76,11 @@ class Element:
     def __str__(self) -> str:
         return f"{self.name}[{index_text(self.index)}]" if self.index else self.name
 
-    def of(self, value: Any) -> Any:
+    def select_from(self, value: Any) -> Any:
         """Return this element of a value of the variable; without an index, the value itself."""
         return value[self.index] if self.index else value
 
-    def find(self, variables: Mapping[str, Variable], expected: str, *causalities: str) -> Variable:
+    def find_variable(self, variables: Mapping[str, Variable], expected: str, *causalities: str) -> Variable:
         """Return the variable.
 
         Args:
@@ -94,11 +94,11 @@ class Element:
         variable = variables.get(self.name)
         if variable is None or variable.causality not in causalities:
             known = [one.name for one in variables.values() if one.causality in causalities]
-            raise ParameterError(f"got {self.name!r}", expected=expected, hint=nearest(self.name, known))
-        self.check(variable)
+            raise ParameterError(f"got {self.name!r}", expected=expected, hint=spelling_hint(self.name, known))
+        self.check_variable(variable)
         return variable
 
-    def check(self, variable: Variable) -> None:
+    def check_variable(self, variable: Variable) -> None:
         """Raise `ParameterError` if the variable has no such element."""
         if not self.index:
             return
@@ -116,23 +116,23 @@ def parse_element(text: Any) -> Element:
     return Element(match["name"], () if match["index"] is None else parse_index(match["index"]))
 
 
-def parse_index(given: Any) -> tuple[int, ...]:
+def parse_index(value: Any) -> tuple[int, ...]:
     """Return an index from an integer, a tuple of integers, or a text such as "3,1"; `ParameterError` for anything else."""
-    parts = given if isinstance(given, tuple) and given else (given,)
-    if isinstance(given, str):
-        text = given.strip().removeprefix("(").removesuffix(")").rstrip(", ")
-        parts = text.split(",") if _INDEX.fullmatch(text) else (given,)
+    parts = value if isinstance(value, tuple) and value else (value,)
+    if isinstance(value, str):
+        text = value.strip().removeprefix("(").removesuffix(")").rstrip(", ")
+        parts = text.split(",") if _INDEX.fullmatch(text) else (value,)
     try:
         return tuple(_whole_number(part) for part in parts)
     except (TypeError, ValueError, OverflowError):
         expected = "a whole number for each axis, such as 3 or 3,1"
-        raise ParameterError(f"got the index {one_line(given)}", expected=expected) from None
+        raise ParameterError(f"got the index {one_line(value)}", expected=expected) from None
 
 
-def is_index(given: Any) -> bool:
+def is_index(value: Any) -> bool:
     """Return whether `parse_index` accepts it."""
     try:
-        parse_index(given)
+        parse_index(value)
     except ParameterError:
         return False
     return True

@@ -26,7 +26,7 @@ def show_profiles(axes: Axes, tube: DetonationTube, wave: TaylorWave) -> None:
         front = tube.get("right_front")
         x = np.append(np.linspace(0.0, front, 400), front)
         axes.plot(tube.centres, tube.get("pressure") / 1e6, color=BLUE, linewidth=1.4)
-        exact = wave.at(x, front / tube.front.speed)[2] / 1e6
+        exact = wave.state(x, front / tube.front.speed)[2] / 1e6
         axes.plot(x, exact, color=DARK_RED, linewidth=1.0, linestyle="--")
         axes.text(front + 0.02, 3.0, f"{1e6 * time:.0f} µs", fontsize=9)
     axes.axhline(tube.front.burnt.pressure / 1e6, color="0.6", linewidth=0.8, linestyle=":")
@@ -49,7 +49,7 @@ def show_history(axes: Axes, tube: DetonationTube, wave: TaylorWave) -> None:
     )
     axes.plot(1e6 * time, np.array(pressures) / 1e6, color=BLUE, linewidth=1.4, label="computed")
     since = np.linspace(0.0, 2.8e-4, 200)
-    exact = wave.at(np.full(200, place), place / tube.front.speed + since)[2]
+    exact = wave.state(np.full(200, place), place / tube.front.speed + since)[2]
     axes.plot(1e6 * (passed + since), exact / 1e6, color=DARK_RED, linewidth=1.0, linestyle="--", label="Taylor wave")
     fit = wave.plateau + (tube.front.burnt.pressure - wave.plateau) * np.exp(-since / (place / (3.0 * tube.front.speed)))
     axes.plot(1e6 * (passed + since), fit / 1e6, color="0.45", linewidth=1.0, linestyle=":", label="exp(-t / T), T = x / 3D")

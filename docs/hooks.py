@@ -53,10 +53,10 @@ def _resolve(path: str) -> Any:
 
 
 def _parameters(model: Any, is_named: bool) -> str:
-    from granular_env.experiments.templates import default_of, unit_of
+    from granular_env.experiments.templates import default_of, field_unit
 
     rows = [
-        (f"`{key}`", unit_of(field), f"`{default_of(field)}`", field.description or "")
+        (f"`{key}`", field_unit(field), f"`{default_of(field)}`", field.description or "")
         for key, field in model.model_fields.items()
     ]
     return _table(f"Parameters of `{model.__name__}`:" if is_named else "", ("parameter", "unit", "default", "meaning"), rows)

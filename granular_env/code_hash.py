@@ -7,16 +7,16 @@ from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
-from granular_env.components.support.jit import hash_with_plugins
+from granular_env.components.support.jit import kernel_source_hash
 
-# `hash_with_plugins` covers the components; the command line and the pictures do not affect results.
+# `kernel_source_hash` covers the components; the command line and the pictures do not affect results.
 _ELSEWHERE = ("components", "cli", "viewing")
 
 
 @cache
 def code_hash() -> str:
     """Hash the code of this package and of plug-ins, and the versions of numerical packages."""
-    state = hashlib.sha256(f"{hash_with_plugins()} {version('scipy')} {version('pydantic')}".encode())
+    state = hashlib.sha256(f"{kernel_source_hash()} {version('scipy')} {version('pydantic')}".encode())
     root = Path(__file__).resolve().parent
     for path in sorted(root.rglob("*.py")):
         if path.relative_to(root).parts[0] not in _ELSEWHERE:

@@ -12,8 +12,8 @@ from pydantic.fields import FieldInfo
 
 from granular_env.components import catalogue
 from granular_env.components.component import Component
-from granular_env.components.support.parameter_fields import unit_of
-from granular_env.components.support.validation import Choices, Parameters, tables
+from granular_env.components.support.parameter_fields import field_unit
+from granular_env.components.support.validation import Choices, Parameters, table_choices
 from granular_env.components.variables import Variable
 from granular_env.domains import domain_of
 from granular_env.experiments.templates import default_of, example_of, example_values, parts_of, value_text
@@ -107,7 +107,7 @@ def _rows(model: type[BaseModel], prefix: str = "") -> list[tuple[str, str, str,
     rows = []
     for key, field in model.model_fields.items():
         name = prefix + key
-        rows.append((name, unit_of(field), _short_default(field), field.description or ""))
+        rows.append((name, field_unit(field), _short_default(field), field.description or ""))
         for place, table in _tables_in(field):
             rows += _rows(table, f"{name}{place}.")
     return rows
@@ -137,7 +137,7 @@ def _chosen_tables(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[s
 
 def _choices_in(model: type[BaseModel], key: str) -> list[tuple[str, Mapping[str, type[Parameters]]]]:
     """Return the tables that a field, or each of its elements, chooses by name; see `_parts_of_type`."""
-    if key in (own := tables(model)):
+    if key in (own := table_choices(model)):
         return [("", own[key])]
     found = _parts_of_type(model.model_fields[key].annotation)
     return [(place, part.choices) for place, part in found if isinstance(part, Choices)]
@@ -173,7 +173,7 @@ def _facts_of_parameters(model: type[BaseModel]) -> list[dict[str, Any]]:
     found = []
     for key, field in model.model_fields.items():
         facts: dict[str, Any] = {
-            "name": key, "unit": unit_of(field), "default": default_of(field), "description": field.description or "",
+            "name": key, "unit": field_unit(field), "default": default_of(field), "description": field.description or "",
         }  # fmt: skip
         if further := [one for _, table in _tables_in(field) for one in _facts_of_parameters(table)]:
             facts["parameters"] = further

@@ -152,7 +152,7 @@ def resume(
             # The process was killed before its first step reached the disk.
             return run(wanted or program, log=target, progress=progress, overwrite=replace)
         found = continuation_of(opened)
-        component, end = found.component, found.component.ticks_in(program.duration)
+        component, end = found.component, found.component.duration_ticks(program.duration)
         stops = StopWatch(program.stop, component, program.record.every)
         stopped_by = stops.stop_reason(component) if component.tick else None
         if found.closed and (component.tick >= end or stopped_by is not None):

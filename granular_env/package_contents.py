@@ -22,12 +22,12 @@ def shipped_files(kind: str) -> dict[str, Path]:
 
 def shipped_names() -> list[str]:
     """Return the names of all shipped items."""
-    return [*catalogue.names(), *(name for kind in _FOLDERS for name in shipped_files(kind))]
+    return [*catalogue.component_names(), *(name for kind in _FOLDERS for name in shipped_files(kind))]
 
 
 def overview() -> dict[str, dict[str, str]]:
     """Return kind -> name -> one-line description of all shipped items."""
-    found = {"components": {name: catalogue.summary(name) for name in catalogue.names()}}
+    found = {"components": {name: catalogue.component_summary(name) for name in catalogue.component_names()}}
     return found | {kind: {name: _title(path) for name, path in shipped_files(kind).items()} for kind in _FOLDERS}
 
 

@@ -24,7 +24,7 @@ from granular_env.components.errors import (
 from granular_env.components.inputs import Held
 from granular_env.components.profiles import Profile
 from granular_env.components.stepping import Observer
-from granular_env.components.support.memory_limits import refuse_beyond
+from granular_env.components.support.memory_limits import refuse_excess_memory
 from granular_env.components.support.validation import finite_number
 from granular_env.documents import Overrides
 from granular_env.experiments.experiment import Source, load_experiment
@@ -309,7 +309,7 @@ def collect_warnings() -> Iterator[list[str]]:
 
 def refuse_unrecordable(component: Component) -> None:
     """Raise `ExperimentError` if recording a component requires more memory than available."""
-    refuse_beyond(_COPIES_RECORDED * component.state_bytes, f"recording component {component.name!r}", ExperimentError)
+    refuse_excess_memory(_COPIES_RECORDED * component.state_bytes, f"recording component {component.name!r}", ExperimentError)
 
 
 def _live_seconds(live: bool, pace: float | None) -> float | None:

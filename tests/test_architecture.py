@@ -56,7 +56,7 @@ def test_every_generic_room_is_kept_apart_from_the_domains():
     assert {name.removeprefix("granular_env.") for name in rooms} == parts_of(ROOT / "granular_env") - {"domains"}
 
 
-@pytest.mark.parametrize("name", catalogue.names())
+@pytest.mark.parametrize("name", catalogue.component_names())
 def test_every_catalogue_name_leads_to_a_component_of_that_name(name):
     found = catalogue.component_class(name)
     assert issubclass(found, Component) and found.name == name
@@ -98,13 +98,13 @@ def test_everything_that_a_domain_offers_is_there(domain):
     offers = DOMAINS[domain]
     for field in dataclasses.fields(offers):
         assert (offers.load(field.name) is None) == (getattr(offers, field.name) is None)
-    assert domain in catalogue.names()
+    assert domain in catalogue.component_names()
 
 
 def test_only_components_and_domains_import_a_particular_component():
     """For all components: a generic package uses the catalogue, so that it serves every component alike."""
     graph = grimp.build_graph("granular_env", cache_dir=None)
-    homes = {catalogue.component_class(name).__module__.split(".")[2] for name in catalogue.own_names()}
+    homes = {catalogue.component_class(name).__module__.split(".")[2] for name in catalogue.built_in_names()}
     assert {"chain", "discs", "oscillator"} <= homes
     for home in homes:
         system = f"granular_env.components.{home}"

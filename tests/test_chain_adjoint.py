@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from granular_env import Chain, ParameterError, StepError
-from granular_env.components.chain.adjoint import evaluate, value_and_adjoint
+from granular_env.components.chain.adjoint import evaluate_objective, value_and_adjoint
 from granular_env.components.chain.layout import U, V
 from granular_env.components.chain.objective import Objective
 from granular_env.components.support.jit import jit
@@ -111,7 +111,7 @@ def test_gradients_agree_with_central_differences(name: str, seed: int) -> None:
     chain, drive, objective = task(name, seed)
     sizes = derivatives(chain)
     value, exact = value_and_grad(objective, chain, drive, ticks=TICKS, with_respect_to=sizes)
-    assert value == evaluate(chain, drive[None], TICKS, objective)[0]
+    assert value == evaluate_objective(chain, drive[None], TICKS, objective)[0]
     rng, compared = np.random.default_rng(seed), 0
     for key, size in sizes.items():
         direction = rng.normal(size=exact[key].shape) * size
@@ -218,7 +218,9 @@ def _state_of_evaluate(chain: Chain, drive: Any) -> Any:
         seen.append(sums.copy())
         return 0.0
 
-    evaluate(chain, drive[None], TICKS, Objective(_note_state, value, _pullback_nothing, count=2 * chain.parameters.grains))
+    evaluate_objective(
+        chain, drive[None], TICKS, Objective(_note_state, value, _pullback_nothing, count=2 * chain.parameters.grains)
+    )
     return seen[0]
 
 
@@ -248,9 +250,9 @@ def test_gradients_are_the_same_every_time_and_members_are_independent() -> None
     assert np.array_equal(one.table, two.table)
     assert np.array_equal(one.inputs, two.inputs)
     members = np.stack([drive, 0.5 * drive, drive])
-    values = evaluate(chain, members, TICKS, objective)
+    values = evaluate_objective(chain, members, TICKS, objective)
     assert values[0] == values[2] == one.value
-    assert values[1] == evaluate(chain, members[1:2], TICKS, objective)[0]
+    assert values[1] == evaluate_objective(chain, members[1:2], TICKS, objective)[0]
     assert chain.save().to_bytes() == before
 
 
@@ -345,7 +347,7 @@ def test_a_run_that_fails_names_its_control_step_and_leaves_the_chain() -> None:
         value_and_grad(objective, chain, drive, ticks=TICKS)
     assert caught.value.variable in ("overlap", "velocity")
     with pytest.raises(StepError, match="control step 2"):
-        evaluate(chain, drive[None], TICKS, objective)
+        evaluate_objective(chain, drive[None], TICKS, objective)
     assert chain.save().to_bytes() == before
 
 

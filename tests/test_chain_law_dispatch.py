@@ -131,7 +131,7 @@ def test_a_law_of_another_package_runs_records_and_replays(tmp_path: Path, monke
     monkeypatch.syspath_prepend(str(tmp_path))
     from granular_env.components.chain.laws import CHOSEN_LAWS
 
-    vars(CHOSEN_LAWS).pop("_foreign", None)
+    vars(CHOSEN_LAWS).pop("_plugin_laws", None)
     try:
         log = tmp_path / "run.mcap"
         experiment = {
@@ -142,5 +142,5 @@ def test_a_law_of_another_package_runs_records_and_replays(tmp_path: Path, monke
         ge.run(experiment, log=log)
         assert ge.verify(log).identical
     finally:
-        vars(CHOSEN_LAWS).pop("_foreign", None)
+        vars(CHOSEN_LAWS).pop("_plugin_laws", None)
     assert "quartic" not in KNOWN

@@ -14,14 +14,14 @@ from support.cubic_law import Cubic, Proportional
 
 import granular_env as ge
 from granular_env.components.chain import differentiable_quantities
-from granular_env.components.chain.adjoint import evaluate, parameter_gradient, value_and_adjoint
+from granular_env.components.chain.adjoint import evaluate_objective, parameter_gradient, value_and_adjoint
 from granular_env.components.chain.adjoint.gradient import has_gradient
 from granular_env.components.chain.laws import LAWS, Dissipative, Law, functions
 from granular_env.components.chain.laws.hertz import HertzRest
-from granular_env.components.chain.laws.law import lacks
+from granular_env.components.chain.laws.law import missing_functions
 from granular_env.components.chain.layout import LAW_CONSTANTS, REST_OVERLAP, STIFFNESS, U, V
 from granular_env.components.chain.objective import Objective
-from granular_env.components.chain.state import state_of
+from granular_env.components.chain.state import python_chain_state
 from granular_env.components.errors import ParameterError
 from granular_env.components.support.jit import jit
 
@@ -158,18 +158,20 @@ def differences(function: Any, a: np.ndarray, entries: list[tuple[int, int]]) ->
 @pytest.mark.parametrize("quantity", ["contact_force", "contact_energy", "energy_root"])
 @pytest.mark.parametrize("name", WITH_GRADIENT)
 def test_pullbacks_are_the_slopes_of_their_quantities(name: str, quantity: str) -> None:
-    if quantity == "energy_root" and lacks(LAWS[name], functions.ENERGY_ROOT):
+    if quantity == "energy_root" and missing_functions(LAWS[name], functions.ENERGY_ROOT):
         pytest.skip("this law has none")
     chain = shaken(name, precompression=200.0, step_size=1e-8)
     a = chain.detached_table()
     j = int(np.argmax(chain.get("contact_force")[1:-1])) + 1
     adjoint = np.zeros_like(a)
     kind = chain.parameters.law.contacts
-    getattr(differentiable_quantities, f"{quantity}_pullback")(state_of(kind, a), state_of(kind, adjoint), j, 0.7)
+    getattr(differentiable_quantities, f"{quantity}_pullback")(
+        python_chain_state(kind, a), python_chain_state(kind, adjoint), j, 0.7
+    )
     entries = [(STIFFNESS, j), (REST_OVERLAP, j), (U, j), (U, j + 1), (V, j), (V, j + 1)]
     entries += [(LAW_CONSTANTS, j)] if isinstance(chain.parameters.law, Dissipative) else []
     value = getattr(differentiable_quantities, quantity)
-    expected = 0.7 * differences(lambda table: value(state_of(kind, table), j), a, entries)
+    expected = 0.7 * differences(lambda table: value(python_chain_state(kind, table), j), a, entries)
     np.testing.assert_allclose([adjoint[entry] for entry in entries], expected, rtol=1e-6, atol=1e-12 * np.abs(expected).max())
     others = adjoint.copy()
     for entry in entries:
@@ -212,7 +214,7 @@ def test_gradients_are_the_differences_of_runs(name: str, integrator: str) -> No
         case["contact_stiffness"] *= change.get("contact_stiffness", 1.0)
         if "dissipation" in change:
             case["law"] = {**case["law"], "dissipation": case["law"]["dissipation"] * change["dissipation"]}
-        return float(evaluate(ge.Chain(**shape, **case), push * drive[None], 3, objective)[0])
+        return float(evaluate_objective(ge.Chain(**shape, **case), push * drive[None], 3, objective)[0])
 
     chain = ge.Chain(**shape, **CASES[name])
     found = value_and_adjoint(chain, drive, 3, objective)
@@ -238,7 +240,9 @@ def test_gradients_by_what_a_pressed_contact_rests_on_are_those_of_the_law(
     drive[:10, 0] = 60.0 * np.sin(np.pi * np.arange(10) / 10.0)
 
     def value(name: str, factor: float) -> float:
-        return float(evaluate(ge.Chain(**shape, **given | {name: given[name] * factor}), drive[None], 3, objective)[0])
+        return float(
+            evaluate_objective(ge.Chain(**shape, **given | {name: given[name] * factor}), drive[None], 3, objective)[0]
+        )
 
     found = value_and_adjoint(chain := ge.Chain(**shape, **given), drive, 3, objective)
     h = 1e-5
@@ -286,14 +290,14 @@ class Unfinished(Law):
 def test_a_law_that_lacks_a_function_is_refused_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(LAWS, "unfinished", Unfinished)
     with pytest.raises(
-        ParameterError, match=r"law 'unfinished' lacks overlap_at, contact_law, energy in .*test_chain_law_functions"
+        ParameterError, match=r"law 'unfinished' lacks static_overlap, contact_law, energy in .*test_chain_law_functions"
     ):
         ge.Chain(grains=3, law="unfinished")
 
 
 def test_a_law_without_derivatives_has_no_gradients_and_says_which_it_lacks(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(LAWS, "unfinished", Unfinished)
-    monkeypatch.setattr(Unfinished, "overlap_at", HertzRest.overlap_at)
+    monkeypatch.setattr(Unfinished, "static_overlap", HertzRest.static_overlap)
     monkeypatch.setitem(functions.energy.implementations, UnfinishedContacts, unfinished_force)
     monkeypatch.setitem(functions.contact_law.implementations, UnfinishedContacts, unfinished_contacts)
     chain = ge.Chain(grains=3, law="unfinished", contact_stiffness=1e9)

@@ -84,7 +84,7 @@ def test_describe_and_new_compile_nothing(tmp_path):
         assert "compiling" not in done.stderr and not list(tmp_path.rglob("*.kernel"))
 
 
-@pytest.mark.parametrize("template", [*catalogue.names(), "measured/hammer", "nesterenko-1983/3.1-one-grain"])
+@pytest.mark.parametrize("template", [*catalogue.component_names(), "measured/hammer", "nesterenko-1983/3.1-one-grain"])
 def test_new_writes_a_file_that_is_valid(template, folder, capsys):
     assert main(["new", template, "-o", "sub/mine.toml"]) == 0
     capsys.readouterr()
@@ -193,7 +193,7 @@ def test_every_command_that_opens_a_log_can_lift_the_caps(arguments, log, folder
     from granular_env.recording import container
 
     monkeypatch.setattr(container, "_CHUNK_BYTES", 10)
-    monkeypatch.setattr(container, "whole_memory", lambda: 0)
+    monkeypatch.setattr(container, "total_memory", lambda: 0)
     assert main(arguments) == 2
     told = capsys.readouterr().err
     assert "pass allow_large=True (--allow-large) if you trust" in told
@@ -441,7 +441,7 @@ class Pendulum(Oscillator):
 
 def test_a_log_of_another_package_is_run_again_with_its_component_alone(folder, capsys, monkeypatch):
     point = EntryPoint("pendulum", f"{__name__}:Pendulum", catalogue.ENTRY_POINT_GROUP)
-    monkeypatch.setattr(catalogue, "_foreign", lambda: [point])
+    monkeypatch.setattr(catalogue, "_plugin_entry_points", lambda: [point])
     pendulum = Pendulum()
     with record(pendulum, "a.mcap"):
         pendulum.reset(position=0.01)

@@ -47,7 +47,7 @@ ROOT = Path(__file__).resolve().parent.parent
 # -- descriptions -----------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", catalogue.names())
+@pytest.mark.parametrize("name", catalogue.component_names())
 def test_every_component_has_an_example(name: str) -> None:
     assert of_component(name), f"add an entry for {name!r} to tests/support/component_examples.py"
 

@@ -26,9 +26,9 @@ def test_every_error_is_of_the_family() -> None:
 
 
 def test_nearest_names_one_or_lists_all() -> None:
-    assert errors.nearest("velocty", ["position", "velocity"]) == "did you mean 'velocity'?"
-    assert errors.nearest("q", ["b", "a"]) == "known: a, b"
-    assert errors.nearest("q", []) == "known: none"
+    assert errors.spelling_hint("velocty", ["position", "velocity"]) == "did you mean 'velocity'?"
+    assert errors.spelling_hint("q", ["b", "a"]) == "known: a, b"
+    assert errors.spelling_hint("q", []) == "known: none"
 
 
 def test_a_block_is_one_memory_with_views() -> None:
@@ -53,7 +53,7 @@ def test_a_state_that_grows_is_restored_with_its_rows() -> None:
         block["fixed"] += 1.0
         block.append("rows", [5.0, 6.0])
         block.append("none", 7.0)
-    block.undo()
+    block.restore_backup()
     assert block.to_bytes() == before and block.count("rows") == 1 and block.count("none") == 0
 
 
@@ -85,7 +85,7 @@ def test_wrong_start_values_are_refused(value: object) -> None:
 
 # -- catalogue --------------------------------------------------------------------------------------------------------
 
-OURS = catalogue.names()
+OURS = catalogue.component_names()
 
 
 def test_the_catalogue_makes_what_it_names() -> None:
@@ -112,20 +112,20 @@ def foreign(monkeypatch: pytest.MonkeyPatch):  # noqa: ANN201
 
     def install(**points: str) -> None:
         found = [EntryPoint(name, value, catalogue.ENTRY_POINT_GROUP) for name, value in points.items()]
-        monkeypatch.setattr(catalogue, "_foreign", lambda: found)
+        monkeypatch.setattr(catalogue, "_plugin_entry_points", lambda: found)
 
     return install
 
 
 def test_third_parties_add_their_own(foreign) -> None:  # noqa: ANN001
     foreign(pendulum="granular_env.components.oscillator:Oscillator")
-    assert catalogue.names() == [*OURS, "pendulum"]
+    assert catalogue.component_names() == [*OURS, "pendulum"]
     assert isinstance(catalogue.make("pendulum"), Component)
 
 
 def test_third_parties_cannot_replace_ours(foreign) -> None:  # noqa: ANN001
     foreign(oscillator="json:loads")
-    assert catalogue.names() == OURS
+    assert catalogue.component_names() == OURS
     assert catalogue.component_class("oscillator") is Oscillator
 
 
@@ -140,7 +140,7 @@ def test_broken_third_parties_are_named(foreign, value: str) -> None:  # noqa: A
     foreign(theirs=value)
     with pytest.raises(ParameterError, match=f"'theirs'.*{value}"):
         catalogue.make("theirs")
-    assert value in catalogue.summary("theirs")  # a list of all components still contains it
+    assert value in catalogue.component_summary("theirs")  # a list of all components still contains it
 
 
 # -- attributes and arrays ------------------------------------------------------------------------------------------------

@@ -9,7 +9,7 @@ import pytest
 
 import granular_env as ge
 from granular_env import Chain, ParameterError
-from granular_env.components.chain.adjoint import evaluate
+from granular_env.components.chain.adjoint import evaluate_objective
 from granular_env.components.chain.layout import MASS, PEAK, V
 from granular_env.components.chain.objective import Objective
 from granular_env.components.support.jit import jit
@@ -44,7 +44,7 @@ def chain_of(**parameters: Any) -> Chain:
 
 def worth(chain: Chain, term: Term) -> float:
     """Return the value of a term for the drive."""
-    return float(evaluate(chain, DRIVE[None], 3, total(chain, term))[0])
+    return float(evaluate_objective(chain, DRIVE[None], 3, total(chain, term))[0])
 
 
 @pytest.mark.parametrize("parameters", LAWS)
@@ -136,7 +136,8 @@ def test_terms_are_numbers_to_calculate_with() -> None:
     chain = chain_of()
     first, last = velocity(0).at_end(), velocity(-1).at_end()
     values = [
-        evaluate(chain, DRIVE[None], 2, total(chain, term))[0] for term in (first, last, -first, first / 4.0, first - last)
+        evaluate_objective(chain, DRIVE[None], 2, total(chain, term))[0]
+        for term in (first, last, -first, first / 4.0, first - last)
     ]
     np.testing.assert_allclose(values[2:], [-values[0], values[0] / 4.0, values[0] - values[1]], rtol=1e-15)
 
@@ -154,7 +155,7 @@ def test_a_run_that_an_objective_does_not_fit_is_refused(term: Term, other: dict
     with pytest.raises(ParameterError, match=said):
         value_and_grad(objective, chain_of(**other), DRIVE, ticks=2)
     with pytest.raises(ParameterError, match=said):
-        evaluate(chain_of(**other), DRIVE[None], 2, objective)
+        evaluate_objective(chain_of(**other), DRIVE[None], 2, objective)
 
 
 def test_bad_arguments_of_gradients_are_refused() -> None:

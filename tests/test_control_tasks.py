@@ -13,9 +13,9 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 import granular_env.envs  # noqa: F401 - registers the environments
-from granular_env.components.chain.adjoint import evaluate, value_and_adjoint
+from granular_env.components.chain.adjoint import evaluate_objective, value_and_adjoint
 from granular_env.components.chain.layout import MASS, REST_OVERLAP, STIFFNESS, U, V
-from granular_env.components.chain.state import state_of
+from granular_env.components.chain.state import python_chain_state
 from granular_env.components.chain.theory import lattice_wave
 from granular_env.components.errors import GranularWarning, ParameterError
 from granular_env.domains.chain.tasks.absorption import make_absorption
@@ -196,13 +196,20 @@ def test_pullback_is_the_slope_of_value_and_note(name: str, action: str, chain: 
 
     def value(table: np.ndarray, out: np.ndarray) -> float:
         sums = np.full(objective.count, 0.1)
-        objective.note(state_of(kind, table), steps - 1, steps, inputs, objective.constants, sums)
+        objective.note(python_chain_state(kind, table), steps - 1, steps, inputs, objective.constants, sums)
         return objective.value(sums, objective.constants, out)
 
     value(a, slopes)
     adjoint = np.zeros_like(a)
     objective.pullback(
-        state_of(kind, a), state_of(kind, adjoint), steps - 1, steps, inputs, np.zeros(2), objective.constants, slopes
+        python_chain_state(kind, a),
+        python_chain_state(kind, adjoint),
+        steps - 1,
+        steps,
+        inputs,
+        np.zeros(2),
+        objective.constants,
+        slopes,
     )
     assert np.abs(adjoint).max() > 0.0
     compared = 0
@@ -233,7 +240,7 @@ def test_the_objective_is_minus_the_return_but_for_what_it_says(name: str, actio
     drive[0, : len(policy.drive), 0] = scale * policy.drive[:, 0]
     total, _ = episode(env, policy)
     env.reset(seed=1)
-    value = evaluate(env.component, drive, env.internal_steps, env.task.objective(env.component, steps))[0]
+    value = evaluate_objective(env.component, drive, env.internal_steps, env.task.objective(env.component, steps))[0]
     # Protection's objective is a smoothed return: up to 200^(1/32) = 1.18 times the peak of about 215 N, plus the smoothing.
     shift, tolerance = {"PulseForming": (0.0, 1e-12), "Protection": (1.0, 0.05), "EnergyDelivery": (1.0, 1e-5)}[name]
     assert -total == pytest.approx(value - shift, abs=tolerance)
@@ -249,7 +256,7 @@ def test_the_gradient_of_a_task_agrees_with_differences() -> None:
     for step in (10, 17, 24):
         both = np.stack([drive, drive])
         both[:, step, 0] += 0.05, -0.05
-        up, down = evaluate(env.component, both, 3, objective)
+        up, down = evaluate_objective(env.component, both, 3, objective)
         assert adjoints.inputs[step, 0] == pytest.approx((up - down) / 0.1, rel=1e-5)
 
 

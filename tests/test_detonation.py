@@ -35,7 +35,7 @@ def sod_error(cells: int) -> float:
     """Return the mean error of the density."""
     tube = sod_tube(cells)
     run_for(tube, 0.2)
-    exact = riemann_problem(Flow(1.0, 0.0, 1.0), Flow(0.125, 0.0, 0.1), AIR.gamma).at((tube.centres - 0.5) / tube.time)
+    exact = riemann_problem(Flow(1.0, 0.0, 1.0), Flow(0.125, 0.0, 0.1), AIR.gamma).state((tube.centres - 0.5) / tube.time)
     return float(np.abs(tube.get("density") - exact[0]).mean())
 
 
@@ -68,7 +68,7 @@ def test_the_riemann_problems_of_the_textbook(left: Flow, right: Flow, place: fl
     behind = tube.centres < place
     tube.reset(**{name: np.where(behind, getattr(left, name), getattr(right, name)) for name in Flow._fields})
     run_for(tube, time)
-    exact = solution.at((tube.centres - place) / tube.time)
+    exact = solution.state((tube.centres - place) / tube.time)
     for name, values in zip(Flow._fields, exact, strict=True):
         assert np.abs(tube.get(name) - values).mean() < 0.025 * np.abs(values).max(), name
 
@@ -372,7 +372,7 @@ def test_a_parent_makes_the_ticks_of_a_step_itself() -> None:
         area = 1.0 + 1e-3 * tables.state.pressure
         alone.step(None, area=area)
         assert kernels.advance(tables, signals, area, tick, events, failed) == 0
-    part.adopt(40, {})
+    part.set_progress(40, {})
     assert alone.state_view() == part.state_view() and alone.balances()[0] == part.balances()[0]
     assert alone.get("wall_work") < 0.0
 

@@ -24,8 +24,8 @@ def needs(tube: DetonationTube) -> tuple[float, float]:
     """Return the heat [J] and power [W] that ignite the gas in a zone at a closed end."""
     pressure, area = tube.parameters.chosen_reaction.ignition_pressure(tube.front, (tube.ahead.pressure, 0.0)), tube.areas[0]
     return (
-        ignition.heat_at_once(tube.gas, tube.ahead, pressure, area * 0.02),
-        ignition.steady_power(tube.gas, tube.ahead, pressure, area),
+        ignition.constant_volume_heat(tube.gas, tube.ahead, pressure, area * 0.02),
+        ignition.steady_ignition_power(tube.gas, tube.ahead, pressure, area),
     )
 
 
@@ -66,5 +66,5 @@ def test_a_detonation_is_concluded_and_not_warned_of_at_any_tick() -> None:
     tube = heated(1.5 * HEAT, BRIEF, duration=2e-7)
     while tube.time < 3e-4:
         tube.step(2e-7)
-        assert tube.dud == ""
+        assert tube.missing_detonation == ""
     assert tube.conclusions()[0].startswith("the gas ignited 7.6 us after the start: 0% of it is unburnt")

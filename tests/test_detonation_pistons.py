@@ -18,7 +18,7 @@ def gas_beside(speed: float) -> tuple[float, float]:
     """Return pressure and density at a piston at the left end, where the contact between a state and its image is the wall."""
     solution = riemann_problem(REST._replace(velocity=2.0 * speed), REST, GAMMA)
     assert solution.velocity == pytest.approx(speed)
-    return solution.pressure, float(solution.at(np.array([speed * (1.0 + 1e-9)]))[0, 0])
+    return solution.pressure, float(solution.state(np.array([speed * (1.0 + 1e-9)]))[0, 0])
 
 
 def driven(speed: float, cells: int = 400, **parameters: object) -> DetonationTube:
@@ -60,7 +60,7 @@ def test_a_piston_drives_the_shock_of_theory(speed: float) -> None:
 @pytest.mark.parametrize("speed", [-0.4, -2.0])
 def test_a_piston_that_is_withdrawn_leaves_the_rarefaction_of_theory(speed: float) -> None:
     tube = driven(speed)
-    exact = riemann_problem(REST._replace(velocity=2.0 * speed), REST, GAMMA).at(tube.get("cell_position") / tube.time)
+    exact = riemann_problem(REST._replace(velocity=2.0 * speed), REST, GAMMA).state(tube.get("cell_position") / tube.time)
     for name, values in zip(("density", "velocity", "pressure"), exact, strict=True):
         assert np.abs(tube.get(name) - values).mean() < 2e-3 * max(1.0, abs(speed)), name
     assert tube.get("left_piston_pressure") == pytest.approx((1.0 + 0.5 * (GAMMA - 1.0) * speed / SOUND) ** 7, rel=0.02)

@@ -7,16 +7,16 @@ import math
 import numpy as np
 import pytest
 
-from granular_env.components.detonation.gases import Gas, fit_gas, gas_at
+from granular_env.components.detonation.gases import Gas, fit_gas, gas_from_name
 from granular_env.components.detonation.theory import (
     Detonation,
     Flow,
     ReactionZone,
     TaylorWave,
-    behind_shock,
     chapman_jouguet,
     reflected_pressure,
     riemann_problem,
+    state_behind_shock,
 )  # fmt: skip
 
 TEMPERATURE = 295.0
@@ -24,7 +24,7 @@ TEMPERATURE = 295.0
 
 def mixture(pressure: float) -> tuple[Gas, Flow, Detonation]:
     """Return C2H4 + 3 O2 at an initial pressure, at rest, and its detonation."""
-    gas = gas_at("ethylene_oxygen", pressure, TEMPERATURE)
+    gas = gas_from_name("ethylene_oxygen", pressure, TEMPERATURE)
     ahead = Flow(pressure / (gas.gas_constant * TEMPERATURE), 0.0, pressure)
     return gas, ahead, chapman_jouguet(gas, pressure, ahead.density)
 
@@ -67,7 +67,7 @@ def test_a_detonation_conserves_and_is_sonic_behind() -> None:
     np.testing.assert_allclose(fluxes(front.burnt, gas, front.speed, burnt=True), before, rtol=1e-12)
     np.testing.assert_allclose(fluxes(front.shocked, gas, front.speed, burnt=False), before, rtol=1e-12)
     assert front.burnt.velocity + front.sound_speed == pytest.approx(front.speed, rel=1e-12)
-    assert front.shocked == pytest.approx(behind_shock(ahead, gas.gamma, front.mach), rel=1e-12)
+    assert front.shocked == pytest.approx(state_behind_shock(ahead, gas.gamma, front.mach), rel=1e-12)
 
 
 def test_without_heat_the_detonation_is_a_sound_wave() -> None:
@@ -77,7 +77,7 @@ def test_without_heat_the_detonation_is_a_sound_wave() -> None:
 
 
 def test_between_pressures_the_mixture_is_interpolated() -> None:
-    low, middle, high = (gas_at("ethylene_oxygen", pressure, TEMPERATURE) for pressure in (100e3, 110e3, 120e3))
+    low, middle, high = (gas_from_name("ethylene_oxygen", pressure, TEMPERATURE) for pressure in (100e3, 110e3, 120e3))
     assert middle.gamma == pytest.approx(0.5 * (low.gamma + high.gamma), rel=1e-14)
     # Equilibrium at 110 kPa by interpolation: the speed is nearly linear in the logarithm of the pressure.
     assert mixture(110e3)[2].speed == pytest.approx(2373.94 + 8.78 * math.log(1.1) / math.log(1.2), abs=0.2)
@@ -106,7 +106,7 @@ def test_a_riemann_solution_conserves() -> None:
     solution = riemann_problem(left, right, gas.gamma)
     # Midpoint rule on fine cells, first-order at the two jumps.
     x = np.linspace(-1.0, 1.0, 400_001)[:-1] + 2.5e-6
-    density, velocity, pressure = solution.at(x / 0.3)
+    density, velocity, pressure = solution.state(x / 0.3)
     stored = [density.mean() * 2.0, (density * velocity).mean() * 2.0]
     stored.append((pressure / 0.4 + 0.5 * density * velocity**2).mean() * 2.0)
     initial = np.array([left.density + right.density, 0.0, (left.pressure + right.pressure) / 0.4])
@@ -137,9 +137,9 @@ def test_the_taylor_wave_solves_the_equations_of_motion() -> None:
     wave = TaylorWave(front, ahead, gas.gamma)
     x, t = np.linspace(0.55, 0.95, 9) * front.speed * 1e-4, 1e-4
     dx, dt = 1e-5, 1e-9
-    (_, u, p), (rho, _, _) = wave.at(x, t), wave.at(x, t)
-    along = [(high - low) / (2 * dx) for high, low in zip(wave.at(x + dx, t), wave.at(x - dx, t), strict=True)]
-    onward = [(high - low) / (2 * dt) for high, low in zip(wave.at(x, t + dt), wave.at(x, t - dt), strict=True)]
+    (_, u, p), (rho, _, _) = wave.state(x, t), wave.state(x, t)
+    along = [(high - low) / (2 * dx) for high, low in zip(wave.state(x + dx, t), wave.state(x - dx, t), strict=True)]
+    onward = [(high - low) / (2 * dt) for high, low in zip(wave.state(x, t + dt), wave.state(x, t - dt), strict=True)]
     scale = np.abs(along[2]).max() / rho
     np.testing.assert_allclose(onward[0] + u * along[0] + rho * along[1], 0.0, atol=1e-5 * np.abs(onward[0]).max())
     np.testing.assert_allclose(onward[1] + u * along[1] + along[2] / rho, 0.0, atol=1e-5 * scale.max())
@@ -150,7 +150,7 @@ def test_the_taylor_wave_begins_at_the_front_and_ends_at_rest() -> None:
     gas, ahead, front = mixture(100e3)
     wave = TaylorWave(front, ahead, gas.gamma)
     rest = wave.resting_sound_speed
-    states = wave.at(np.array([0.5 * rest, rest, front.speed, 1.01 * front.speed]) * 1e-4, 1e-4)
+    states = wave.state(np.array([0.5 * rest, rest, front.speed, 1.01 * front.speed]) * 1e-4, 1e-4)
     np.testing.assert_allclose(states[:, 2], front.burnt, rtol=1e-12)
     np.testing.assert_allclose(states[:, 3], ahead)
     np.testing.assert_allclose(states[1:, 0], [0.0, wave.plateau], rtol=1e-12)

@@ -33,7 +33,7 @@ def test_the_gas_behind_is_that_of_the_taylor_wave(burning: DetonationTube) -> N
     """The Taylor wave from the plateau to ten cells behind the front."""
     wave, front = taylor_wave(burning), burning.get("right_front")
     inner = (burning.centres > 0.1 * front) & (burning.centres < front - 10.5 * burning.cell_size)
-    exact = wave.at(burning.centres[inner], front / burning.front.speed)
+    exact = wave.state(burning.centres[inner], front / burning.front.speed)
     np.testing.assert_allclose(burning.get("pressure")[inner], exact[2], rtol=0.02)
     np.testing.assert_allclose(burning.get("density")[inner], exact[0], rtol=0.02)
     np.testing.assert_allclose(burning.get("velocity")[inner], exact[1], atol=0.02 * burning.front.burnt.velocity)

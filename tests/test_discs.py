@@ -12,7 +12,7 @@ import pytest
 import granular_env as ge
 from granular_env.colours import diverging
 from granular_env.components.discs import Discs
-from granular_env.components.drawables import spatial
+from granular_env.components.drawables import to_three_columns
 from granular_env.components.errors import ParameterError, StepError
 from granular_env.components.profiles import Profile
 from granular_env.components.variables import Variable
@@ -166,7 +166,7 @@ def test_a_plane_has_cells_in_the_colours_of_their_field_or_of_its_mean_over_the
             "grid",
             np.zeros(1),
             np.zeros(1, np.int64),
-            spatial(nodes),
+            to_three_columns(nodes),
             corners,
             moved,
             field,

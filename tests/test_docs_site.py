@@ -41,7 +41,7 @@ def parameter_classes(model: type[BaseModel]) -> set[type[BaseModel]]:
 
 def public_objects() -> set[str]:
     """Return the definitions of all user-visible names: public names, components, and parameter types."""
-    components = [catalogue.component_class(name) for name in catalogue.own_names()]
+    components = [catalogue.component_class(name) for name in catalogue.built_in_names()]
     things = {Observer, *components}.union(*(parameter_classes(one.Parameters) for one in components))
     things |= {getattr(package, name) for package in PUBLIC_PACKAGES for name in package.__all__}
     return {where_defined(one) for one in things if isinstance(one, type | FunctionType)}

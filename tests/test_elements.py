@@ -46,7 +46,7 @@ def test_what_is_no_index_is_refused(given: object) -> None:
 @pytest.mark.parametrize("index", [(10, 0), (0, 2), (0,), (0, 0, 0), (-11, 0)])
 def test_an_index_outside_names_the_axes(index: tuple[int, ...]) -> None:
     with pytest.raises(ParameterError, match=r"expected an index of 2 numbers: -10 to 9 \(disc\), -2 to 1 \(direction\)"):
-        Element("velocity", index).check(VELOCITY)
+        Element("velocity", index).check_variable(VELOCITY)
 
 
 def test_overrides_set_one_element() -> None:

@@ -5,7 +5,7 @@ import warnings
 
 import pytest
 
-from granular_env.components.csv_history import read_bounded, read_history
+from granular_env.components.csv_history import read_history, read_limited_file
 from granular_env.components.errors import ExperimentError, GranularWarning, ParameterError
 from granular_env.components.profiles import Profile
 from granular_env.experiments import load_experiment
@@ -195,8 +195,8 @@ def test_only_regular_files_of_a_bounded_size_are_read(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     for name, what in (("pipe", "a pipe"), (".", "a folder")):
         with pytest.raises(ParameterError, match=what):
-            read_bounded(tmp_path / name, 10, "")
+            read_limited_file(tmp_path / name, 10, "")
     (tmp_path / "a").write_bytes(b"x" * 11)
-    assert read_bounded(tmp_path / "a", 11, "") == b"x" * 11
+    assert read_limited_file(tmp_path / "a", 11, "") == b"x" * 11
     with pytest.raises(ParameterError, match="more than 10 bytes; thin it out"):
-        read_bounded(tmp_path / "a", 10, "thin it out")
+        read_limited_file(tmp_path / "a", 10, "thin it out")

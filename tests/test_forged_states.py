@@ -118,7 +118,7 @@ def with_values(component: ge.Component, name: str, change: Callable[[np.ndarray
     """Return the snapshot of a component with an array or a list of its state changed in place."""
     snapshot, block = component.save(), component._block  # noqa: SLF001
     data = np.frombuffer(snapshot.data, np.uint8).copy()
-    change(block.arrays_in(data, block)[name])  # type: ignore[arg-type] - views of what can be written
+    change(block.state_arrays(data, block)[name])  # type: ignore[arg-type] - views of what can be written
     return ge.Snapshot(snapshot.identity, snapshot.tick, data.tobytes(), snapshot.inputs)
 
 
@@ -143,7 +143,7 @@ def test_values_out_of_their_range_are_refused_by_name(name: str, place: Any, va
             discs.restore(forged)
         assert discs.save().to_bytes() == before.to_bytes()
     with pytest.raises(ParameterError, match=text):
-        discs.refuse_foreign(forged)
+        discs.refuse_foreign_snapshot(forged)
 
 
 def test_a_cell_yields_once() -> None:
@@ -179,10 +179,10 @@ def test_a_part_is_checked_by_its_own_ranges(tmp_path: Path) -> None:
 def test_what_may_be_infinite_is_declared() -> None:
     block = Block(first=("f8", (2,), 0.0, np.inf), second=("f8", (1,)))
     block["first"][:] = np.inf
-    block.refuse_beyond_range(block.views, ("snapshot",))
+    block.refuse_out_of_range(block.views, ("snapshot",))
     block["second"][:] = np.inf
     with pytest.raises(ParameterError, match=r"snapshot.second\[0\]: got inf, expected a finite number"):
-        block.refuse_beyond_range(block.views, ("snapshot",))
+        block.refuse_out_of_range(block.views, ("snapshot",))
     block["second"][:], block["first"][1] = 0.0, -1.0
     with pytest.raises(ParameterError, match=r"snapshot.first\[1\]: got -1, expected 0 or more"):
-        block.refuse_beyond_range(block.views, ("snapshot",))
+        block.refuse_out_of_range(block.views, ("snapshot",))

@@ -14,7 +14,7 @@ from granular_env.components.grid.yielding import CellStep, NoYield, Skipped, Yi
 from granular_env.components.materials.drucker_prager import DruckerPragerConstants
 from granular_env.components.materials.elastic import Material
 from granular_env.components.materials.hypoelastic import PlaneTensor
-from granular_env.components.materials.plastic_law import Returned, return_stress, yield_limit
+from granular_env.components.materials.plastic_law import ReturnedStress, return_stress, yield_limit
 from granular_env.components.materials.tensors import Moduli
 from granular_env.components.support.jit import jit
 
@@ -137,7 +137,7 @@ def tresca_limit(law, plastic_strain, pressure):
 @return_stress.register(Tresca)
 def tresca_return(law, moduli, plastic_strain, equivalent, pressure):
     strain = max(equivalent - law.strength, 0.0) / (3.0 * moduli.shear)
-    return Returned(strain, min(equivalent, law.strength), pressure)
+    return ReturnedStress(strain, min(equivalent, law.strength), pressure)
 
 
 @jit

@@ -97,14 +97,14 @@ def test_what_the_system_says_is_understood(tmp_path, monkeypatch):
     monkeypatch.setattr(memory_limits, "_CONTAINER_LIMIT", tmp_path / "max")
     (tmp_path / "meminfo").write_text("MemTotal: 9 kB\nMemAvailable:    2000 kB\n")
     (tmp_path / "max").write_text("max\n")
-    assert memory_limits.available() == 2_048_000
+    assert memory_limits.available_memory() == 2_048_000
     (tmp_path / "max").write_text("1000000\n")
-    assert memory_limits.available() == 1_000_000
+    assert memory_limits.available_memory() == 1_000_000
     (tmp_path / "max").unlink()
     (tmp_path / "meminfo").write_text("nothing of the kind\n")
-    assert memory_limits.available() == memory_limits.whole_memory()
-    monkeypatch.setattr(memory_limits, "whole_memory", lambda: None)
-    memory_limits.refuse_beyond(10**30, "anything")  # the memory is unknown, so nothing is refused
+    assert memory_limits.available_memory() == memory_limits.total_memory()
+    monkeypatch.setattr(memory_limits, "total_memory", lambda: None)
+    memory_limits.refuse_excess_memory(10**30, "anything")  # the memory is unknown, so nothing is refused
 
 
 def test_memory_that_runs_out_in_any_command_is_no_traceback(monkeypatch, capsys):

@@ -59,14 +59,14 @@ class Half(Component):
         self.step_size = 2.0 * alone.step_size
         self._lay_out(part=("f8", alone.memory.shape))
         self.part = alone.clone(self._block["part"])
-        self._include(self.part, "part", 2)
+        self._include_part(self.part, "part", 2)
 
     def _declare(self) -> Iterable[Variable]:
-        for variable in self.part.declared():
+        for variable in self.part.declared_variables():
             yield dataclasses.replace(variable, name=f"part_{variable.name}")
 
     def _outputs(self) -> dict[str, Callable[[], Any]]:
-        outputs = [variable.name for variable in self.part.declared() if variable.causality == "output"]
+        outputs = [variable.name for variable in self.part.declared_variables() if variable.causality == "output"]
         return {f"part_{name}": lambda name=name: self.part.peek(name) for name in outputs}
 
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
@@ -74,7 +74,7 @@ class Half(Component):
         return {f"part_{name}": value for name, value in self.part.held_inputs.items()}
 
     def _advance(self, ticks: int) -> int:
-        self.part.adopt(2 * self._tick, {})
+        self.part.set_progress(2 * self._tick, {})
         inputs = {name.removeprefix("part_"): value for name, value in self._held.items()}
         self.part.step(ticks * self.step_size, **inputs)
         return 0

@@ -109,9 +109,9 @@ def test_a_full_disk_is_reported_and_the_state_kept(tmp_path: Path) -> None:
     path = tmp_path / "full.mcap"
     done = subprocess.run([sys.executable, "-c", _FULL_DISK, str(path)], capture_output=True, text=True, timeout=120)
     told, after, again = done.stdout.splitlines()
-    time, is_kept = after.split()
+    time, is_cached = after.split()
     assert "full.mcap' cannot be written any more" in told and "Recording has stopped" in told
-    assert f"The step is complete: the component is at {float(time):.12g} s" in told and is_kept == "True"
+    assert f"The step is complete: the component is at {float(time):.12g} s" in told and is_cached == "True"
     assert again == "told once more"
     assert 0 < open_log(path).end_tick <= round(float(time) / 0.01) and verify(path).outcome == "incomplete"
 
@@ -149,7 +149,7 @@ def test_caps_go_with_the_memory(monkeypatch: pytest.MonkeyPatch, gigabytes: int
     from granular_env.recording.rerun import check_parameters
 
     for module in (container, rerun):
-        monkeypatch.setattr(module, "whole_memory", lambda: gigabytes << 30)
+        monkeypatch.setattr(module, "total_memory", lambda: gigabytes << 30)
     checks = container.Limits("a.mcap")
     for count in (grains, int(grains)):
         if fits:

@@ -200,9 +200,9 @@ def test_links_across_a_closed_side_have_their_place_there() -> None:
     specimen = ge.make("automata", shape=shape, diameter=0.01, packing="square", boundaries=closed)
     points, links = specimen.drawables()
     assert isinstance(points, Points) and isinstance(links, Links) and points.period.tolist() == [0.04, 0.0]
-    lengths = np.sqrt((points.ways(links.pairs) ** 2).sum(axis=1))
+    lengths = np.sqrt((points.shortest_vectors(links.pairs) ** 2).sum(axis=1))
     assert lengths == pytest.approx(0.01, rel=1e-12)
-    across = np.flatnonzero(~points.stays_inside(links.pairs))
+    across = np.flatnonzero(~points.is_unwrapped(links.pairs))
     assert len(across) == 3, "one in each row"
     detail = EventDetail("1", "links")
     for link in across.tolist():

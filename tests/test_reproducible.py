@@ -11,9 +11,9 @@ from granular_env.components.support.elementary_functions import (
     exponential,
     fourier,
     logarithm,
+    natural_spline,
     root,
     sine_of_pi,
-    spline_through,
 )
 
 FEATURES = [name for name in __cpu_dispatch__ if __cpu_features__.get(name)]
@@ -96,4 +96,4 @@ def test_the_transform_and_the_spline_agree_with_those_of_the_libraries() -> Non
         assert real == pytest.approx(wanted.real, abs=1e-12) and imaginary == pytest.approx(wanted.imag, abs=1e-12)
     values = rng.normal(size=30)
     spline = CubicSpline(np.arange(30), values, bc_type="natural")
-    assert spline_through(values, 8) == pytest.approx(spline(np.arange(29 * 8 + 1) / 8), abs=1e-13)
+    assert natural_spline(values, 8) == pytest.approx(spline(np.arange(29 * 8 + 1) / 8), abs=1e-13)

@@ -49,7 +49,7 @@ def test_every_shipped_experiment_has_its_name_and_runs(name, tmp_path):
     assert every is not None
     duration = round(max(experiment.duration / 50, 2 * every) / every) * every
     result = run(name, overrides={"duration": float(f"{duration:.9g}")}, log=tmp_path / "log.mcap")
-    assert result.ticks == result.component.ticks_in(duration)
+    assert result.ticks == result.component.duration_ticks(duration)
     assert np.isfinite(result.component.get("kinetic_energy"))
     with open_log(tmp_path / "log.mcap") as log:
         assert log.complete

@@ -27,10 +27,12 @@ STRETCH = np.diag([1.0, -0.5, -0.5])
 ROOM = 293.0
 
 
-advance_stress, implicit_flow, law_flow_stress = (
-    called(one) for one in (law_module.advance_stress, law_module.implicit_flow, law_module.flow_stress)
+advance_stress, plastic_strain_increment, law_flow_stress = (
+    called(one) for one in (law_module.advance_stress, law_module.plastic_strain_increment, law_module.flow_stress)
 )
-strain_and_spin, turn_stress, nominal_stress = map(called, (finite.strain_and_spin, finite.turn_stress, finite.nominal_stress))
+strain_and_spin, rotate_tensor, nominal_stress = map(
+    called, (finite.strain_and_spin, finite.rotate_tensor, finite.nominal_stress)
+)
 equivalent_stress, largest_principal, elastic_energy_density = map(
     called, (tensors.equivalent_stress, tensors.largest_principal, tensors.elastic_energy_density)
 )
@@ -235,7 +237,7 @@ def test_the_implicit_root_is_the_root() -> None:
                 over = flow_stress(law, strain + flow, ROOM) * (flow / (law.reference_rate * tick)) ** (1.0 / m)
                 return trial - 3.0 * shear * flow - over
 
-            flow = implicit_flow(law.constants(tick), begin, trial, strain, ROOM, shear)
+            flow = plastic_strain_increment(law.constants(tick), begin, trial, strain, ROOM, shear)
             exact = math.exp(brentq(excess, math.log(1e-30), math.log(trial / (3.0 * shear)), xtol=1e-14, rtol=1e-14))
             assert flow == pytest.approx(exact, rel=1e-9)
 
@@ -284,7 +286,7 @@ def carried(stress: Tensor, motion: Callable[[float], Tensor], ticks: int, shear
         after = motion((tick + 1) / ticks)
         given = strain_and_spin(nine(before), nine(after))
         strain = tensor(given.strain)
-        turned = tensor(turn_stress(six(stress), given.spin))
+        turned = tensor(rotate_tensor(six(stress), given.spin))
         stress = turned + 2.0 * shear * strain + (bulk - 2.0 * shear / 3.0) * np.trace(strain) * np.eye(3)
         before = after
     return stress
@@ -351,7 +353,7 @@ def test_the_largest_principal_stress() -> None:
 
 def test_the_same_bits_without_the_compiler() -> None:
     code = (
-        "from granular_env.components.materials.finite_strain import Spin, turn_stress\n"
+        "from granular_env.components.materials.finite_strain import Spin, rotate_tensor\n"
         "from granular_env.components.materials.tensors import SymmetricTensor, largest_principal\n"
         "from granular_env.components.materials.thermoviscoplastic import Thermoviscoplastic, advance_stress\n"
         "from granular_env.components.support.jit import jit\n"
@@ -359,7 +361,7 @@ def test_the_same_bits_without_the_compiler() -> None:
         "def strained(law, strain, spin):\n"
         "    stress, plastic, temperature, work = SymmetricTensor(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), 0.0, 293.0, 0.0\n"
         "    for tick in range(60):\n"
-        "        turned = turn_stress(stress, spin)\n"
+        "        turned = rotate_tensor(stress, spin)\n"
         "        stress, plastic, temperature, work = advance_stress(law, turned, strain, plastic, temperature)\n"
         "    return stress, largest_principal(stress), plastic, temperature, work\n"
         "strain, spin = SymmetricTensor(3e-4, -2e-4, 1e-5, 1e-4, -3e-5, 2e-5), Spin(1e-3, -2e-3, 5e-4)\n"

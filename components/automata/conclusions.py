@@ -59,5 +59,5 @@ def describe_pieces(held: IntArray, mass: FloatArray) -> str:
 
 def _place_words(points: Points, pair: IntArray) -> str:
     """Return the automata that a link joins, and the initial position of its middle."""
-    middle = points.reference[pair[0]] + 0.5 * points.ways(pair[None])[0]
+    middle = points.reference[pair[0]] + 0.5 * points.shortest_vectors(pair[None])[0]
     return f"{points.name} {pair[0]} and {pair[1]} at ({', '.join(f'{one:.4g}' for one in middle)}) m"

@@ -184,8 +184,8 @@ class CrackingSpecimen(LinkedSpecimen):
         """Append events: kind number, link, value and limit of each."""
         rows = np.column_stack(np.broadcast_arrays(tick + 1, *columns))
         known = self._block.count("events")
-        self._block.room("events", len(rows))[known : known + len(rows)] = rows
-        self._block.set_count("events", known + len(rows))
+        self._block.reserve_rows("events", len(rows))[known : known + len(rows)] = rows
+        self._block.set_row_count("events", known + len(rows))
 
     def _link_contacts(self, tick: int) -> None:
         contacts = self.contacts()
@@ -251,14 +251,14 @@ class CrackingSpecimen(LinkedSpecimen):
 
     def contacts(self, more: int = 0) -> Contacts:
         """Return the lists of contacts, with room for `more` of them."""
-        pairs, slid, rest = (self._block.room(name, more) for name in ("contacts", "slid", "rest"))
+        pairs, slid, rest = (self._block.reserve_rows(name, more) for name in ("contacts", "slid", "rest"))
         if len(self._dashpot) < len(pairs):
             self._dashpot = np.zeros((len(pairs), 2))
         return Contacts(pairs, slid, rest, self._dashpot, self._block.count("contacts"))
 
     def _set_count(self, count: int) -> None:
         for name in ("contacts", "slid", "rest"):
-            self._block.set_count(name, count)
+            self._block.set_row_count(name, count)
 
     # -- readings ---------------------------------------------------------------------------------------------------
 

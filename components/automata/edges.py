@@ -180,12 +180,12 @@ def _held_axes(edge: str, boundary: Boundary) -> tuple[int, ...]:
     """Return the velocity components that a boundary prescribes on an edge."""
     if isinstance(boundary, Symmetry):
         return (EDGES[edge][0],)
-    return boundary.axes if isinstance(boundary, PrescribedVelocity) else (0, 1)
+    return boundary.prescribed_axes if isinstance(boundary, PrescribedVelocity) else (0, 1)
 
 
 def _holds_rotation(edge: str, boundary: Boundary) -> bool:
     """Return whether automata of an edge cannot rotate: smooth plates are planes of symmetry, and glued ones act alike."""
-    plate = isinstance(boundary, PrescribedVelocity) and EDGES[edge][0] in boundary.axes
+    plate = isinstance(boundary, PrescribedVelocity) and EDGES[edge][0] in boundary.prescribed_axes
     return plate or isinstance(boundary, (Fixed, Symmetry))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..support.dispatch import dispatched
+from ..support.dispatch import dispatch_by_class
 from ..support.jit import internal, internal_inlined, jit
 from .contacts import FIRST, SECOND, contact_energy, link_at
 from .lattice import EPS, FACE, FIRST_SHARE, GAMMA, LAME, MISSING, SECOND_SHARE, SHEAR, VOLUME
@@ -54,7 +54,7 @@ def volume_energy(body, h, links, p):
     return 0.5 * body.cells[VOLUME, p] * body.cells[LAME, p] * condensation(body, h, p) * theta * theta
 
 
-@dispatched
+@dispatch_by_class
 def division_energy(mixture, body, h, links, q, p):
     """Return the decrease of a link's energy by the division of its strain, for a weight of 1 [J]."""
 
@@ -76,7 +76,7 @@ def _division_energy(mixture, body, h, links, q, p):
     return 0.5 * body.links[FACE, q, p] * body.diameter * compliance * stress * stress
 
 
-@dispatched
+@dispatch_by_class
 def divisions_around(mixture, body, h, links, ends, link):
     """Return the decrease of the energies of all links of two neighbours by the divisions of strains [J].
 

@@ -31,7 +31,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..support.dispatch import dispatched
+from ..support.dispatch import dispatch_by_class
 from ..support.float_arrays import FloatArray
 from ..support.jit import internal, internal_inlined, jit
 from .breaking.criterion import LinkStress, failure
@@ -211,7 +211,7 @@ def strain_medium(medium, motion, scratch):
         cells[DEVIATOR, p] = cells[DILATION, p] * body.cells[SHEAR, p]
 
 
-@dispatched
+@dispatch_by_class
 def divide_strains(mixture, medium, scratch):
     """Divide the strains of links between two materials, and correct the volumetric strains."""
 
@@ -256,7 +256,7 @@ def pull_medium(medium, scratch):
     add_division(medium.mixture, medium.body, links)
 
 
-@dispatched
+@dispatch_by_class
 def add_division(mixture, body, links):
     """Add the contribution of the strain division to the tractions of links."""
 
@@ -370,7 +370,7 @@ def measure_criteria(medium, scratch, found):
 # -- flow -------------------------------------------------------------------------------------------------------------------
 
 
-@dispatched
+@dispatch_by_class
 def let_flow(response, medium, motion, scratch, time):
     """Let links yield at the present strains, and return the energy dissipated by flow and degradation [J].
 

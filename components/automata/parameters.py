@@ -8,10 +8,18 @@ from pydantic import SerializeAsAny, model_validator
 
 from .. import boundaries
 from ..boundaries import OPPOSITE, Boundary, Free, Periodic, Symmetry, Traction
-from ..errors import Location, ParameterError, nearest
-from ..materials.elastic import Material, Preset, constants_of, preset_list
+from ..errors import Location, ParameterError, spelling_hint
+from ..materials.elastic import Material, Preset, material_constants, preset_text
 from ..regions import ChosenArea
-from ..support.parameter_fields import Index, Magnitude, NotNegativeMagnitude, Pair, field, refuse_absurd, refuse_far
+from ..support.parameter_fields import (
+    Index,
+    Magnitude,
+    NotNegativeMagnitude,
+    Pair,
+    field,
+    refuse_extreme_coordinates,
+    refuse_extreme_values,
+)
 from ..support.tagged_union import ByName
 from ..support.validation import Parameters
 from .breaking import ChosenCriteria, ChosenCriterion, Criterion, Unbreakable
@@ -85,11 +93,11 @@ class AutomataParameters(Parameters):
     diameter: float = field(..., "diameter of the automata", "m", gt=0.0, examples=[0.01])
     packing: Literal["square", "hexagonal"] = field("hexagonal", "square, or hexagonal with rows along x", "1")
     material: Preset | Material | list[Preset | Material] = field(
-        "steel", f"material, or the name of a preset ({preset_list()}); several for `regions` or `automaton_material`", "1"
+        "steel", f"material, or the name of a preset ({preset_text()}); several for `regions` or `automaton_material`", "1"
     )
     regions: list[Region] = field([], "where materials lie; later ones cover earlier ones, material 0 is everywhere else", "1")
     automaton_material: list[Index] | None = field(
-        None, "number of the material of each automaton, instead of `regions`", "1", without="none"
+        None, "number of the material of each automaton, instead of `regions`", "1", absent="none"
     )
     thickness: float = field(1.0, "extent along z", "m", gt=0.0)
     response: ChosenResponses = field(
@@ -134,15 +142,17 @@ class AutomataParameters(Parameters):
 
     @model_validator(mode="after")
     def _validate_magnitudes(self) -> AutomataParameters:
-        refuse_absurd([(("diameter",), self.diameter), (("thickness",), self.thickness), *constants_of(self.material)])
-        refuse_far((("shape",), one) for one in self.shape.bounds)
+        refuse_extreme_values(
+            [(("diameter",), self.diameter), (("thickness",), self.thickness), *material_constants(self.material)]
+        )
+        refuse_extreme_coordinates((("shape",), one) for one in self.shape.bounds)
         return self
 
     @model_validator(mode="after")
     def _validate_edges(self) -> AutomataParameters:
         for name, boundary in self.boundaries.items():
             if name not in OPPOSITE:
-                raise ParameterError("is no edge of a specimen", hint=nearest(name, OPPOSITE), at=("boundaries", name))
+                raise ParameterError("is no edge of a specimen", hint=spelling_hint(name, OPPOSITE), at=("boundaries", name))
             if isinstance(boundary, Periodic) and not isinstance(self.boundaries.get(OPPOSITE[name]), Periodic):
                 raise ParameterError(f"is periodic, so {OPPOSITE[name]} has to be periodic too", at=("boundaries", name))
             if isinstance(boundary, (Periodic, Traction)) and not isinstance(self.shape, Rectangle):

@@ -94,7 +94,7 @@ class Disc(Shape):
     name: Literal["disc"] = field("disc", "which shape", "1")
     radius: float = field(..., "radius", "m", gt=0.0)
     height: float | None = field(
-        None, "extent along y to which it is cut flat above and below; default: not cut", "m", without="not cut", gt=0.0
+        None, "extent along y to which it is cut flat above and below; default: not cut", "m", absent="not cut", gt=0.0
     )
 
     @model_validator(mode="after")

@@ -36,21 +36,21 @@ class Arrangement(Named):
         """Return the chain parameters that this arrangement sets."""
         return tuple(name for name in self.per_grain if getattr(self, name, None) is not None)
 
-    def fit(self, grains: int) -> None:
+    def check_fit(self, grains: int) -> None:
         """Raise `ParameterError` if a chain with this number of grains cannot have this arrangement."""
 
-    def radii(self, host: FloatArray) -> FloatArray:
+    def radii(self, defaults: FloatArray) -> FloatArray:
         """Return the radius of each grain, given the chain's own radii, shape (n,) [m]."""
-        return host
+        return defaults
 
-    def materials(self, host: list[Material]) -> list[Material]:
+    def materials(self, defaults: list[Material]) -> list[Material]:
         """Return the material of each grain, given the chain's own materials."""
         chosen = getattr(self, "material", None)
-        return host if chosen is None else [material(chosen)] * len(host)
+        return defaults if chosen is None else [material(chosen)] * len(defaults)
 
-    def masses(self, host: FloatArray) -> FloatArray:
+    def masses(self, defaults: FloatArray) -> FloatArray:
         """Return the mass of each grain, given density x volume, shape (n,) [kg]."""
-        return host
+        return defaults
 
 
 class Uniform(Arrangement):
@@ -77,28 +77,28 @@ class Dimer(Arrangement):
     )
 
     @model_validator(mode="after")
-    def _two_kinds(self) -> Dimer:
+    def _validate_kinds(self) -> Dimer:
         # Two equal values may be the end of a scan of ratios; no pair of values at all is a mistake.
         if not isinstance(self.radius, list) and not isinstance(self.material, list):
             raise ParameterError("both kinds of grain are the same", hint="give two radii, two materials, or both", at="radius")
         return self
 
-    def fit(self, grains: int) -> None:  # noqa: D102
+    def check_fit(self, grains: int) -> None:  # noqa: D102
         if grains < sum(self.counts):
             raise ParameterError(
                 f"got {self.counts}, a cell of {sum(self.counts)} grains, and the chain has {grains} grains", at="counts"
             )
 
-    def radii(self, host: FloatArray) -> FloatArray:  # noqa: D102
-        return host if self.radius is None else np.broadcast_to(self.radius, (2,))[self._kinds(len(host))]
+    def radii(self, defaults: FloatArray) -> FloatArray:  # noqa: D102
+        return defaults if self.radius is None else np.broadcast_to(self.radius, (2,))[self._grain_kinds(len(defaults))]
 
-    def materials(self, host: list[Material]) -> list[Material]:  # noqa: D102
+    def materials(self, defaults: list[Material]) -> list[Material]:  # noqa: D102
         if not isinstance(self.material, list):
-            return super().materials(host)
+            return super().materials(defaults)
         pair = [material(one) for one in self.material]
-        return [pair[kind] for kind in self._kinds(len(host))]
+        return [pair[kind] for kind in self._grain_kinds(len(defaults))]
 
-    def _kinds(self, grains: int) -> np.ndarray:
+    def _grain_kinds(self, grains: int) -> np.ndarray:
         """Return the kind of each grain, 0 or 1, shape (n,)."""
         return (np.arange(grains) % sum(self.counts) >= self.counts[0]).astype(np.intp)
 
@@ -116,7 +116,7 @@ class Tapered(Arrangement):
     material: Preset | Material | None = field(None, "of all grains; default: the chain's", "1")
 
     @model_validator(mode="after")
-    def _one_way(self) -> Tapered:
+    def _validate_taper(self) -> Tapered:
         if (self.taper is None) == (self.last_radius is None):
             come = "neither" if self.taper is None else "both"
             raise ParameterError(f"got {come} of taper and last_radius", expected="one of them", at="taper")
@@ -125,17 +125,17 @@ class Tapered(Arrangement):
     def own_parameters(self) -> tuple[str, ...]:  # noqa: D102
         return ("radius", *super().own_parameters())
 
-    def fit(self, grains: int) -> None:  # noqa: D102
+    def check_fit(self, grains: int) -> None:  # noqa: D102
         if self.last_radius is not None and grains == 1 and self.last_radius != self.first_radius:
             raise ParameterError(
                 "the chain has one grain, which is the first", hint="expected at least 2 grains", at="last_radius"
             )
-        _last_radius(self.first_radius, self._factor(grains), grains)
+        _last_radius(self.first_radius, self._radius_factor(grains), grains)
 
-    def radii(self, host: FloatArray) -> FloatArray:  # noqa: D102
-        return _geometric(self.first_radius, self._factor(len(host)), len(host))
+    def radii(self, defaults: FloatArray) -> FloatArray:  # noqa: D102
+        return _geometric_sequence(self.first_radius, self._radius_factor(len(defaults)), len(defaults))
 
-    def _factor(self, grains: int) -> float:
+    def _radius_factor(self, grains: int) -> float:
         if self.taper is not None:
             return 1.0 - self.taper
         assert self.last_radius is not None
@@ -155,7 +155,7 @@ class Decorated(Arrangement):
     material: Preset | Material | None = field(None, "of the large grains; default: the chain's", "1")
     decoration_material: Preset | Material | None = field(None, "of the small grains; default: that of the large ones", "1")
 
-    def fit(self, grains: int) -> None:  # noqa: D102
+    def check_fit(self, grains: int) -> None:  # noqa: D102
         if grains < 3 or grains % 2 == 0:
             raise ParameterError(
                 f"'decorated' does not fit {grains} grains",
@@ -171,16 +171,16 @@ class Decorated(Arrangement):
                 at="decoration_radius",
             )
 
-    def radii(self, host: FloatArray) -> FloatArray:  # noqa: D102
-        radius = np.full(len(host), self.decoration_radius)
-        radius[::2] = _geometric(self.radius, 1.0 - self.taper, len(host) // 2 + 1)
+    def radii(self, defaults: FloatArray) -> FloatArray:  # noqa: D102
+        radius = np.full(len(defaults), self.decoration_radius)
+        radius[::2] = _geometric_sequence(self.radius, 1.0 - self.taper, len(defaults) // 2 + 1)
         return radius
 
-    def materials(self, host: list[Material]) -> list[Material]:  # noqa: D102
-        large = super().materials(host)
+    def materials(self, defaults: list[Material]) -> list[Material]:  # noqa: D102
+        large = super().materials(defaults)
         if self.decoration_material is not None:
             large = list(large)
-            large[1::2] = [material(self.decoration_material)] * (len(host) // 2)
+            large[1::2] = [material(self.decoration_material)] * (len(defaults) // 2)
         return large
 
 
@@ -200,7 +200,7 @@ class Impurity(Arrangement):
     mass: Positive | None = field(None, "of the impurity; default: density x volume", "kg")
 
     @model_validator(mode="after")
-    def _unlike(self) -> Impurity:
+    def _validate_impurity(self) -> Impurity:
         if self.radius is None and self.material is None and self.mass is None:
             raise ParameterError("the impurity is like the other grains", hint="give its radius, material or mass", at="radius")
         if not self.indices or len(set(self.indices)) < len(self.indices):
@@ -212,30 +212,30 @@ class Impurity(Arrangement):
         """The indices of the impurities."""
         return self.index if isinstance(self.index, list) else [self.index]
 
-    def fit(self, grains: int) -> None:  # noqa: D102
+    def check_fit(self, grains: int) -> None:  # noqa: D102
         if max(self.indices) >= grains:
             raise ParameterError(
                 f"got {max(self.indices)}", expected=f"0 to {grains - 1}: the chain has {grains} grains", at="index"
             )
 
-    def radii(self, host: FloatArray) -> FloatArray:  # noqa: D102
-        return self._place(host, self.radius)
+    def radii(self, defaults: FloatArray) -> FloatArray:  # noqa: D102
+        return self._replace_impurities(defaults, self.radius)
 
-    def materials(self, host: list[Material]) -> list[Material]:  # noqa: D102
+    def materials(self, defaults: list[Material]) -> list[Material]:  # noqa: D102
         if self.material is None:
-            return host
-        mixed = list(host)
+            return defaults
+        mixed = list(defaults)
         for index in self.indices:
             mixed[index] = material(self.material)
         return mixed
 
-    def masses(self, host: FloatArray) -> FloatArray:  # noqa: D102
-        return self._place(host, self.mass)
+    def masses(self, defaults: FloatArray) -> FloatArray:  # noqa: D102
+        return self._replace_impurities(defaults, self.mass)
 
-    def _place(self, host: FloatArray, value: float | None) -> FloatArray:
+    def _replace_impurities(self, defaults: FloatArray, value: float | None) -> FloatArray:
         if value is None:
-            return host
-        values = host.copy()
+            return defaults
+        values = defaults.copy()
         values[self.indices] = value
         return values
 
@@ -250,13 +250,13 @@ ARRANGEMENTS: dict[str, type[Arrangement]] = {
 ChosenArrangement = Annotated[SerializeAsAny[Arrangement], ByName(ARRANGEMENTS)]
 
 
-def refuse_misfit(parameters: ChainParameters) -> None:
+def refuse_unfit_arrangement(parameters: ChainParameters) -> None:
     """Raise `ParameterError` if an arrangement does not fit the chain, or repeats one of the chain's own parameters."""
     arrangement = parameters.arrangement
     try:
-        arrangement.fit(parameters.grains)
+        arrangement.check_fit(parameters.grains)
     except ParameterError as error:
-        raise error.within("arrangement") from None
+        raise error.with_outer_location("arrangement") from None
     for name in arrangement.own_parameters():
         if name in parameters.model_fields_set:
             raise ParameterError(
@@ -267,7 +267,7 @@ def refuse_misfit(parameters: ChainParameters) -> None:
             raise ParameterError("the arrangement 'impurity' gives its mass too", hint="give it in one place", at="mass")
 
 
-def _geometric(first: float, factor: float, count: int) -> FloatArray:
+def _geometric_sequence(first: float, factor: float, count: int) -> FloatArray:
     """Return first, first x factor, ... by repeated multiplication, shape (count,)."""
     terms = np.full(count, factor)
     terms[0] = first

@@ -10,18 +10,18 @@ import numpy as np
 from ..balances import Balance
 from ..component import Component
 from ..drawables import Points
-from ..errors import ParameterError, StepError, caution
+from ..errors import ParameterError, StepError, issue_warning
 from ..inputs import Held
 from ..profiles import CompiledProfile
 from ..state_block import LARGEST, Block
 from ..support.float_arrays import FloatArray
 from ..variables import Variable
 from . import layout
-from .geometry import Geometry, geometry, step_times_frequency, suggested_step_size, wanted_forces
-from .integrators import SCHEMES, UNSOUND, Entries, entries
+from .geometry import Geometry, geometry, minimum_evaluations, step_times_frequency, suggested_step_size
+from .integrators import SCHEMES, UNSOUND, EntryPoints, make_entry_points
 from .laws import Dissipative, Law
 from .parameters import WALLS, ChainParameters
-from .state import ChainState, state_of
+from .state import ChainState, python_chain_state
 from .validity import validity_cautions, validity_figures
 
 # Smallest number of force evaluations during a contact; steps with fewer are refused.
@@ -82,24 +82,24 @@ class Chain(Component):
         return 8 * rows * layout.row_width(parameters.grains)
 
     @property
-    def work_in_tick(self) -> int:
+    def cost_per_tick(self) -> int:
         """Number of state words that a tick advances, divided by eight: words of a chain take less than a nanosecond."""
-        return super().work_in_tick // 8
+        return super().cost_per_tick // 8
 
     def _build(self) -> None:
         p = self.parameters
         self.geometry: Geometry = geometry(p)
         self._scheme = SCHEMES[p.integrator]
-        self._wanted_forces = wanted_forces(p.law.exponent, self._scheme)
+        self._minimum_evaluations = minimum_evaluations(p.law.exponent, self._scheme)
         self.step_size = suggested_step_size(p, self.geometry, self._scheme) if p.step_size is None else p.step_size
         self.scheme = self._scheme.damped if isinstance(p.law, Dissipative) else self._scheme.numbers
-        self.entries: Entries = entries(p.law.contacts, self.scheme)
+        self.entries: EntryPoints = make_entry_points(p.law.contacts, self.scheme)
         self._advance_held = self.entries.advance_held
         self._grains = slice(1, p.grains + 1)
         width = layout.row_width(p.grains)
         last = layout.FREE_ROW + self._scheme.history_rows
         self.state_rows = slice(_first_state_row(p.law), last)
-        self._live_in(self._claim_memory((last + self._scheme.scratch_rows, width)))
+        self._bind_memory(self._claim_memory((last + self._scheme.scratch_rows, width)))
         self._fill_constants()
         # The weight of a prescribed grain is carried by its piston.
         self._weight = p.gravity * self._table[layout.MASS, self._grains]
@@ -111,7 +111,7 @@ class Chain(Component):
         self._left_moves, self._right_moves = p.left not in WALLS, p.right not in WALLS
         self._drive, self._left_pieces, self._left, self._right = _NO_PIECES, 0, 0.0, 0.0
 
-    def _live_in(self, memory: FloatArray) -> None:
+    def _bind_memory(self, memory: FloatArray) -> None:
         self._table = memory
         state = memory[self.state_rows]
         high = np.full((len(state), 1), LARGEST)
@@ -130,8 +130,8 @@ class Chain(Component):
         other._given_memory = memory
         memory = other._claim_memory(self._table.shape)
         memory[:] = self._table
-        other._live_in(memory)
-        other._settle()
+        other._bind_memory(memory)
+        other._bind_block()
         other.reset()
         return other
 
@@ -156,23 +156,23 @@ class Chain(Component):
         """Overlaps above which a contact is poorly resolved (warning), or a step is refused; infinite without a contact."""
         chain, places, law = self.geometry, self.geometry.contact_slice, self.parameters.law
 
-        def largest_overlap(forces: float) -> FloatArray:
+        def largest_overlap(evaluations: float) -> FloatArray:
             p = law.exponent
-            frequency = step_times_frequency(p, self._scheme, forces) / self.step_size
-            tangent = frequency * frequency * chain.reduced_mass[places] / (p * chain.steepest[places])
+            frequency = step_times_frequency(p, self._scheme, evaluations) / self.step_size
+            tangent = frequency * frequency * chain.reduced_mass[places] / (p * chain.largest_stiffness[places])
             # Overlap with this tangent stiffness; the frequency of linear contacts does not depend on the overlap.
             return tangent ** (1.0 / (p - 1.0)) if p > 1.0 else np.where(tangent < 1.0, 0.0, np.inf)
 
         wanted, refused = np.full((2, self.parameters.grains + 1), np.inf)
-        wanted[places] = largest_overlap(self._wanted_forces)
+        wanted[places] = largest_overlap(self._minimum_evaluations)
         refused[places] = np.minimum(
             self.parameters.overlap_limit * chain.smaller_radius[places], largest_overlap(_LEAST_FORCES)
         )
         if isinstance(law, Dissipative):
             constants, whole = chain.law_constants[places], chain.reduced_mass[places] / self.step_size
-            wanted[places] = np.minimum(wanted[places], law.overlap_of(constants, _STOPPED_IN_A_STEP * whole))
+            wanted[places] = np.minimum(wanted[places], law.overlap_from_coefficient(constants, _STOPPED_IN_A_STEP * whole))
             if self._scheme.explicit:
-                refused[places] = np.minimum(refused[places], law.overlap_of(constants, whole))
+                refused[places] = np.minimum(refused[places], law.overlap_from_coefficient(constants, whole))
         return wanted, refused
 
     # -- the contract -----------------------------------------------------------------------------------------------
@@ -193,7 +193,7 @@ class Chain(Component):
             "position": lambda: self.geometry.position + self._table[layout.U, self._grains],
             "displacement": lambda: self._table[layout.U, self._grains],
             "velocity": lambda: self._table[layout.V, self._grains],
-            "overlap": self._overlap,
+            "overlap": self._overlaps,
             "contact_force": self._contact_force,
             "left_wall_force": lambda: self._contact_force()[0],
             "right_wall_force": lambda: 0.0 - self._contact_force()[-1],
@@ -206,29 +206,29 @@ class Chain(Component):
             self._table[layout.V, self._grains] = velocity
         if displacement is not None:
             self._table[layout.U, self._grains] = displacement
-        self._refuse_start()
+        self._refuse_failing_start()
         if self.parameters.law.has_history:
-            self.entries.begin_histories(self._table)
+            self.entries.initialise_histories(self._table)
             # Contacts that start beyond yield did so before the start; their dissipation is not counted.
             self.entries.update_histories(self._table)
             self._table[layout.LOST] = 0.0
-        kinetic, potential, momentum = self._sums()
+        kinetic, potential, momentum = self._energies_and_momentum()
         tally = self._table[layout.TALLY]
         tally[layout.START_ENERGY], tally[layout.START_MOMENTUM] = kinetic + potential, momentum
         ends = {self.left_input: self._table[layout.V, 1], self.right_input: self._table[layout.V, self.parameters.grains]}
         return {name: float(speed) for name, speed in ends.items() if name.endswith("velocity")}
 
-    def _refuse_start(self) -> None:
+    def _refuse_failing_start(self) -> None:
         """Raise the error of the first step at once if the start would make it fail."""
-        if np.any(self._overlap() > self._refused_overlap) or np.any(
+        if np.any(self._overlaps() > self._refused_overlap) or np.any(
             np.abs(self._table[layout.V, self._grains]) > self._table[layout.SCALARS, layout.SPEED_LIMIT]
         ):
-            raise ParameterError(*self._explain(0).within("start").faults)
+            raise ParameterError(*self._explain(0).with_outer_location("start").faults)
 
     def _apply(self, held: Mapping[str, Held]) -> None:
         """Put the pieces of both ends into one array; a profile has the value 0 before its first piece."""
         left, right = held.get(self.left_input, 0.0), held.get(self.right_input, 0.0)
-        pieces = [_pieces(left), _pieces(right)]
+        pieces = [_input_pieces(left), _input_pieces(right)]
         columns = max(piece.shape[1] for piece in pieces)
         self._drive = np.vstack([np.pad(piece, ((0, 0), (0, columns - piece.shape[1]))) for piece in pieces])
         self._left, self._right = (0.0 if isinstance(side, CompiledProfile) else side for side in (left, right))
@@ -243,7 +243,7 @@ class Chain(Component):
             left = held[self.left_input] if self._left_moves else 0.0
             right = held[self.right_input] if self._right_moves else 0.0
             done = self._advance_held(self._table, left, right, self._tick, ticks)
-        return 0 if done == ticks else self._limit_passed(-done, ticks)
+        return 0 if done == ticks else self._limit_status(-done, ticks)
 
     def input_advice(self, name: str) -> str:
         """Return the kind of end that an unknown input requires."""
@@ -253,7 +253,7 @@ class Chain(Component):
             return f"{side} is {getattr(self.parameters, side)!r}, and {name} needs {side} = {wanted!r}"
         return super().input_advice(name)
 
-    def _limit_passed(self, done: int, ticks: int) -> int:
+    def _limit_status(self, done: int, ticks: int) -> int:
         """Return a status for a limit passed in the last of `done` ticks, or warn (once) and continue.
 
         Only the state determines a refusal. LIMIT only determines when the kernel returns: after the warning it need not return
@@ -262,10 +262,10 @@ class Chain(Component):
         unsound = done >= UNSOUND
         done -= UNSOUND if unsound else 0
         self._failed_tick = self._tick + done
-        if unsound or self._worst(self._peak)[2] > 1.0:
+        if unsound or self._largest_excess(self._peak_overlaps)[2] > 1.0:
             return 1
         self._table[layout.LIMIT, : self.parameters.grains + 1] = self._refused_overlap
-        caution(self._resolution_sentence())
+        issue_warning(self._resolution_caution())
         if done == ticks:
             return 0
         begin, self._tick = self._tick, self._tick + done
@@ -274,7 +274,7 @@ class Chain(Component):
         finally:
             self._tick = begin
 
-    def _worst(self, overlap: FloatArray) -> tuple[str, int, float]:
+    def _largest_excess(self, overlap: FloatArray) -> tuple[str, int, float]:
         """Return the variable, index and ratio to its limit of the value furthest beyond its limit (NaN counts as infinite)."""
         with np.errstate(all="ignore"):
             ratios = {
@@ -289,13 +289,13 @@ class Chain(Component):
     def _explain(self, status: int) -> StepError:
         time = (self._failed_tick if status else self._tick) * self.step_size
         # Before the first tick no peak is known; afterwards the kernel judges the peak.
-        overlap = self._peak if status else self._overlap()
-        name, index, _ = self._worst(overlap)
+        overlap = self._peak_overlaps if status else self._overlaps()
+        name, index, _ = self._largest_excess(overlap)
         if name == "overlap":
             value, limit = float(overlap[index]), float(self._refused_overlap[index])
             radius = float(self.geometry.smaller_radius[index])
-            if self._dissipation_in_a_step() > 1.0:
-                advice = self._dissipation_sentence()
+            if self._dissipation_per_step() > 1.0:
+                advice = self._dissipation_caution()
             elif limit >= 0.999 * self.parameters.overlap_limit * radius:
                 advice = (
                     f"that is {value / radius:.2g} radii, contact laws are for small overlaps: load less, "
@@ -309,7 +309,7 @@ class Chain(Component):
         else:
             value, limit = float(self.get(name)[index]), float(self._table[layout.SCALARS, layout.SPEED_LIMIT])
             advice = "that is above the material's sound speed: load the chain less, or take a smaller step_size"
-        unit, advice = self.variables[name].unit, "; ".join([*self._size_sentences(), advice])
+        unit, advice = self.variables[name].unit, "; ".join([*self._unit_cautions(), advice])
         return StepError(
             f"reached {value:.6g} {unit} at {time:.9g} s, the limit is {limit:.6g} {unit}; {advice}",
             time=time, at=(name, index), variable=name, index=index, value=value, limit=limit,
@@ -325,7 +325,7 @@ class Chain(Component):
     @property
     def state(self) -> ChainState:
         """Return the chain in the form of jitted functions, such as those of `differentiable_quantities`. Read it only."""
-        return state_of(self.parameters.law.contacts, self._table)
+        return python_chain_state(self.parameters.law.contacts, self._table)
 
     def detached_table(self) -> FloatArray:
         """Return a copy of the table for separate runs, which refuse large overlaps without warning."""
@@ -335,7 +335,7 @@ class Chain(Component):
 
     def balances(self) -> tuple[Balance, ...]:
         """Return energy and momentum; the work of a precompressing force on a free end counts as input work."""
-        kinetic, potential, momentum = self._sums()
+        kinetic, potential, momentum = self._energies_and_momentum()
         tally = self._table[layout.TALLY]
         n = self.parameters.grains
         carried = self._table[layout.V, n + 2 : n + layout.BESIDE_GRAINS]
@@ -363,14 +363,14 @@ class Chain(Component):
         tallied = rows[layout.TALLY, layout.WORK_LEFT] + rows[layout.TALLY, layout.WORK_RIGHT]
         return float(tallied + rows[layout.V, behind] + rows[layout.V, behind + 1])
 
-    def _sums(self) -> tuple[float, float, float]:
+    def _energies_and_momentum(self) -> tuple[float, float, float]:
         """Kinetic energy, potential energy (elastic and gravitational), momentum."""
         kinetic, elastic, momentum = self.entries.energies(self._table, self.geometry.mass)
         if self.parameters.gravity != 0.0:
             elastic -= float((self._weight * self._table[layout.U, self._grains]).sum())
         return kinetic, elastic, momentum
 
-    def _overlap(self) -> FloatArray:
+    def _overlaps(self) -> FloatArray:
         """Overlaps, shape (n + 1,); 0 at places without a contact."""
         u = self._table[layout.U]
         last = self.parameters.grains + 1
@@ -379,7 +379,7 @@ class Chain(Component):
         return overlap
 
     @property
-    def _peak(self) -> FloatArray:
+    def _peak_overlaps(self) -> FloatArray:
         """Largest overlap since the reset, recorded by the kernel once per tick, shape (n + 1,)."""
         return self._table[layout.PEAK, : self.parameters.grains + 1]
 
@@ -400,22 +400,22 @@ class Chain(Component):
         """
         figures = self._validity_figures()
         if isinstance(self.parameters.law, Dissipative):
-            figures["dissipation in a step (c h / m*)"] = self._dissipation_in_a_step()
+            figures["dissipation in a step (c h / m*)"] = self._dissipation_per_step()
         return figures
 
     def _validity_figures(self) -> dict[str, float]:
         rate = self._scheme.evaluations / self.step_size
-        return validity_figures(self.geometry, self.parameters.law, self._peak[self.geometry.contact_slice], rate)
+        return validity_figures(self.geometry, self.parameters.law, self._peak_overlaps[self.geometry.contact_slice], rate)
 
     def cautions(self) -> list[str]:
         """Return a sentence for each assumption that the run has violated."""
-        said = validity_cautions(self._validity_figures(), self.parameters.law, self._wanted_forces)
-        said = self._size_sentences() + said
-        if self._dissipation_in_a_step() > _STOPPED_IN_A_STEP:
-            said.append(self._dissipation_sentence())
+        said = validity_cautions(self._validity_figures(), self.parameters.law, self._minimum_evaluations)
+        said = self._unit_cautions() + said
+        if self._dissipation_per_step() > _STOPPED_IN_A_STEP:
+            said.append(self._dissipation_caution())
         return said
 
-    def _size_sentences(self) -> list[str]:
+    def _unit_cautions(self) -> list[str]:
         """Return sentences on probable unit errors: millimetres as metres, g/cm^3 as kg/m^3, grams as kg, MPa as Pa."""
         radius, sound = self.geometry.radius, self.geometry.sound_speed
         density = self.geometry.mass / (4.0 / 3.0 * np.pi * radius**3)
@@ -440,28 +440,28 @@ class Chain(Component):
                 said.append(sentence.format(worst, values[worst]))
         return said
 
-    def _dissipation_sentence(self) -> str:
+    def _dissipation_caution(self) -> str:
         return (
-            f"dissipation would stop {self._dissipation_in_a_step():.2g} times the approach of a contact in a step, less than "
+            f"dissipation would stop {self._dissipation_per_step():.2g} times the approach of a contact in a step, less than "
             f"{_STOPPED_IN_A_STEP:g} is wanted: take a smaller step_size (now {self.step_size:g} s)"
         )
 
-    def _dissipation_in_a_step(self) -> float:
+    def _dissipation_per_step(self) -> float:
         """Return the largest c h / m* of the contacts, 0 without dissipation."""
         law, places = self.parameters.law, self.geometry.contact_slice
         if not isinstance(law, Dissipative):
             return 0.0
-        peak = np.maximum(self._overlap(), self._peak)[places]
+        peak = np.maximum(self._overlaps(), self._peak_overlaps)[places]
         coefficients = np.where(peak > 0.0, law.coefficients(self.geometry.law_constants[places], peak), 0.0)
         return float(np.max(coefficients / self.geometry.reduced_mass[places], initial=0.0)) * self.step_size
 
-    def _resolution_sentence(self) -> str:
-        if self._dissipation_in_a_step() > _STOPPED_IN_A_STEP:
-            return self._dissipation_sentence()
+    def _resolution_caution(self) -> str:
+        if self._dissipation_per_step() > _STOPPED_IN_A_STEP:
+            return self._dissipation_caution()
         # The warning appears at the first occurrence; the smallest number of evaluations is only known at the end.
         return (
-            f"contacts get fewer than the {self._wanted_forces:.0f} force evaluations that {self.parameters.integrator} wants "
-            f"(report() has the number at the end): take a smaller step_size (now {self.step_size:g} s) or give the "
+            f"contacts get fewer than the {self._minimum_evaluations:.0f} force evaluations that {self.parameters.integrator} "
+            f"wants (report() has the number at the end): take a smaller step_size (now {self.step_size:g} s) or give the "
             "velocity_scale of the run"
         )
 
@@ -473,7 +473,7 @@ def _first_state_row(law: Law) -> int:
     return layout.TALLY if law.conservative else layout.LOST
 
 
-def _pieces(held: Held) -> FloatArray:
+def _input_pieces(held: Held) -> FloatArray:
     """Return an input as rows (first tick, coefficients)."""
     if not isinstance(held, CompiledProfile):
         return _NO_PIECES

@@ -34,8 +34,8 @@ def contact_force(chain, j):
 
 
 @inlined
-def _pressed_overlap(chain, j):
-    return forces.pressed_overlap(chain, chain.rows[U], j)
+def _contact_overlap(chain, j):
+    return forces.contact_overlap(chain, chain.rows[U], j)
 
 
 @inlined
@@ -49,7 +49,7 @@ def _add_overlap(adjoint, j, slope):
 @jit
 def contact_force_pullback(chain, adjoint, j, slope):
     """Add slope dF/da."""
-    d, by_overlap = _pressed_overlap(chain, j), 0.0
+    d, by_overlap = _contact_overlap(chain, j), 0.0
     if d > 0.0:
         damping, speed = law.damping(chain.law, j, d), chain.rows[V, j] - chain.rows[V, j + 1]
         if law.force(chain.law, j, d) + damping * speed < 0.0:
@@ -63,13 +63,13 @@ def contact_force_pullback(chain, adjoint, j, slope):
 @jit
 def contact_energy(chain, j):
     """Return the elastic energy stored in contact j [J]."""
-    return law.energy(chain.law, j, _pressed_overlap(chain, j))
+    return law.energy(chain.law, j, _contact_overlap(chain, j))
 
 
 @jit
 def contact_energy_pullback(chain, adjoint, j, slope):
     """Add slope dE/da."""
-    d = _pressed_overlap(chain, j)
+    d = _contact_overlap(chain, j)
     law.energy_pullback(chain.law, adjoint.law, j, d, slope)
     _add_overlap(adjoint, j, slope * law.force(chain.law, j, d))
 
@@ -77,13 +77,13 @@ def contact_energy_pullback(chain, adjoint, j, slope):
 @jit
 def energy_root(chain, j):
     """Return q of contact j [J^0.5]."""
-    return law.energy_root(chain.law, j, _pressed_overlap(chain, j), chain.rows[REST_OVERLAP, j])
+    return law.energy_root(chain.law, j, _contact_overlap(chain, j), chain.rows[REST_OVERLAP, j])
 
 
 @jit
 def energy_root_pullback(chain, adjoint, j, slope):
     """Add slope dq_j/da."""
-    d, rest = _pressed_overlap(chain, j), chain.rows[REST_OVERLAP, j]
+    d, rest = _contact_overlap(chain, j), chain.rows[REST_OVERLAP, j]
     by_overlap, by_rest = law.energy_root_pullback(chain.law, adjoint.law, j, d, rest, slope)
     _add_overlap(adjoint, j, by_overlap)
     adjoint.rows[REST_OVERLAP, j] += by_rest

@@ -20,7 +20,7 @@ class Drive(NamedTuple):
         left_pieces: number of rows of the left end.
         left_number: value before the first piece of the left end [N or m/s].
         right_number: likewise.
-        left: coefficients of the polynomial about the present tick, written by `turn_to`.
+        left: coefficients of the polynomial about the present tick, written by `centre_drive`.
         right: likewise.
     """
 
@@ -33,7 +33,7 @@ class Drive(NamedTuple):
 
 
 @internal_inlined
-def drive_of(table, pieces, left_pieces, left_number, right_number):
+def make_drive(table, pieces, left_pieces, left_number, right_number):
     """Return a drive; its present polynomials are stored in the table of the chain."""
     length = max(pieces.shape[1] - 1, 1) if pieces.shape[0] > 0 else 1
     left, right = table[LEFT_DRIVE, :length], table[RIGHT_DRIVE, :length]
@@ -41,15 +41,15 @@ def drive_of(table, pieces, left_pieces, left_number, right_number):
 
 
 @internal_inlined
-def turn_to(drive, tick):
+def centre_drive(drive, tick):
     """Write the polynomials centred at a tick."""
     end = drive.pieces.shape[0]
-    _recentre(drive.left, drive.pieces, _piece_at(drive.pieces, 0, drive.left_pieces, tick), drive.left_number, tick)
-    _recentre(drive.right, drive.pieces, _piece_at(drive.pieces, drive.left_pieces, end, tick), drive.right_number, tick)
+    _centre_piece(drive.left, drive.pieces, _piece_index(drive.pieces, 0, drive.left_pieces, tick), drive.left_number, tick)
+    _centre_piece(drive.right, drive.pieces, _piece_index(drive.pieces, drive.left_pieces, end, tick), drive.right_number, tick)
 
 
 @internal
-def _piece_at(pieces, first, last, tick):
+def _piece_index(pieces, first, last, tick):
     """Return the row in first..last-1 of the piece that applies at a tick; -1 before the first piece."""
     low, high = first, last
     while low < high:
@@ -62,7 +62,7 @@ def _piece_at(pieces, first, last, tick):
 
 
 @internal
-def _recentre(polynomial, pieces, piece, number, tick):
+def _centre_piece(polynomial, pieces, piece, number, tick):
     """Write the polynomial of a piece, centred at a tick, in steps; a constant before the first piece."""
     n = len(polynomial)
     if piece < 0:
@@ -78,7 +78,7 @@ def _recentre(polynomial, pieces, piece, number, tick):
 
 
 @internal_inlined
-def value(polynomial, e):
+def polynomial_value(polynomial, e):
     """Return the value of a polynomial at the fraction e of a step after the tick."""
     p = 0.0
     for i in range(len(polynomial) - 1, -1, -1):
@@ -87,7 +87,7 @@ def value(polynomial, e):
 
 
 @internal_inlined
-def integral(polynomial, e):
+def polynomial_integral(polynomial, e):
     """Return the integral of a polynomial from the tick to e, in steps."""
     p = 0.0
     for i in range(len(polynomial) - 1, -1, -1):
@@ -96,15 +96,15 @@ def integral(polynomial, e):
 
 
 @internal
-def pieces_mark(drive, tick):
+def piece_numbers(drive, tick):
     """Return two numbers that change when an end begins a new piece: multistep integrators then restart."""
-    left = _piece_at(drive.pieces, 0, drive.left_pieces, tick)
-    right = _piece_at(drive.pieces, drive.left_pieces, drive.pieces.shape[0], tick)
-    return _mark(drive.pieces, left, drive.left_number), _mark(drive.pieces, right, drive.right_number)
+    left = _piece_index(drive.pieces, 0, drive.left_pieces, tick)
+    right = _piece_index(drive.pieces, drive.left_pieces, drive.pieces.shape[0], tick)
+    return _piece_number(drive.pieces, left, drive.left_number), _piece_number(drive.pieces, right, drive.right_number)
 
 
 @internal
-def _mark(pieces, piece, number):
+def _piece_number(pieces, piece, number):
     mark = number
     if piece >= 0:
         for i in range(pieces.shape[1]):

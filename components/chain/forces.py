@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..support.jit import internal, internal_inlined
-from .drive import integral, value
-from .laws.functions import begin, damping, energy, force, remember, remembers
+from .drive import polynomial_integral, polynomial_value
+from .laws.functions import begin_history, damping, energy, force, has_history, update_history
 from .layout import (
     BESIDE_GRAINS,
     IMPULSE_LEFT,
@@ -31,14 +31,14 @@ _FEW_LANES, _MANY_LANES, _MANY_GRAINS = 8, 256, 2048
 
 
 @internal
-def copy(source, target):
+def copy_array(source, target):
     """Copy numbers; with a slice assignment numba would also compile its error handling."""
     for i in range(len(source)):
         target[i] = source[i]
 
 
 @internal
-def fill(target, number):
+def fill_array(target, number):
     """Set all entries to a number."""
     for i in range(len(target)):
         target[i] = number
@@ -60,27 +60,27 @@ def velocities_and_tallies(chain):
 
 
 @internal_inlined
-def pressed(d):
+def positive_part(d):
     """Return the overlap of a closed contact, or 0 for an open one. NaN stays NaN."""
     return 0.0 if d < SMALLEST_OVERLAP else d
 
 
 @internal_inlined
-def pressed_overlap(chain, u, j):
+def contact_overlap(chain, u, j):
     """Return the overlap of contact j at the displacements u, 0 if it is open."""
-    return pressed(u[j] - u[j + 1] + chain.rows[REST_OVERLAP, j])
+    return positive_part(u[j] - u[j + 1] + chain.rows[REST_OVERLAP, j])
 
 
 @internal_inlined
 def elastic_force(chain, u, j):
     """Return the elastic force in contact j at the displacements u."""
-    return force(chain.law, j, pressed_overlap(chain, u, j))
+    return force(chain.law, j, contact_overlap(chain, u, j))
 
 
 @internal_inlined
 def contact_force(chain, u, v, j):
     """Return the force in contact j with dissipation, never attractive, and the dissipated power."""
-    d = pressed_overlap(chain, u, j)
+    d = contact_overlap(chain, u, j)
     elastic, speed = force(chain.law, j, d), v[j] - v[j + 1]
     total = elastic + (damping(chain.law, j, d) if d > 0.0 else 0.0) * speed
     total = 0.0 if total < 0.0 else total
@@ -95,26 +95,26 @@ def contact_forces(chain, out):
 
 
 @internal
-def begin_histories(chain):
+def initialise_histories(chain):
     """Write the histories of contacts that have never been loaded."""
     for j in range(chain.settings.grains + 1):
-        begin(chain.law, j)
+        begin_history(chain.law, j)
 
 
 @internal_inlined
 def update_histories(chain):
     """Update the histories of the contacts after a step, and tally the dissipated energy."""
-    if remembers(chain.law):
+    if has_history(chain.law):
         for j in range(chain.settings.grains + 1):
-            chain.rows[LOST, j] += remember(chain.law, j, pressed_overlap(chain, chain.rows[U], j))
+            chain.rows[LOST, j] += update_history(chain.law, j, contact_overlap(chain, chain.rows[U], j))
 
 
 @internal
-def note_peaks(u, rest_overlap, limit, peak):
+def update_peaks(u, rest_overlap, limit, peak):
     """Update the largest overlaps; return whether an overlap exceeds its limit."""
     left, right, passed = u[:-1], u[1:], False
     for j in range(len(peak)):
-        d, p = pressed(left[j] - right[j] + rest_overlap[j]), peak[j]
+        d, p = positive_part(left[j] - right[j] + rest_overlap[j]), peak[j]
         peak[j] = d if d > p else p
         passed |= not (d <= limit[j])
     return passed
@@ -133,36 +133,36 @@ def is_too_fast(v, limit):
 
 
 @internal_inlined
-def left_push(chain, drive, e):
+def left_end_force(chain, drive, e):
     """Return the force on a free left end, positive to the right; 0 on other ends."""
     end = chain.settings.left
-    return end.static_force + value(drive.left, e) if end.is_free else 0.0
+    return end.static_force + polynomial_value(drive.left, e) if end.is_free else 0.0
 
 
 @internal_inlined
-def right_push(chain, drive, e):
+def right_end_force(chain, drive, e):
     """Return the force on a free right end, positive to the right; 0 on other ends."""
     end = chain.settings.right
-    return value(drive.right, e) - end.static_force if end.is_free else 0.0
+    return polynomial_value(drive.right, e) - end.static_force if end.is_free else 0.0
 
 
 @internal_inlined
-def place_pistons(chain, u, drive, bases, e):
-    """Move prescribed grains to e: `bases`, their positions at the tick, plus the exact integral of the drive."""
+def place_pistons(chain, u, drive, positions, e):
+    """Move prescribed grains to e: `positions`, their positions at the tick, plus the exact integral of the drive."""
     h = chain.settings.step
     if chain.settings.left.is_piston:
-        u[1] = bases[0] + h * integral(drive.left, e)
+        u[1] = positions[0] + h * polynomial_integral(drive.left, e)
     if chain.settings.right.is_piston:
-        u[chain.settings.grains] = bases[1] + h * integral(drive.right, e)
+        u[chain.settings.grains] = positions[1] + h * polynomial_integral(drive.right, e)
 
 
 @internal_inlined
 def set_piston_velocities(chain, v, drive, e):
     """Set the velocities of prescribed grains to the drive at e."""
     if chain.settings.left.is_piston:
-        v[1] = value(drive.left, e)
+        v[1] = polynomial_value(drive.left, e)
     if chain.settings.right.is_piston:
-        v[chain.settings.grains] = value(drive.right, e)
+        v[chain.settings.grains] = polynomial_value(drive.right, e)
 
 
 @internal_inlined
@@ -172,20 +172,20 @@ def end_values(chain, x):
 
 
 @internal_inlined
-def book_pistons(chain, before):
+def tally_pistons(chain, before):
     """Tally the work and impulse that changed prescribed grains from their velocities `before` to the present ones."""
     left, right, tally = chain.settings.left, chain.settings.right, chain.rows[TALLY]
     first, last = end_values(chain, chain.rows[V])
     if left.is_piston:
-        add(tally, WORK_LEFT, 0.5 * left.mass * (first - before[0]) * (first + before[0]))
-        add(tally, IMPULSE_LEFT, left.mass * (first - before[0]))
+        add_compensated(tally, WORK_LEFT, 0.5 * left.mass * (first - before[0]) * (first + before[0]))
+        add_compensated(tally, IMPULSE_LEFT, left.mass * (first - before[0]))
     if right.is_piston:
-        add(tally, WORK_RIGHT, 0.5 * right.mass * (last - before[1]) * (last + before[1]))
-        add(tally, IMPULSE_RIGHT, right.mass * (last - before[1]))
+        add_compensated(tally, WORK_RIGHT, 0.5 * right.mass * (last - before[1]) * (last + before[1]))
+        add_compensated(tally, IMPULSE_RIGHT, right.mass * (last - before[1]))
 
 
 @internal_inlined
-def compensated(total, compensation, x):
+def compensated_sum(total, compensation, x):
     """Return a compensated sum (Kahan) with x added: sum, compensation."""
     y = x - compensation
     t = total + y
@@ -193,9 +193,9 @@ def compensated(total, compensation, x):
 
 
 @internal_inlined
-def add(tally, place, x):
+def add_compensated(tally, place, x):
     """Add x to the compensated sum in two adjacent entries of the tally."""
-    tally[place], tally[place + 1] = compensated(tally[place], tally[place + 1], x)
+    tally[place], tally[place + 1] = compensated_sum(tally[place], tally[place + 1], x)
 
 
 # -- explicit integrators -----------------------------------------------------------------------------------------------
@@ -205,7 +205,7 @@ def add(tally, place, x):
 def accelerations(chain, u, v, drive, e, out):
     """Write dv/dt of columns 1 to n at e, followed by the powers and thrusts of the ends, and the dissipated power."""
     n, w, gravity = chain.settings.grains, chain.rows[INVERSE_MASS], chain.settings.gravity
-    left, right = left_push(chain, drive, e), right_push(chain, drive, e)
+    left, right = left_end_force(chain, drive, e), right_end_force(chain, drive, e)
     first, loss = contact_force(chain, u, v, 0)
     second, _ = contact_force(chain, u, v, 1)
     before_last, _ = contact_force(chain, u, v, n - 1)
@@ -221,9 +221,9 @@ def accelerations(chain, u, v, drive, e, out):
     powers[0], thrusts[0] = left * v[1], first + left
     powers[1], thrusts[1] = right * v[n], right - last
     if chain.settings.left.is_piston:
-        powers[0], thrusts[0] = second * value(drive.left, e), second
+        powers[0], thrusts[0] = second * polynomial_value(drive.left, e), second
     if chain.settings.right.is_piston:
-        powers[1], thrusts[1] = -before_last * value(drive.right, e), -before_last
+        powers[1], thrusts[1] = -before_last * polynomial_value(drive.right, e), -before_last
     out[n + 6] = loss + lost
 
 
@@ -244,31 +244,31 @@ def energies(chain, mass):
     width = _FEW_LANES if n < _MANY_GRAINS else _MANY_LANES
     lanes = np.zeros((6, width))
     for j in range(0, n + 1, width):
-        _add_potential(chain, lanes[2], lanes[3], j, min(width, n + 1 - j))
+        _add_potential_energies(chain, lanes[2], lanes[3], j, min(width, n + 1 - j))
     for i in range(0, n, width):
-        _add_motion(chain.rows[V, i + 1 :], mass[i:], lanes, min(width, n - i))
-    return _joined(lanes[0], lanes[1]), _joined(lanes[2], lanes[3]), _joined(lanes[4], lanes[5])
+        _add_kinetic_energies(chain.rows[V, i + 1 :], mass[i:], lanes, min(width, n - i))
+    return _lane_sum(lanes[0], lanes[1]), _lane_sum(lanes[2], lanes[3]), _lane_sum(lanes[4], lanes[5])
 
 
 @internal
-def _joined(totals, compensations):
+def _lane_sum(totals, compensations):
     total, compensation = 0.0, 0.0
     for lane in range(len(totals)):
-        total, compensation = compensated(total, compensation, totals[lane])
-        total, compensation = compensated(total, compensation, -compensations[lane])
+        total, compensation = compensated_sum(total, compensation, totals[lane])
+        total, compensation = compensated_sum(total, compensation, -compensations[lane])
     return total
 
 
 @internal
-def _add_potential(chain, totals, compensations, begin, count):
+def _add_potential_energies(chain, totals, compensations, begin, count):
     for lane in range(count):
-        stored = energy(chain.law, begin + lane, pressed_overlap(chain, chain.rows[U], begin + lane))
-        totals[lane], compensations[lane] = compensated(totals[lane], compensations[lane], stored)
+        stored = energy(chain.law, begin + lane, contact_overlap(chain, chain.rows[U], begin + lane))
+        totals[lane], compensations[lane] = compensated_sum(totals[lane], compensations[lane], stored)
 
 
 @internal
-def _add_motion(v, mass, lanes, count):
+def _add_kinetic_energies(v, mass, lanes, count):
     for lane in range(count):
         kinetic, momentum = 0.5 * mass[lane] * (v[lane] * v[lane]), mass[lane] * v[lane]
-        lanes[0, lane], lanes[1, lane] = compensated(lanes[0, lane], lanes[1, lane], kinetic)
-        lanes[4, lane], lanes[5, lane] = compensated(lanes[4, lane], lanes[5, lane], momentum)
+        lanes[0, lane], lanes[1, lane] = compensated_sum(lanes[0, lane], lanes[1, lane], kinetic)
+        lanes[4, lane], lanes[5, lane] = compensated_sum(lanes[4, lane], lanes[5, lane], momentum)

@@ -41,7 +41,7 @@ class Geometry:
         radius: shape (n,) [m].
         mass: shape (n,) [kg].
         stiffness: k of F = k overlap^p, shape (n + 1,), 0 without a wall [N/m^p]; p = 1.5 for spheres.
-        steepest: the largest k of the law, e.g. in unloading, which steps have to resolve, shape (n + 1,).
+        largest_stiffness: the largest k of the law, e.g. in unloading, which steps have to resolve, shape (n + 1,).
         rest_overlap: overlap in the reference configuration, negative for a gap, shape (n + 1,) [m].
         reduced_radius: R* of each contact, shape (n + 1,) [m].
         reduced_mass: m* of each contact, shape (n + 1,) [kg].
@@ -58,7 +58,7 @@ class Geometry:
     radius: FloatArray
     mass: FloatArray
     stiffness: FloatArray
-    steepest: FloatArray
+    largest_stiffness: FloatArray
     rest_overlap: FloatArray
     reduced_radius: FloatArray
     reduced_mass: FloatArray
@@ -80,11 +80,11 @@ def geometry(parameters: ChainParameters) -> Geometry:
     mass = _mass(parameters, radius, materials)
     walls = (parameters.left in WALLS, parameters.right in WALLS)
     real = slice(0 if walls[0] else 1, count + 1 if walls[1] else count)
-    left_radius, right_radius = _sides(
+    left_radius, right_radius = _side_values(
         radius, _wall_radius(parameters.left, radius[0]), _wall_radius(parameters.right, radius[-1])
     )
     reduced_radius = _half_harmonic_mean(left_radius, right_radius)
-    reduced_mass = _half_harmonic_mean(*_sides(_inertia(parameters, mass), np.inf, np.inf))
+    reduced_mass = _half_harmonic_mean(*_side_values(_inertia(parameters, mass), np.inf, np.inf))
     stiffness = np.zeros(count + 1)
     stiffness[real] = _stiffness(parameters, materials, reduced_radius)[real]
     yield_strength, static_force = _yield_strength(parameters, materials), static_forces(parameters, mass)
@@ -92,18 +92,18 @@ def geometry(parameters: ChainParameters) -> Geometry:
     constants = law.contact_constants(stiffness, reduced_radius, yield_strength, real)
     law_constants = np.zeros((count + 1, MOST_LAW_CONSTANTS))
     law_constants[real, : constants.shape[1]] = constants
-    steepest = np.zeros(count + 1)
-    steepest[real] = law.steepest(stiffness[real], constants)
+    largest_stiffness = np.zeros(count + 1)
+    largest_stiffness[real] = law.largest_stiffness(stiffness[real], constants)
     gap = np.broadcast_to(np.asarray(parameters.gap), count + 1)[real]
-    static_overlap[real] = law.overlap_at(static_force[real], stiffness[real], constants)
+    static_overlap[real] = law.static_overlap(static_force[real], stiffness[real], constants)
     rest_overlap[real] = static_overlap[real] - gap
     spacing = radius[:-1] + radius[1:] - rest_overlap[1:-1]
     position = np.concatenate(([0.0], np.cumsum(spacing)))
-    _refuse_absurd(mass, stiffness[real], position, law.exponent)
+    _refuse_extreme_sizes(mass, stiffness[real], position, law.exponent)
     arrays = Geometry(
-        radius, mass, stiffness, steepest, rest_overlap, reduced_radius, reduced_mass,
+        radius, mass, stiffness, largest_stiffness, rest_overlap, reduced_radius, reduced_mass,
         np.minimum(left_radius, right_radius), position,
-        _per_grain(materials, "longitudinal_speed"), yield_strength, static_force, static_overlap, law_constants, real,
+        _grain_values(materials, "longitudinal_speed"), yield_strength, static_force, static_overlap, law_constants, real,
     )  # fmt: skip
     # The chain has copied the arrays and would not notice a change.
     for values in vars(arrays).values():
@@ -112,7 +112,7 @@ def geometry(parameters: ChainParameters) -> Geometry:
     return arrays
 
 
-def _refuse_absurd(mass: FloatArray, stiffness: FloatArray, position: FloatArray, exponent: float) -> None:
+def _refuse_extreme_sizes(mass: FloatArray, stiffness: FloatArray, position: FloatArray, exponent: float) -> None:
     """Refuse sizes for which masses, stiffnesses, lengths or derived quantities leave the range of a float."""
     # For a high exponent, overlaps of micrometres and less require a large stiffness.
     stiffest = _LARGEST * _MICROMETRES ** max(0.0, exponent - 1.5)
@@ -132,50 +132,50 @@ def _refuse_absurd(mass: FloatArray, stiffness: FloatArray, position: FloatArray
             )
 
 
-def smoothness(exponent: float) -> float:
+def smoothness_factor(exponent: float) -> float:
     """Factor of the step for a law F = k d^p: for p < 1.5 contacts close abruptly and need shorter steps."""
     return min(1.0, 0.25 + 1.5 * (exponent - 1.0))
 
 
-def step_times_frequency(exponent: float, scheme: Scheme, forces: float) -> float:
-    """Return step x sqrt(p k d^(p-1) / m*), with d the largest overlap, for a collision F = k d^p with `forces` evaluations."""
-    return duration_times_frequency(exponent) * scheme.evaluations / forces
+def step_times_frequency(exponent: float, scheme: Scheme, evaluations: float) -> float:
+    """Return step x sqrt(p k d^(p-1) / m*), d the largest overlap; the collision gets that many `evaluations` of F = k d^p."""
+    return duration_times_frequency(exponent) * scheme.evaluations / evaluations
 
 
-def wanted_forces(exponent: float, scheme: Scheme) -> float:
+def minimum_evaluations(exponent: float, scheme: Scheme) -> float:
     """Return the number of force evaluations per contact below which the chain warns."""
-    return scheme.wanted_forces / smoothness(exponent)
+    return scheme.minimum_evaluations / smoothness_factor(exponent)
 
 
 def suggested_step_size(parameters: ChainParameters, chain: Geometry, scheme: Scheme) -> float:
     """0.1 (m/k)^(2/5) v^(-1/5) of the quickest contact (spheres), less under a static load; 1, 2 or 5 x 10^k [s]."""
     law = parameters.law
-    lighter = np.minimum(*_sides(_inertia(parameters, chain.mass), np.inf, np.inf))
-    ratio = float(np.min(lighter[chain.contact_slice] / chain.steepest[chain.contact_slice], initial=np.inf))
+    lighter = np.minimum(*_side_values(_inertia(parameters, chain.mass), np.inf, np.inf))
+    ratio = float(np.min(lighter[chain.contact_slice] / chain.largest_stiffness[chain.contact_slice], initial=np.inf))
     if not math.isfinite(ratio):  # no contact can accelerate a grain
         return _STEP_WITHOUT_CONTACTS
     gapped = bool(np.any(chain.rest_overlap < 0.0))
     scale = _collision_time(ratio, parameters.velocity_scale, law.exponent)
-    factor = scheme.step_factor * smoothness(law.exponent)
+    factor = scheme.step_factor * smoothness_factor(law.exponent)
     step = (_STEP_FACTOR_WITH_GAPS if gapped else _STEP_FACTOR) * factor * scale
     if np.any(chain.rest_overlap > 0.0):
-        step = min(step, _pressed_step(chain, parameters, scheme))
+        step = min(step, _precompressed_step_size(chain, parameters, scheme))
     if isinstance(law, Dissipative):
         rate = _dissipation_rate(law, chain, parameters.velocity_scale)
         step = min(step, _STEP_TIMES_DISSIPATION / rate) if rate > 0.0 else step
-        if law.jumps and rate > 0.0:
+        if law.has_force_jump and rate > 0.0:
             step = min(step, max(_STEP_TIMES_JUMP / rate, _SHORTEST_FOR_JUMP * step))
     return round_down_to_125(step)
 
 
-def _pressed_step(chain: Geometry, parameters: ChainParameters, scheme: Scheme) -> float:
+def _precompressed_step_size(chain: Geometry, parameters: ChainParameters, scheme: Scheme) -> float:
     """Step that resolves contacts and the lattice's highest frequency under static load; infinite without load [s]."""
-    tangent, exponent = _tangent(chain, parameters), parameters.law.exponent
+    tangent, exponent = _tangent_stiffness(chain, parameters), parameters.law.exponent
     contact = float(np.max(tangent[chain.contact_slice] / chain.reduced_mass[chain.contact_slice], initial=0.0))
     lattice = float(np.max(2.0 * (tangent[:-1] + tangent[1:]) / chain.mass))
     angles = (
-        (step_times_frequency(exponent, scheme, wanted_forces(exponent, scheme)), contact),
-        (scheme.pressed_angle * smoothness(exponent), lattice),
+        (step_times_frequency(exponent, scheme, minimum_evaluations(exponent, scheme)), contact),
+        (scheme.pressed_angle * smoothness_factor(exponent), lattice),
     )
     # A negligible force gives no frequency and thus no limit.
     return min((angle / math.sqrt(square) for angle, square in angles if square > 0.0), default=math.inf)
@@ -184,11 +184,11 @@ def _pressed_step(chain: Geometry, parameters: ChainParameters, scheme: Scheme) 
 def _dissipation_rate(law: Dissipative, chain: Geometry, speed: float) -> float:
     """Return the largest c / m* of the contacts at their deepest overlap [1/s]."""
     real = chain.contact_slice
-    overlap, reduced = _deepest(chain, speed, law.exponent)[real], chain.reduced_mass[real]
+    overlap, reduced = _deepest_overlap(chain, speed, law.exponent)[real], chain.reduced_mass[real]
     return float(np.max(law.coefficients(chain.law_constants[real], overlap) / reduced, initial=0.0))
 
 
-def _deepest(chain: Geometry, speed: float, exponent: float) -> FloatArray:
+def _deepest_overlap(chain: Geometry, speed: float, exponent: float) -> FloatArray:
     """Overlap at rest plus that of a collision at a given speed, an upper bound of their joint overlap, shape (n + 1,) [m].
 
     0 at places without a contact or with nothing to move.
@@ -209,16 +209,16 @@ def _collision_time(mass_by_stiffness: float, speed: float, exponent: float) -> 
     return power(mass_by_stiffness, 1.0 / (exponent + 1.0)) / power(speed, (exponent - 1.0) / (exponent + 1.0))
 
 
-def _tangent(chain: Geometry, parameters: ChainParameters) -> FloatArray:
+def _tangent_stiffness(chain: Geometry, parameters: ChainParameters) -> FloatArray:
     """Tangent stiffness of the contacts at their deepest overlap, shape (n + 1,) [N/m]."""
     exponent = parameters.law.exponent
-    overlap = _deepest(chain, parameters.velocity_scale, exponent)
+    overlap = _deepest_overlap(chain, parameters.velocity_scale, exponent)
     slope = (
         np.sqrt(overlap)
         if exponent == 1.5
         else np.array([power(depth, exponent - 1.0) if depth > 0.0 else 0.0 for depth in overlap])
     )
-    return exponent * chain.steepest * slope
+    return exponent * chain.largest_stiffness * slope
 
 
 def static_forces(parameters: ChainParameters, mass: FloatArray) -> FloatArray:
@@ -239,10 +239,10 @@ def static_forces(parameters: ChainParameters, mass: FloatArray) -> FloatArray:
     weight[[0] if p.left == "piston" else []] = 0.0
     weight[[-1] if p.right == "piston" else []] = 0.0
     above = np.concatenate(([0.0], np.cumsum(weight)))
-    return above + _upstream_force(p, above)
+    return above + _left_end_force(p, above)
 
 
-def _upstream_force(p: ChainParameters, above: FloatArray) -> float:
+def _left_end_force(p: ChainParameters, above: FloatArray) -> float:
     """Return the force at the left end."""
     total = float(above[-1])
     if p.left == "free" and p.right == "free":
@@ -283,7 +283,7 @@ def _materials(parameters: ChainParameters) -> list[Material]:
 
 
 def _mass(parameters: ChainParameters, radius: FloatArray, materials: list[Material]) -> FloatArray:
-    density = _per_grain(materials, "density")
+    density = _grain_values(materials, "density")
     mass = parameters.arrangement.masses(4.0 / 3.0 * math.pi * density * (radius * radius * radius))
     given = parameters.mass
     if isinstance(given, dict):
@@ -302,7 +302,7 @@ def _inertia(parameters: ChainParameters, mass: FloatArray) -> FloatArray:
     return inertia
 
 
-def _per_grain(materials: list[Material], name: str) -> FloatArray:
+def _grain_values(materials: list[Material], name: str) -> FloatArray:
     first = materials[0]
     if all(one is first for one in materials):
         return np.full(len(materials), getattr(first, name), dtype=np.float64)
@@ -311,12 +311,12 @@ def _per_grain(materials: list[Material], name: str) -> FloatArray:
 
 def _yield_strength(parameters: ChainParameters, materials: list[Material]) -> FloatArray:
     """Return the yield strength of the weaker side; free ends, pistons and rigid planes count as the adjacent grain."""
-    grains = _per_grain(materials, "yield_strength")
+    grains = _grain_values(materials, "yield_strength")
     walls = [
         grains[end] if given is None else material(given).yield_strength or np.nan
         for end, given in ((0, parameters.left_wall_material), (-1, parameters.right_wall_material))
     ]
-    return np.fmin(*_sides(grains, float(walls[0]), float(walls[1])))
+    return np.fmin(*_side_values(grains, float(walls[0]), float(walls[1])))
 
 
 def _wall_radius(boundary: str, end_radius: float) -> float:
@@ -324,7 +324,7 @@ def _wall_radius(boundary: str, end_radius: float) -> float:
     return end_radius if boundary == "fixed_grain" else np.inf
 
 
-def _sides(values: FloatArray, left: float, right: float) -> tuple[FloatArray, FloatArray]:
+def _side_values(values: FloatArray, left: float, right: float) -> tuple[FloatArray, FloatArray]:
     """Return the values left and right of each contact place."""
     return np.concatenate(([left], values)), np.concatenate((values, [right]))
 
@@ -339,15 +339,15 @@ def _stiffness(parameters: ChainParameters, materials: list[Material], reduced_r
     """Return the given k, or Hertz's k = (4/3) E* sqrt(R*), 1/E* the sum of both sides' (1 - nu^2)/E, shape (n + 1,)."""
     if parameters.contact_stiffness is not None:
         return np.full(len(reduced_radius), parameters.contact_stiffness)
-    left, right = _sides(
-        _per_grain(materials, "plane_compliance"),
+    left, right = _side_values(
+        _grain_values(materials, "plane_compliance"),
         _wall_compliance(parameters.left, parameters.left_wall_material, materials[0]),
         _wall_compliance(parameters.right, parameters.right_wall_material, materials[-1]),
     )
     return 4.0 / 3.0 / (left + right) * np.sqrt(reduced_radius)
 
 
-def _wall_compliance(boundary: str, given: str | Material | None, grain: Material) -> float:
+def _wall_compliance(boundary: str, wall_material: str | Material | None, grain: Material) -> float:
     if boundary == "rigid_plane":
         return 0.0
-    return (material(given) if given is not None else grain).plane_compliance
+    return (material(wall_material) if wall_material is not None else grain).plane_compliance

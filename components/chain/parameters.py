@@ -7,13 +7,13 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from ..errors import ParameterError, one_line
-from ..materials.elastic import Material, Preset, preset_list
+from ..materials.elastic import Material, Preset, preset_text
 from ..support.counter_random import uniform
 from ..support.float_arrays import FloatArray
 from ..support.parameter_fields import Index, NotNegative, Positive
 from ..support.parameter_fields import field as _field
 from ..support.validation import Parameters
-from .arrangements import ChosenArrangement, Uniform, refuse_misfit
+from .arrangements import ChosenArrangement, Uniform, refuse_unfit_arrangement
 from .laws import ChosenLaw, Hertz
 from .laws.law import refuse_incomplete
 
@@ -50,7 +50,7 @@ class ChainParameters(Parameters):
     grains: int = _field(..., "number of grains", "1", ge=1, le=_MAXIMUM_GRAINS, examples=[4])
     radius: Positive | list[Positive] | UniformRadii = _field(3e-3, "radius: one for all, one each, or drawn", "m")
     material: Preset | Material | list[Preset | Material] = _field(
-        "steel", f"material, or the name of a preset ({preset_list()}): one for all, or one each", "1"
+        "steel", f"material, or the name of a preset ({preset_text()}): one for all, or one each", "1"
     )
     mass: Positive | list[Positive] | dict[Annotated[Index, Field(strict=False)], Positive] | None = _field(
         None, "mass instead of density x volume: one for all, one each, or {index: mass}", "kg"
@@ -80,7 +80,7 @@ class ChainParameters(Parameters):
 
     @model_validator(mode="before")
     @classmethod
-    def _no_indices(cls, fields: Any) -> Any:
+    def _refuse_indices(cls, fields: Any) -> Any:
         """Refuse {index: value} for parameters other than masses and start values, with a message that says so."""
         for name in ("radius", "material", "gap", "contact_stiffness"):
             value = fields.get(name) if isinstance(fields, dict) else None
@@ -92,7 +92,7 @@ class ChainParameters(Parameters):
         return fields
 
     @model_validator(mode="after")
-    def _shapes(self) -> ChainParameters:
+    def _validate_shapes(self) -> ChainParameters:
         for name in ("radius", "material", "mass"):
             value = getattr(self, name)
             if isinstance(value, list) and len(value) != self.grains:
@@ -115,7 +115,7 @@ class ChainParameters(Parameters):
                 hint="radii and materials tell it for spheres only",
                 at="contact_stiffness",
             )
-        self._check_places()
+        self._validate_contact_lists()
         if "piston" in (self.left, self.right) and self.grains == 1:
             raise ParameterError("got 1", expected="at least 2 where an end is a piston: it needs a grain to push", at="grains")
         gaps = self.gap if isinstance(self.gap, list) else [self.gap]
@@ -123,7 +123,7 @@ class ChainParameters(Parameters):
             raise ParameterError("a precompressed chain has none", hint="give gap = 0 or precompression = 0", at="gap")
         return self
 
-    def _check_places(self) -> None:
+    def _validate_contact_lists(self) -> None:
         """Check that lists for contacts have a value for each place, and 0 at places without a contact."""
         for holder, name, needed in (
             (self, "contact_stiffness", True), (self, "gap", False),
@@ -144,13 +144,15 @@ class ChainParameters(Parameters):
                 )
             for place, value in enumerate(values):
                 if not self.has_contact(place) and value != 0.0:
-                    raise ParameterError(f"got {value:g}", expected=f"0: {self.absent_contact(place)}", at=f"{name}[{place}]")
+                    raise ParameterError(
+                        f"got {value:g}", expected=f"0: {self.missing_contact_reason(place)}", at=f"{name}[{place}]"
+                    )
                 if self.has_contact(place) and needed and value == 0.0:
                     raise ParameterError("got 0", expected="more than 0: a contact is there", at=f"{name}[{place}]")
 
     @model_validator(mode="after")
     def _validate_arrangement(self) -> ChainParameters:
-        refuse_misfit(self)
+        refuse_unfit_arrangement(self)
         return self
 
     @model_serializer(mode="wrap")
@@ -172,7 +174,7 @@ class ChainParameters(Parameters):
         """Return whether a place from 0 to n has a contact: always between neighbours, at an end only with a wall."""
         return 0 < place < self.grains or (self.left if place == 0 else self.right) in WALLS
 
-    def absent_contact(self, place: int) -> str:
+    def missing_contact_reason(self, place: int) -> str:
         """Return the reason why there is no contact at an end, for messages."""
         side = "left" if place == 0 else "right"
         return (

@@ -76,6 +76,6 @@ def chain_state(kind, table):
     return ChainState(law, table, settings)
 
 
-def state_of(kind: type, table: FloatArray) -> ChainState:
+def python_chain_state(kind: type, table: FloatArray) -> ChainState:
     """Return the state in Python, for calls of jitted functions."""
     return getattr(chain_state, "py_func", chain_state)(kind, table)

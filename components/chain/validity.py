@@ -36,59 +36,60 @@ def validity_figures(chain: Geometry, law: Law, peak: FloatArray, force_rate: fl
         peak: largest overlap of each contact, shape (contacts,) [m].
         force_rate: force evaluations per second.
     """
-    found: dict[str, float] = dict.fromkeys((_PRESSURE, _PRESSURE_TO_YIELD, _CONTACT_RADIUS, _TIME_SCALE, _FORCES), math.nan)
+    figures: dict[str, float] = dict.fromkeys((_PRESSURE, _PRESSURE_TO_YIELD, _CONTACT_RADIUS, _TIME_SCALE, _FORCES), math.nan)
     real = chain.contact_slice.start + np.flatnonzero(peak > 0.0)
     if not len(real):
-        return found
+        return figures
     peak = peak[peak > 0.0]
-    duration = _duration(chain.reduced_mass[real], chain.steepest[real], peak, law.exponent)
-    found[_TIME_SCALE] = float((duration / _oscillation(chain)[real]).min())
-    found[_FORCES] = float(duration.min() * force_rate)
+    duration = _collision_durations(chain.reduced_mass[real], chain.largest_stiffness[real], peak, law.exponent)
+    figures[_TIME_SCALE] = float((duration / _oscillation_periods(chain)[real]).min())
+    figures[_FORCES] = float(duration.min() * force_rate)
     if law.exponent == 1.5:
         stiffness, radius = chain.stiffness[real], chain.reduced_radius[real]
         # 3F / (2 pi a^2) with F = k d^1.5 and a^2 = R* d.
         pressure = 1.5 / math.pi * stiffness * np.sqrt(peak) / radius
         by_law = law.yield_pressures(stiffness, radius, chain.law_constants[real])
         limit = YIELD_PRESSURE * chain.yield_strength[real] if by_law is None else by_law
-        found[_PRESSURE] = float((pressure if by_law is None else np.minimum(pressure, by_law)).max())
-        found[_PRESSURE_TO_YIELD] = float((pressure / limit).max())
-        found[_CONTACT_RADIUS] = float((np.sqrt(radius * peak) / chain.smaller_radius[real]).max())
-    return found
+        figures[_PRESSURE] = float((pressure if by_law is None else np.minimum(pressure, by_law)).max())
+        figures[_PRESSURE_TO_YIELD] = float((pressure / limit).max())
+        figures[_CONTACT_RADIUS] = float((np.sqrt(radius * peak) / chain.smaller_radius[real]).max())
+    return figures
 
 
-def validity_cautions(found: Mapping[str, float], law: Law, wanted_forces: float) -> list[str]:
+def validity_cautions(figures: Mapping[str, float], law: Law, minimum_evaluations: float) -> list[str]:
     """Return a sentence for every assumption that the figures violate."""
     said = []
-    if found[_PRESSURE_TO_YIELD] > 1.0 and type(law).yield_pressures is Law.yield_pressures:
+    if figures[_PRESSURE_TO_YIELD] > 1.0 and type(law).yield_pressures is Law.yield_pressures:
         said.append(
-            f"the contact pressure reached {found[_PRESSURE]:.3g} Pa, {found[_PRESSURE_TO_YIELD]:.2g} times that of first "
+            f"the contact pressure reached {figures[_PRESSURE]:.3g} Pa, {figures[_PRESSURE_TO_YIELD]:.2g} times that of first "
             "yield: real grains would deform plastically"
         )
-    if found[_CONTACT_RADIUS] > _SMALL_CONTACT:
+    if figures[_CONTACT_RADIUS] > _SMALL_CONTACT:
         said.append(
-            f"contacts grew to {found[_CONTACT_RADIUS]:.2g} of the grain's radius "
+            f"contacts grew to {figures[_CONTACT_RADIUS]:.2g} of the grain's radius "
             f"(Hertz's law wants less than {_SMALL_CONTACT:g})"
         )
-    if found[_TIME_SCALE] < _SLOW_CONTACT:
+    if figures[_TIME_SCALE] < _SLOW_CONTACT:
         said.append(
-            f"collisions last {found[_TIME_SCALE]:.2g} oscillations of a grain "
+            f"collisions last {figures[_TIME_SCALE]:.2g} oscillations of a grain "
             f"(a static contact law wants more than {_SLOW_CONTACT:g})"
         )
-    if found[_FORCES] < wanted_forces:
+    if figures[_FORCES] < minimum_evaluations:
         said.append(
-            f"a contact got {found[_FORCES]:.0f} force evaluations ({wanted_forces:.0f} are wanted): take a smaller step_size"
+            f"a contact got {figures[_FORCES]:.0f} force evaluations ({minimum_evaluations:.0f} are wanted): "
+            "take a smaller step_size"
         )
     return said
 
 
-def _duration(reduced_mass: FloatArray, stiffness: FloatArray, overlap: FloatArray, exponent: float) -> FloatArray:
+def _collision_durations(reduced_mass: FloatArray, stiffness: FloatArray, overlap: FloatArray, exponent: float) -> FloatArray:
     """Return the durations of collisions with these largest overlaps, ignoring the loss, shape (contacts,) [s]."""
     if exponent == 1.5:
         return np.asarray(duration_of_overlap(reduced_mass, stiffness, overlap))
     return duration_times_frequency(exponent) / np.sqrt(exponent * stiffness * overlap ** (exponent - 1.0) / reduced_mass)
 
 
-def _oscillation(chain: Geometry) -> FloatArray:
+def _oscillation_periods(chain: Geometry) -> FloatArray:
     """Return T = 2.5 R / c1 of the slower side of each contact; a wall counts as the adjacent grain [s]."""
     periods = np.pad(2.5 * chain.radius / chain.sound_speed, 1, mode="edge")
     return np.maximum(periods[:-1], periods[1:])

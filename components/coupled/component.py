@@ -112,8 +112,8 @@ class Coupled(Component):
         micro = self.step_size / self.micro_steps
         self.grid = make_part(Grid, self, "grid", step_size=self.step_size, memory=self._block["grid"])
         self.automata = make_part(Automata, self, "automata", step_size=micro, memory=self._block["automata"])
-        self._include(self.grid, "grid")
-        self._include(self.automata, "automata", self.micro_steps)
+        self._include_part(self.grid, "grid")
+        self._include_part(self.automata, "automata", self.micro_steps)
 
     def _make_parts(self) -> None:
         rows, automata = len(self.interface.nodes), self.automata
@@ -360,7 +360,7 @@ class Coupled(Component):
         """Return the sides that automata can touch, with the current pairs, or None without side contacts."""
         if self._sides is None:
             return None
-        return self._sides._replace(pairs=self._block.room("side_pairs", 0), used=self._block.count("side_pairs"))
+        return self._sides._replace(pairs=self._block.reserve_rows("side_pairs", 0), used=self._block.count("side_pairs"))
 
     def _find_contacts(self) -> int:
         """Rebuild the lists of automata and sides that may touch; return a status if automata are too far out or too fast."""
@@ -372,9 +372,9 @@ class Coupled(Component):
             place, motion = self.automata.body.layout.place, self._automata_part.motion
             centres = self.reference + motion[X : Y + 1, place].T
             pairs = find_near(self._sides, self._places()[0], centres, loose, SKIN * self.automata.packing.diameter)
-            self._block.set_count("side_pairs", 0)
-            self._block.room("side_pairs", len(pairs))[: len(pairs)] = pairs
-            self._block.set_count("side_pairs", len(pairs))
+            self._block.set_row_count("side_pairs", 0)
+            self._block.reserve_rows("side_pairs", len(pairs))[: len(pairs)] = pairs
+            self._block.set_row_count("side_pairs", len(pairs))
         return status
 
     def _advance(self, ticks: int) -> int:
@@ -395,8 +395,8 @@ class Coupled(Component):
     def _divide_inputs(self) -> None:
         """Pass each part its own inputs."""
         for prefix, part in (("grid", self.grid), ("automata", self.automata)):
-            part._hold(part_values(prefix, self._held))
-        self._automata_follow_profile = self.automata.follows_profile
+            part._hold_inputs(part_values(prefix, self._held))
+        self._automata_follow_profile = self.automata.has_profile_input
         self._divided = self._held
 
     def _apply_to_automata(self, tick: int) -> None:
@@ -437,13 +437,13 @@ class Coupled(Component):
     def _explain(self, status: int) -> StepError:
         if status == INVERTED:
             self.grid.failed_at[:] = self._course.failure
-            return self.grid._explain(1).of_part("grid")
+            return self.grid._explain(1).with_part_prefix("grid")
         return self._explain_automata(status - _AUTOMATA_FAILED)
 
     def _explain_automata(self, status: int) -> StepError:
         """Return the error of the automata as an error of the coupled body."""
-        self.automata.adopt(max(int(self._course.failure[1]) - 1, 0) * self.micro_steps, {})
-        return self.automata._explain(status).of_part("automata")
+        self.automata.set_progress(max(int(self._course.failure[1]) - 1, 0) * self.micro_steps, {})
+        return self.automata._explain(status).with_part_prefix("automata")
 
     # -- reading ----------------------------------------------------------------------------------------------------
 

@@ -9,7 +9,7 @@ from pydantic import model_validator
 from ..automata.parameters import AutomataParameters
 from ..errors import ParameterError
 from ..grid.parameters import GridParameters
-from ..support.parameter_fields import Pair, Positive, field, refuse_far
+from ..support.parameter_fields import Pair, Positive, field, refuse_extreme_coordinates
 from ..support.validation import Parameters
 
 Scheme = Literal["force", "momentum", "literal"]
@@ -88,7 +88,7 @@ class CoupledParameters(Parameters):
                 expected="1 m, as thick as the slab of the grid",
                 at=("automata", "thickness"),
             )
-        refuse_far((("origin", place), one) for place, one in enumerate(self.origin))
+        refuse_extreme_coordinates((("origin", place), one) for place, one in enumerate(self.origin))
         if self.scheme == "literal" and self.micro_steps == 1:
             raise ParameterError(
                 "got 1 with scheme = literal, which differs from the others in sub-steps alone",

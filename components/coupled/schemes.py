@@ -19,7 +19,7 @@ from typing import NamedTuple
 from ..automata.loads import drift
 from ..grid import kernels as grid_kernels
 from ..grid.kernel_arrays import BOUNDARY_ANGULAR, BOUNDARY_IMPULSE, WORK
-from ..support.dispatch import dispatched
+from ..support.dispatch import dispatch_by_class
 from ..support.jit import internal, spliced
 from .exchange import assemble, follow, follow_velocities, kicked, settle_kick, take_rows
 from .loads import keep_before, settle_edges
@@ -50,7 +50,7 @@ class Literal(Lockstep):
     """The sub-steps of the paper, as written."""
 
 
-@dispatched
+@dispatch_by_class
 def begin_tick(steps, grid, automata, seam, factors, row):
     """Begin a tick.
 
@@ -64,12 +64,12 @@ def begin_tick(steps, grid, automata, seam, factors, row):
     """
 
 
-@dispatched
+@dispatch_by_class
 def move(steps, grid, automata, seam, factors, row):
     """Begin a step of the automata: half a kick, then the drift."""
 
 
-@dispatched
+@dispatch_by_class
 def act(steps, grid, automata, seam, tick, again):
     """End a step of the automata with half a kick, once its forces have been computed.
 
@@ -86,7 +86,7 @@ def act(steps, grid, automata, seam, tick, again):
     """
 
 
-@dispatched
+@dispatch_by_class
 def end_tick(steps, grid, automata, seam, factors, row, tick, again):
     """End a tick; return the number of an inverted cell, or -1."""
 

@@ -58,14 +58,14 @@ def chapman_jouguet(gas: Gas, pressure: float, density: float) -> Detonation:
     mach = math.sqrt(1.0 + h) + math.sqrt(h)
     speed = mach * sound
     # On the Rayleigh line, the sonic point is halfway between the initial state and the shocked state.
-    burnt = _behind_wave(gamma, mach, pressure, density, 1.0)
-    shocked = _behind_wave(gamma, mach, pressure, density, 2.0)
+    burnt = _state_behind_wave(gamma, mach, pressure, density, 1.0)
+    shocked = _state_behind_wave(gamma, mach, pressure, density, 2.0)
     return Detonation(speed, mach, burnt, shocked, math.sqrt(gamma * burnt.pressure / burnt.density))
 
 
-def _behind_wave(gamma: float, mach: float, pressure: float, density: float, way: float) -> Flow:
-    """Return a state on the Rayleigh line: `way` is 1 at the sonic point and 2 at the shocked state."""
+def _state_behind_wave(gamma: float, mach: float, pressure: float, density: float, branch: float) -> Flow:
+    """Return a state on the Rayleigh line: `branch` is 1 at the sonic point and 2 at the shocked state."""
     square = mach * mach
-    after = pressure * (1.0 + way * gamma * (square - 1.0) / (gamma + 1.0))
-    velocity = way * (square - 1.0) / ((gamma + 1.0) * square) * mach * math.sqrt(gamma * pressure / density)
-    return Flow(density / (1.0 - way * (square - 1.0) / ((gamma + 1.0) * square)), velocity, after)
+    after = pressure * (1.0 + branch * gamma * (square - 1.0) / (gamma + 1.0))
+    velocity = branch * (square - 1.0) / ((gamma + 1.0) * square) * mach * math.sqrt(gamma * pressure / density)
+    return Flow(density / (1.0 - branch * (square - 1.0) / ((gamma + 1.0) * square)), velocity, after)

@@ -275,11 +275,11 @@ class DetonationTube(Component):
         if len(reached) < _LEAST_SPEED_CELLS:
             return 0.0
         first, last = int(reached[0]), int(reached[-1])
-        return self._speed_between(max(first, last - _SPEED_CELLS), last) or self._speed_between(
+        return self._mean_front_speed(max(first, last - _SPEED_CELLS), last) or self._mean_front_speed(
             min(last, first + _SPEED_CELLS), first
         )
 
-    def _speed_between(self, earlier: int, later: int) -> float:
+    def _mean_front_speed(self, earlier: int, later: int) -> float:
         """Return the mean speed of a front from one cell to another [m/s], or 0 if no front ran in this direction."""
         begin, end = (float(self._state.arrival[cell]) for cell in (earlier, later))
         way = abs(later - earlier) * self.cell_size
@@ -292,7 +292,7 @@ class DetonationTube(Component):
         self._walls[:] = 0.0, self.parameters.length, 0.0, 0.0
         self._fill_regions()
         super()._start(seed, values)
-        self._refuse_bad_start()
+        self._refuse_invalid_start()
         state.area[:] = values.get("area", self.areas)
         self._walls[moving_mesh.LEFT_WALL_PRESSURE :] = state.pressure[0], state.pressure[-1]
         state.momentum[:] = state.density * state.velocity
@@ -307,7 +307,7 @@ class DetonationTube(Component):
         state.flags[kernel_arrays.LEFT_OPEN] = self.parameters.left.code == OPEN
         state.flags[kernel_arrays.RIGHT_OPEN] = self.parameters.right.code == OPEN
         state.flags[kernel_arrays.IGNITED] = burnt.any()
-        sums = self._sums()
+        sums = self._stored_amounts()
         self._block["start"][:] = sums["mass"], sums["momentum"], sums["energy"]
         return {} if self.parameters.has_pistons else {"area": self.areas}
 
@@ -322,7 +322,7 @@ class DetonationTube(Component):
             state.pressure[cells] = pressure
             state.velocity[cells], state.progress[cells] = region.velocity, region.progress
 
-    def _refuse_bad_start(self) -> None:
+    def _refuse_invalid_start(self) -> None:
         state, above_zero = self._state, "more than 0 everywhere: give an array, or use the parameter `regions`"
         for name, values, sound, expected in (
             ("density", state.density, state.density > 0.0, above_zero),
@@ -350,13 +350,13 @@ class DetonationTube(Component):
         signals = tick_signals(self._held, self._tick, ticks)
         used = np.array([self._block.count("events")])
         # At most one event for each gauge, the first ignition, both ends and both diaphragms.
-        events = Events(self._block.room("events", len(self.parameters.gauges) + 5), used)
+        events = Events(self._block.reserve_rows("events", len(self.parameters.gauges) + 5), used)
         tables, tick, failed = self.tables(), self._tick, self._failed
         if self.parameters.has_pistons:
             status = moving_mesh.advance(tables, self._walls, self._places, signals, tick, events, failed)
         else:
             status = kernels.advance(tables, signals, area_pattern(self._held), tick, events, failed)
-        self._block.set_count("events", int(used[0]))
+        self._block.set_row_count("events", int(used[0]))
         return int(status)
 
     def _explain(self, status: int) -> StepError:
@@ -364,12 +364,12 @@ class DetonationTube(Component):
         time, state = tick * self.step_size, self._state
         where = f"in cell {cell}, x = {self.centres[cell]:.6g} m, at {time:.9g} s"
 
-        def error(name: str, value: float, limit: float, said: str, index: int | None = cell) -> StepError:
-            return StepError(said, time=time, at=name, variable=name, index=index, value=value, limit=limit)
+        def error(name: str, value: float, limit: float, description: str, index: int | None = cell) -> StepError:
+            return StepError(description, time=time, at=name, variable=name, index=index, value=value, limit=limit)
 
         if status in (kernel_arrays.TOO_FAST, kernel_arrays.TOO_FAST_AHEAD):
             value, limit = float(self._courant_numbers(tick - 1)[cell]), kernels.LARGEST_COURANT
-            if status == kernel_arrays.TOO_FAST:  # judged by the smaller of both numbers, see `kernels.finish`
+            if status == kernel_arrays.TOO_FAST:  # judged by the smaller of both numbers, see `kernels.finish_tick`
                 value = min(value, float(self._courant_numbers()[cell]))
             fits = f"{_ADVISED_COURANT * self.step_size / value:.2g} s or less, now {self.step_size:g} s"
             said = f"reached {value:.4g} {where}, expected at most {limit:g}; take a step_size of {fits}"
@@ -401,10 +401,10 @@ class DetonationTube(Component):
     @property
     def mass(self) -> float:
         """Present mass of the gas in the tube [kg]."""
-        return self._sums()["mass"]
+        return self._stored_amounts()["mass"]
 
     @np.errstate(all="ignore")
-    def _sums(self) -> dict[str, float]:
+    def _stored_amounts(self) -> dict[str, float]:
         state = self._state
         volume = state.area * self.cell_size
         energy = float((state.energy * volume).sum())
@@ -415,7 +415,7 @@ class DetonationTube(Component):
 
     def balances(self) -> tuple[Balance, ...]:
         """Return the balances of energy, momentum and mass since the reset."""
-        sums, tally, start = self._sums(), self._block["tally"].tolist(), self._block["start"].tolist()
+        sums, tally, start = self._stored_amounts(), self._block["tally"].tolist(), self._block["start"].tolist()
         stored = {
             "internal_energy": sums["energy"] - sums["kinetic"] - sums["chemical"],
             "kinetic_energy": sums["kinetic"],
@@ -450,9 +450,9 @@ class DetonationTube(Component):
         }
 
     @property
-    def dud(self) -> str:
+    def missing_detonation(self) -> str:
         """Description of gas that could detonate but does not: not ignited, extinguished, or burning slowly; else ""."""
-        return ignition.describe_dud(self)
+        return ignition.missing_detonation_text(self)
 
     @property
     def unburnt_part(self) -> float:
@@ -462,11 +462,11 @@ class DetonationTube(Component):
 
     def conclusions(self) -> list[str]:
         """Return a sentence that states whether, where and when the gas ignited, and the unburnt fraction."""
-        return [ignition.conclude(self)]
+        return [ignition.ignition_conclusion(self)]
 
     def cautions(self) -> list[str]:
         """Return cautions about gas that does not burn, and about assumptions of the reaction law."""
-        return [*ignition.cautions(self), *self.parameters.chosen_reaction.cautions(self.cell_size)]
+        return [*ignition.ignition_cautions(self), *self.parameters.chosen_reaction.cautions(self.cell_size)]
 
     def drawables(self) -> tuple[Drawable, ...]:
         """Return a side view of the tube, coloured by pressure, and curves of pressure, velocity, temperature and progress."""

@@ -20,7 +20,7 @@ _NEWTON_TOLERANCE, _NEWTON_STEPS = 1e-9, 40
 
 
 @internal_inlined
-def flux_of(medium, density, velocity, pressure, fraction):
+def state_flux(medium, density, velocity, pressure, fraction):
     """Return the flux of a state: density [kg/m^3], velocity [m/s], pressure [Pa] and unreacted fraction."""
     mass = density * velocity
     heat = pressure * medium.gamma / (medium.gamma - 1.0)
@@ -121,12 +121,12 @@ def opening_flux(medium, state, side, outside):
     speed = out + 2.0 / (gamma - 1.0) * (c - sound)
     choked = (2.0 * c + (gamma - 1.0) * out) / (gamma + 1.0)
     if out >= c:
-        return flux_of(medium, r, u, p, y)
+        return state_flux(medium, r, u, p, y)
     if speed > sound:
         density = r * power(choked / c, 2.0 / (gamma - 1.0))
-        return flux_of(medium, density, side * choked, density * choked * choked / gamma, y)
+        return state_flux(medium, density, side * choked, density * choked * choked / gamma, y)
     if speed >= 0.0:
-        return flux_of(medium, gamma * room / (sound * sound), side * speed, room, y)
+        return state_flux(medium, gamma * room / (sound * sound), side * speed, room, y)
     return inflow_flux(medium, r, out, p, side, outside)
 
 
@@ -163,7 +163,7 @@ def inflow_flux(medium, density, out, pressure, side, outside):
     cooling = 1.0 - 0.5 * (gamma - 1.0) * w * w / (gamma * medium.gas_constant * room_temperature)
     pressure = outside * power(cooling, gamma / (gamma - 1.0))
     density = pressure / (medium.gas_constant * room_temperature * cooling)
-    return flux_of(medium, density, -side * w, pressure, 0.0)
+    return state_flux(medium, density, -side * w, pressure, 0.0)
 
 
 @internal
@@ -202,7 +202,7 @@ def inflow_velocity(medium, density, out, pressure, outside):
 def end_flux(medium, state, side, code, is_open, outside):
     """Return the flux at an end; `code` is defined in `boundaries`. A diaphragm is a wall until `is_open`."""
     if code == ABSORBING:
-        return flux_of(medium, state[0], state[1], state[2], state[3])
+        return state_flux(medium, state[0], state[1], state[2], state[3])
     if is_open:
         return opening_flux(medium, state, side, outside)
     if code == CLOSED or code == DIAPHRAGM or code == PISTON:

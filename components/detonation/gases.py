@@ -75,7 +75,7 @@ GasName = Annotated[str, AfterValidator(_validate_name)]
 """Parameter type: the name of a gas or a mixture."""
 
 
-def gas_at(value: str | Gas, pressure: float, temperature: float) -> Gas:
+def gas_from_name(value: str | Gas, pressure: float, temperature: float) -> Gas:
     """Return the gas with a given name at an initial state; table rows are interpolated linearly in pressure.
 
     Args:

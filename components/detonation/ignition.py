@@ -33,24 +33,24 @@ _AT_ONCE = 0.3
 _UNBURNT, _SLOW, _IDLE_CELLS = 0.01, 0.5, 10.0
 
 
-def heat_at_once(gas: Gas, ahead: Flow, pressure: float, volume: float) -> float:
+def constant_volume_heat(gas: Gas, ahead: Flow, pressure: float, volume: float) -> float:
     """Return the heat that brings gas to a pressure [Pa] in a constant volume [m^3], in J."""
     return volume * (pressure - ahead.pressure) / (gas.gamma - 1.0)
 
 
-def steady_power(gas: Gas, ahead: Flow, pressure: float, area: float) -> float:
+def steady_ignition_power(gas: Gas, ahead: Flow, pressure: float, area: float) -> float:
     """Return the power that keeps a zone at a pressure [Pa] while gas leaves it through an area [m^2], in W."""
     gamma, excess = gas.gamma, pressure - ahead.pressure
     speed = excess * math.sqrt(2.0 / (ahead.density * ((gamma + 1.0) * pressure + (gamma - 1.0) * ahead.pressure)))
     return gamma / (gamma - 1.0) * pressure * speed * area
 
 
-def pressure_needed(gas: DetonationTube) -> float:
+def ignition_pressure(gas: DetonationTube) -> float:
     """Return the pressure [Pa] to which gas must be heated at constant volume to ignite; NaN if the law has none."""
     return gas.parameters.chosen_reaction.ignition_pressure(gas.front, (gas.ahead.pressure, gas.ahead.density))
 
 
-def describe_dud(gas: DetonationTube) -> str:
+def missing_detonation_text(gas: DetonationTube) -> str:
     """Return a description of gas that could detonate but does not; "" for other gas."""
     _, _, state, _, tally = gas.tables()
     if isinstance(gas.parameters.chosen_reaction, Inert) or gas.unburnt_part <= _UNBURNT:
@@ -60,14 +60,14 @@ def describe_dud(gas: DetonationTube) -> str:
     return "the gas burns without a detonation" if 0.0 < gas.get("cj_ratio") < _SLOW else ""
 
 
-def conclude(gas: DetonationTube) -> str:
+def ignition_conclusion(gas: DetonationTube) -> str:
     """Return a sentence that states whether, where and when the gas ignited, and the unburnt fraction."""
     _, _, state, _, tally = gas.tables()
     if isinstance(gas.parameters.chosen_reaction, Inert):
         least, largest = (1e-3 * float(one) for one in (state.pressure.min(), state.pressure.max()))
         return f"the gas does not react; its pressure is {least:.4g} to {largest:.4g} kPa"
     if not state.flags[kernel_arrays.IGNITED]:
-        peak, needed = max(float(tally[kernel_arrays.PEAK]), float(state.pressure.max())), pressure_needed(gas)
+        peak, needed = max(float(tally[kernel_arrays.PEAK]), float(state.pressure.max())), ignition_pressure(gas)
         compared = (
             f"{1e-3 * peak:.4g} kPa" if math.isnan(needed) else f"{peak / needed:.2f} of the {1e-3 * needed:.4g} kPa it needs"
         )
@@ -76,20 +76,18 @@ def conclude(gas: DetonationTube) -> str:
     first, ratio = gas.events("ignited"), gas.get("cj_ratio")
     time = f"{1e6 * first[0].tick * gas.step_size:.4g} us after the start" if first else "before the start"
     runs = f"; the front ran at {ratio:.3f} of the speed of Chapman and Jouguet" if ratio else ""
-    return (
-        f"{describe_dud(gas) or f'the gas ignited {time}'}: {gas.unburnt_part:.0%} of it is unburnt; burnt gas lies from "
-        f"{begin:.4g} to {end:.4g} m{runs}"
-    )
+    outcome = missing_detonation_text(gas) or f"the gas ignited {time}"
+    return f"{outcome}: {gas.unburnt_part:.0%} of it is unburnt; burnt gas lies from {begin:.4g} to {end:.4g} m{runs}"
 
 
-def cautions(gas: DetonationTube) -> list[str]:
+def ignition_cautions(gas: DetonationTube) -> list[str]:
     """Return the heat or power that the ignition zone lacks if the gas does not burn."""
-    dud = describe_dud(gas)
-    if not dud:
+    text = missing_detonation_text(gas)
+    if not text:
         return []
-    said = f"{dud}, and its pressure is not that of a detonation"
+    said = f"{text}, and its pressure is not that of a detonation"
     p, ahead, (_, tube, state, _, tally) = gas.parameters, gas.ahead, gas.tables()
-    needed = pressure_needed(gas)
+    needed = ignition_pressure(gas)
     if state.flags[kernel_arrays.IGNITED] or math.isnan(needed):
         return [f"{said}; give more ignition_power, or a longer ignition_zone"]
     first, last = (int(cell) for cell in tube.heated)
@@ -97,8 +95,8 @@ def cautions(gas: DetonationTube) -> list[str]:
     # Areas through which gas leaves the zone; none at a wall.
     exits = [float(area) for inside, end, area in sides if inside or end.code in (OPEN, ABSORBING)]
     length = (last - first) * gas.cell_size / max(len(exits), 1)
-    heat = heat_at_once(gas.gas, ahead, needed, float(state.area[first:last].sum()) * gas.cell_size)
-    power = steady_power(gas.gas, ahead, needed, ordered_sum(*exits))
+    heat = constant_volume_heat(gas.gas, ahead, needed, float(state.area[first:last].sum()) * gas.cell_size)
+    power = steady_ignition_power(gas.gas, ahead, needed, ordered_sum(*exits))
     sound = math.sqrt(gas.gas.gamma * ahead.pressure / ahead.density)
     given = float(tally[kernel_arrays.IGNITION])
     enough = ", which is enough but came too slowly" if given >= heat else ""

@@ -22,13 +22,13 @@ def tick_signals(held: Mapping[str, Held], tick: int, ticks: int) -> FloatArray:
     """Return the mean of each input over each of `ticks` ticks, starting at `tick`, shape (ticks, SIGNALS)."""
     signals = np.zeros((ticks, SIGNALS))
     for name, column in COLUMNS.items():
-        signals[:, column] = _factors(held.get(name, 0.0), tick, ticks)
+        signals[:, column] = _mean_factors(held.get(name, 0.0), tick, ticks)
     area = held.get("area")
-    signals[:, AREA] = _factors(area, tick, ticks) if isinstance(area, CompiledProfile) else 1.0
+    signals[:, AREA] = _mean_factors(area, tick, ticks) if isinstance(area, CompiledProfile) else 1.0
     return signals
 
 
-def _factors(held: Any, tick: int, ticks: int) -> FloatArray | float:
+def _mean_factors(held: Any, tick: int, ticks: int) -> FloatArray | float:
     return held.mean_factors(tick, ticks) if isinstance(held, CompiledProfile) else held
 
 

@@ -42,7 +42,7 @@ from .kernel_arrays import (
     WALL_WORK,
 )  # fmt: skip
 from .limiters import limited_difference
-from .reactions.reaction import react
+from .reactions.reaction import advance_reaction
 
 # Largest Courant number (|u| + c) dt / dx that a tick accepts.
 LARGEST_COURANT = 0.9
@@ -73,11 +73,11 @@ def advance(tables, signals, areas, first_tick, events, failed):
         status = change_area(tables, areas, signals[row, AREA], failed)
         if status != 0:
             return status
-        status = flow(tables, signals[row], tick, events, failed)
+        status = heun_step(tables, signals[row], tick, events, failed)
         if status != 0:
             return status
         add_heat(tables, signals[row, POWER])
-        status = finish(tables, AT_REST, tick, events, failed)
+        status = finish_tick(tables, AT_REST, tick, events, failed)
         if status != 0:
             return status
     return 0
@@ -140,21 +140,21 @@ def load_first_stage(tables, failed):
 
 
 @internal
-def flow(tables, signals, tick, events, failed):
+def heun_step(tables, signals, tick, events, failed):
     """Move the gas by one step of Heun's method: the mean of the state and of the result of two whole steps.
 
     Returns 0, or a status if the first step leaves a density or pressure that is not positive.
     """
     load_stage(tables.state, tables.scratch.stage)
     compute_fluxes(tables, signals, tick, events)
-    tally_ends(tables)
-    update_first(tables)
+    tally_end_flows(tables)
+    write_first_step(tables)
     status = load_first_stage(tables, failed)
     if status != 0:
         return status
     compute_fluxes(tables, signals, tick, events)
-    tally_ends(tables)
-    update_second(tables)
+    tally_end_flows(tables)
+    write_second_step(tables)
     return 0
 
 
@@ -162,7 +162,7 @@ def flow(tables, signals, tick, events, failed):
 def compute_fluxes(tables, signals, tick, events):
     """Write the fluxes through all faces, for the stage in scratch."""
     medium, scratch = tables.medium, tables.scratch
-    fill_ghosts(tables)
+    fill_ghost_cells(tables)
     compute_slopes(medium.limiter, scratch)
     density, velocity, pressure, fraction = scratch.stage[0], scratch.stage[1], scratch.stage[2], scratch.stage[3]
     dr, du, dp, dy = scratch.slopes[0], scratch.slopes[1], scratch.slopes[2], scratch.slopes[3]
@@ -217,7 +217,7 @@ def add_event(events, tick, kind, index, value, limit):
 
 
 @internal
-def fill_ghosts(tables):
+def fill_ghost_cells(tables):
     """Write the ghost cells: the mirror image at a wall, a copy elsewhere."""
     state, stage = tables.state, tables.scratch.stage
     n = state.density.size
@@ -229,7 +229,7 @@ def fill_ghosts(tables):
 
 
 @internal
-def tally_ends(tables):
+def tally_end_flows(tables):
     """Tally the amounts that enter at the ends in one stage, i.e. half a step."""
     state, fluxes, tally = tables.state, tables.scratch.fluxes, tables.tally
     n = state.density.size
@@ -262,7 +262,7 @@ class Losses(NamedTuple):
 
 
 @internal_inlined
-def losses_of(fluxes, area, pressure, rate, i):
+def cell_losses(fluxes, area, pressure, rate, i):
     """Return the `Losses` of a cell; `rate` is the step over the length of a cell [s/m]."""
     mass, impulse, energy, fuel = fluxes[0], fluxes[1], fluxes[2], fluxes[3]
     before, behind = face_areas(area, i)
@@ -277,12 +277,12 @@ def losses_of(fluxes, area, pressure, rate, i):
 
 
 @internal
-def update_first(tables):
+def write_first_step(tables):
     """Write the state after a whole step."""
     medium, state, scratch = tables.medium, tables.state, tables.scratch
     first, rate, wall = scratch.first, medium.step_size / medium.cell_size, 0.0
     for i in range(state.area.size):
-        lost = losses_of(scratch.fluxes, state.area, scratch.stage[2], rate, i)
+        lost = cell_losses(scratch.fluxes, state.area, scratch.stage[2], rate, i)
         first[0, i] = state.density[i] - lost.density
         first[1, i] = state.momentum[i] - lost.momentum
         first[2, i] = state.energy[i] - lost.energy
@@ -292,12 +292,12 @@ def update_first(tables):
 
 
 @internal
-def update_second(tables):
+def write_second_step(tables):
     """Write the mean of the state and of the result of a second whole step."""
     medium, state, scratch = tables.medium, tables.state, tables.scratch
     first, rate, wall = scratch.first, medium.step_size / medium.cell_size, 0.0
     for i in range(state.area.size):
-        lost = losses_of(scratch.fluxes, state.area, scratch.stage[2], rate, i)
+        lost = cell_losses(scratch.fluxes, state.area, scratch.stage[2], rate, i)
         state.density[i] = 0.5 * (state.density[i] + (first[0, i] - lost.density))
         state.momentum[i] = 0.5 * (state.momentum[i] + (first[1, i] - lost.momentum))
         state.energy[i] = 0.5 * (state.energy[i] + (first[2, i] - lost.energy))
@@ -322,7 +322,7 @@ def add_heat(tables, heat_rate):
 
 
 @internal
-def finish(tables, motion, tick, events, failed):
+def finish_tick(tables, motion, tick, events, failed):
     """Let the gas react, compute velocity, pressure and progress, and record events; return 0 or a status.
 
     If the cells move, given by `motion`, waves are too fast only if they are too fast both for a cell at rest and for the
@@ -343,7 +343,7 @@ def finish(tables, motion, tick, events, failed):
             return NOT_POSITIVE
         if heat > 0.0 and fraction > 0.0:
             peak = pressure if pressure > peak else peak
-            new, written = react(law, density, pressure, fraction, medium.step_size)
+            new, written = advance_reaction(law, density, pressure, fraction, medium.step_size)
             if new != fraction:
                 burns = fraction - new > _LEAST_BURN
                 fraction = new
@@ -367,7 +367,7 @@ def finish(tables, motion, tick, events, failed):
         if burns and progress >= BURNT and state.arrival[i] < 0.0:
             part = (BURNT - old) / (progress - old) if old < BURNT else 0.0
             state.arrival[i] = (tick - 1 + part) * medium.step_size
-            note_front(tables.tube, state, i, progress, tick, events)
+            record_front(tables.tube, state, i, progress, tick, events)
         if burns and state.flags[IGNITED]:
             idle = 0.0
     tally[OVERWRITTEN] += overwritten * medium.cell_size
@@ -376,7 +376,7 @@ def finish(tables, motion, tick, events, failed):
 
 
 @internal
-def note_front(tube, state, cell, progress, tick, events):
+def record_front(tube, state, cell, progress, tick, events):
     """Record the front's passage through a cell: first ignition, a gauge, an end."""
     flags, last = state.flags, state.density.size - 1
     starts = flags[IGNITED] == 0

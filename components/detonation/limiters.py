@@ -15,11 +15,11 @@ LIMITERS: dict[str, float] = {"first_order": 0.0, "minmod": 1.0, "monotonized_ce
 
 
 @internal_inlined
-def limited_difference(theta, back, onward):
+def limited_difference(theta, backward, forward):
     """Return the limited difference over a cell; 0 at an extremum."""
-    a, b = abs(back), abs(onward)
-    middle = 0.5 * abs(back + onward)
+    a, b = abs(backward), abs(forward)
+    middle = 0.5 * abs(backward + forward)
     least = theta * a if theta * a < theta * b else theta * b
     least = middle if middle < least else least
-    signed = least if back > 0.0 else -least
-    return signed if back * onward > 0.0 else 0.0
+    signed = least if backward > 0.0 else -least
+    return signed if backward * forward > 0.0 else 0.0

@@ -23,11 +23,11 @@ from .kernels import (
     add_heat,
     compute_end_fluxes,
     compute_slopes,
-    fill_ghosts,
-    finish,
+    fill_ghost_cells,
+    finish_tick,
     load_first_stage,
     load_stage,
-    tally_ends,
+    tally_end_flows,
 )
 
 # Entries of the walls: positions of the ends, and mean pressures on them over the last tick.
@@ -63,7 +63,7 @@ def advance(tables, walls, places, signals, first_tick, events, failed):
         walls[LEFT] += step * velocities[0]
         walls[RIGHT] += step * velocities[1]
         after = (walls[RIGHT] - walls[LEFT]) / n
-        status = flow(tables, walls, signals[row], velocities, (before, after), tick, events, failed)
+        status = heun_step(tables, walls, signals[row], velocities, (before, after), tick, events, failed)
         if status != 0:
             return status
         medium = Medium(
@@ -71,7 +71,7 @@ def advance(tables, walls, places, signals, first_tick, events, failed):
         )  # fmt: skip
         now = Tables(medium, tables.tube, state, tables.scratch, tables.tally)
         add_heat(now, signals[row, POWER])
-        status = finish(now, motion, tick, events, failed)
+        status = finish_tick(now, motion, tick, events, failed)
         if status != 0:
             return status
         for i in range(n):
@@ -101,8 +101,8 @@ def refuse_long_tick(medium, state, motion, size, failed):
 
 
 @internal
-def flow(tables, walls, signals, velocities, sizes, tick, events, failed):
-    """Move gas and faces by one Heun step, as `kernels.flow` does; return 0 or a status.
+def heun_step(tables, walls, signals, velocities, sizes, tick, events, failed):
+    """Move gas and faces by one Heun step, as `kernels.heun_step` does; return 0 or a status.
 
     Args:
         tables: as in `advance`, like the following.
@@ -119,7 +119,7 @@ def flow(tables, walls, signals, velocities, sizes, tick, events, failed):
     load_stage(state, tables.scratch.stage)
     walls[LEFT_WALL_PRESSURE] = walls[RIGHT_WALL_PRESSURE] = 0.0
     compute_fluxes(tables, walls, signals, velocities, tick, events)
-    tally_ends(tables)
+    tally_end_flows(tables)
     for i in range(state.density.size):
         first[0, i] = (before * state.density[i] - step * (f[0, i + 1] - f[0, i])) / after
         first[1, i] = (before * state.momentum[i] - step * (f[1, i + 1] - f[1, i])) / after
@@ -129,7 +129,7 @@ def flow(tables, walls, signals, velocities, sizes, tick, events, failed):
     if status != 0:
         return status
     compute_fluxes(tables, walls, signals, velocities, tick, events)
-    tally_ends(tables)
+    tally_end_flows(tables)
     half = 0.5 / after
     for i in range(state.density.size):
         state.density[i] = half * (before * state.density[i] + (after * first[0, i] - step * (f[0, i + 1] - f[0, i])))
@@ -143,7 +143,7 @@ def flow(tables, walls, signals, velocities, sizes, tick, events, failed):
 def compute_fluxes(tables, walls, signals, velocities, tick, events):
     """Write the fluxes through all moving faces, for the stage in scratch."""
     medium, ends, scratch, n = tables.medium, tables.tube.ends, tables.scratch, tables.state.density.size
-    fill_ghosts(tables)
+    fill_ghost_cells(tables)
     density, velocity, pressure, fraction = scratch.stage[0], scratch.stage[1], scratch.stage[2], scratch.stage[3]
     if ends[0] == PISTON:
         velocity[0] = 2.0 * velocities[0] - velocity[1]

@@ -7,7 +7,7 @@ from pydantic import model_validator
 from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, SignedMagnitude, SignedPair, field
 from ..support.validation import Parameters
 from .boundaries import ChosenEnd, Closed, Piston
-from .gases import MIXTURES, Gas, GasName, gas_at
+from .gases import MIXTURES, Gas, GasName, gas_from_name
 from .limiters import LimiterName
 from .reactions import ChosenReaction, Inert, PressureBurn, Reaction
 
@@ -58,7 +58,7 @@ class DetonationParameters(Parameters):
     @property
     def chosen_gas(self) -> Gas:
         """The gas at the initial pressure."""
-        return gas_at(self.gas, self.initial_pressure, self.initial_temperature)
+        return gas_from_name(self.gas, self.initial_pressure, self.initial_temperature)
 
     @property
     def chosen_reaction(self) -> Reaction:

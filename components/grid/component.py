@@ -19,8 +19,8 @@ from ..materials.hypoelastic import logarithmic_strain
 from ..materials.plastic_law import yield_limit
 from ..profiles import CompiledProfile
 from ..support.float_arrays import FloatArray, norms
-from ..support.parts import thread_count
 from ..support.stable_step import refuse_large_step, suggest_step
+from ..support.threads import thread_count
 from ..variables import Variable
 from . import kernel_arrays, kernels
 from .boundaries import Free
@@ -69,7 +69,7 @@ class Grid(Component):
         try:
             self.mesh: Mesh = p.mesh.build()
         except ParameterError as error:
-            raise error.within("mesh") from None
+            raise error.with_outer_location("mesh") from None
         for name, boundary in p.boundaries.items():
             if not isinstance(boundary, Free) and not len(self.mesh.edges[name]):
                 raise ParameterError(
@@ -354,12 +354,12 @@ class Grid(Component):
         if not self._plastic:
             return Yields(np.zeros((1, 5)), np.zeros(1, dtype=np.int64))
         count = self._block.count("events")
-        return Yields(self._block.room("events", len(self.mesh.cells) - count), np.array([count]))
+        return Yields(self._block.reserve_rows("events", len(self.mesh.cells) - count), np.array([count]))
 
     def keep_events(self, yields: Yields) -> None:
         """Store the number of rows of `event_room` in use."""
         if self._plastic:
-            self._block.set_count("events", int(yields.used[0]))
+            self._block.set_row_count("events", int(yields.used[0]))
 
     def _explain(self, status: int) -> StepError:
         cell, tick = (int(number) for number in self.failed_at)

@@ -14,10 +14,17 @@ from math import sqrt
 
 import numpy as np
 
-from ..materials.hypoelastic import PlaneTensor, elastic_increment, energy_density, rotate_by_half, rotate_stress, rotation_of
+from ..materials.hypoelastic import (
+    PlaneTensor,
+    elastic_increment,
+    energy_density,
+    rotate_by_half_angle,
+    rotate_stress,
+    spin_rotation,
+)
 from ..materials.tensors import Moduli
 from ..support.jit import internal, internal_inlined, jit
-from ..support.parts import call_in_parts, split
+from ..support.threads import call_in_threads, split_range
 from .kernel_arrays import ABSORBED, ANGULAR, BOUNDARY_ANGULAR, BOUNDARY_IMPULSE, IMPULSE, WORK, Yields
 from .yielding import CellStep, plastic_step
 
@@ -103,7 +110,7 @@ def advance_cells(grid, state, corner_out, step, tick, yields, begin, end):
         exy, eyy = (mx_a * wbx - mx_b * wax) * scale, (mx_a * wby - mx_b * way) * scale
         # The old stress rotates by the rotation of the step, the mid-step increment by the second half of it.
         turn = 0.25 * (eyx - exy)
-        cosine, sine = rotation_of(2.0 * turn)
+        cosine, sine = spin_rotation(2.0 * turn)
         half_cosine = sqrt(0.5 + 0.5 * cosine)
         half_sine = turn * half_cosine
         # Hourglass forces grow with the hourglass motion that the velocity gradient does not include.
@@ -115,7 +122,7 @@ def advance_cells(grid, state, corner_out, step, tick, yields, begin, end):
         number = material[c]
         sxx, syy, sxy = rotate_stress(stresses[c, 0], stresses[c, 1], stresses[c, 3], cosine, sine)
         szz, shear_strain = stresses[c, 2], 0.5 * (exy + eyx)
-        turned_xx, turned_yy, turned_xy = rotate_by_half(exx, eyy, shear_strain, cosine, sine)
+        turned_xx, turned_yy, turned_xy = rotate_by_half_angle(exx, eyy, shear_strain, cosine, sine)
         dxx, dyy, dzz, dxy = elastic_increment(turned_xx, turned_yy, turned_xy, moduli[number, 0], moduli[number, 1])
         txx, tyy, tzz, txy = sxx + dxx, syy + dyy, szz + dzz, sxy + dxy
         if plastic:
@@ -427,16 +434,16 @@ def advance_in_parts(body, factors, tally, step, tick, yields, failure_out, part
 
     Only for a grid that cannot yield, because yield events must be in the order of the cells.
     """
-    cells, nodes = split(len(body.grid.cells), parts), split(len(body.grid.reference), parts)
+    cells, nodes = split_range(len(body.grid.cells), parts), split_range(len(body.grid.reference), parts)
     start_in_parts(body, factors, step)
     for row in range(len(factors)):
         now, again = tick + row + 1, row + 1 < len(factors)
-        found = call_in_parts(advance_part_of_cells, [(body, step, now, yields, *part) for part in cells])
+        found = call_in_threads(advance_part_of_cells, [(body, step, now, yields, *part) for part in cells])
         failed = [int(cell) for cell in found if cell >= 0]
         if failed:
             failure_out[:] = failed[0], now
             return 1
-        call_in_parts(finish_part_of_nodes, [(body, step, again, *part) for part in nodes])
+        call_in_threads(finish_part_of_nodes, [(body, step, again, *part) for part in nodes])
         finish_parts(body, factors, tally, row, step)
     return 0
 

@@ -11,7 +11,15 @@ from pydantic import AfterValidator, Field, SerializeAsAny, model_validator
 
 from ..errors import ParameterError
 from ..regions import ChosenArea
-from ..support.parameter_fields import Index, Pair, Positive, PositivePair, field, refuse_absurd, refuse_far
+from ..support.parameter_fields import (
+    Index,
+    Pair,
+    Positive,
+    PositivePair,
+    field,
+    refuse_extreme_coordinates,
+    refuse_extreme_values,
+)
 from ..support.tagged_union import ByName, Named
 from .mesh import Mesh, rectangle, without_cells
 
@@ -62,8 +70,8 @@ class Rectangle(Shape):
     @model_validator(mode="after")
     def _validate_magnitudes(self) -> Rectangle:
         sizes = self.cell_size if isinstance(self.cell_size, list) else [self.cell_size]
-        refuse_absurd((("cell_size",), one) for one in sizes)
-        refuse_far((("centre", place), one) for place, one in enumerate(self.centre or ()))
+        refuse_extreme_values((("cell_size",), one) for one in sizes)
+        refuse_extreme_coordinates((("centre", place), one) for place, one in enumerate(self.centre or ()))
         return self
 
     @property
@@ -111,8 +119,8 @@ class Quadrilaterals(Shape):
     def _validate(self) -> Quadrilaterals:
         nodes = np.array(self.nodes, dtype=np.float64)
         farthest = int(np.abs(nodes).max(axis=1).argmax())
-        refuse_far((("nodes", farthest), one) for one in self.nodes[farthest])
-        refuse_absurd([(("nodes",), float(np.ptp(nodes, axis=0).max()))])
+        refuse_extreme_coordinates((("nodes", farthest), one) for one in self.nodes[farthest])
+        refuse_extreme_values([(("nodes",), float(np.ptp(nodes, axis=0).max()))])
         self.build()
         return self
 

@@ -172,7 +172,7 @@ def _components(mesh: Mesh, name: str, boundary: Boundary) -> tuple[int, ...]:
         if extent.min() > _MISFIT * extent.max():
             raise ParameterError("a symmetry edge has to lie along x or y; this one does not", at=("boundaries", name))
         return (int(np.argmin(extent)),)
-    return boundary.axes if isinstance(boundary, PrescribedVelocity) else (0, 1)
+    return boundary.prescribed_axes if isinstance(boundary, PrescribedVelocity) else (0, 1)
 
 
 def dashpots(

@@ -6,11 +6,11 @@ from typing import Any
 
 from pydantic import field_validator, model_validator
 
-from ..errors import ParameterError, nearest
-from ..materials.elastic import Material, Preset, constants_of, preset_list
+from ..errors import ParameterError, spelling_hint
+from ..materials.elastic import Material, Preset, material_constants, preset_text
 from ..materials.plastic_law_catalogue import ChosenPlasticity, Elastic
 from ..regions import ChosenArea
-from ..support.parameter_fields import Index, Pair, Positive, field, refuse_absurd
+from ..support.parameter_fields import Index, Pair, Positive, field, refuse_extreme_values
 from ..support.validation import Parameters
 from .boundaries import ChosenBoundary
 from .mesh_parameters import ChosenShape, Rectangle
@@ -33,14 +33,14 @@ class GridParameters(Parameters):
         examples=[{"name": "rectangle", "columns": 8, "rows": 4}],
     )  # fmt: skip
     material: Preset | Material | list[Preset | Material] = field(
-        "steel", f"material, or the name of a preset ({preset_list()}); several for `regions` or `cell_material`", "1"
+        "steel", f"material, or the name of a preset ({preset_text()}); several for `regions` or `cell_material`", "1"
     )
     plasticity: list[ChosenPlasticity] = field(
         [Elastic()], "plastic law: elastic, von_mises, drucker_prager, or a table; one for all materials, or one each", "1"
     )
     regions: list[Region] = field([], "where materials lie; later ones cover earlier ones, material 0 is everywhere else", "1")
     cell_material: list[Index] | None = field(
-        None, "number of the material of each cell, instead of `regions`", "1", without="none"
+        None, "number of the material of each cell, instead of `regions`", "1", absent="none"
     )
     boundaries: dict[str, ChosenBoundary] = field(
         {}, "what each edge does: free (the default), fixed, symmetry, periodic, velocity, traction, absorbing", "1",
@@ -92,7 +92,7 @@ class GridParameters(Parameters):
 
     @model_validator(mode="after")
     def _validate_magnitudes(self) -> GridParameters:
-        refuse_absurd(constants_of(self.material))
+        refuse_extreme_values(material_constants(self.material))
         return self
 
     @model_validator(mode="after")
@@ -100,5 +100,5 @@ class GridParameters(Parameters):
         known = self.mesh.edge_names
         for name in self.boundaries:
             if name not in known:
-                raise ParameterError("is no edge of this mesh", hint=nearest(name, known), at=("boundaries", name))
+                raise ParameterError("is no edge of this mesh", hint=spelling_hint(name, known), at=("boundaries", name))
         return self

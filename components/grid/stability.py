@@ -60,5 +60,5 @@ def _compute_frequency(grid: Grid, conditions: Conditions, corner: FloatArray) -
         return state.force
 
     return stable_step.highest_frequency(
-        shape, size, held, grid.mass, force, kernels.norm_ratio, iterations=_ITERATIONS, settled=_SETTLED
+        shape, size, held, grid.mass, force, kernels.norm_ratio, iterations=_ITERATIONS, tolerance=_SETTLED
     )

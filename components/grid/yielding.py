@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from ..materials.hypoelastic import PlaneTensor
 from ..materials.plastic_law import PlasticLaw, return_stress, yield_limit
-from ..support.dispatch import dispatched
+from ..support.dispatch import dispatch_by_class
 from ..support.jit import internal
 
 
@@ -82,7 +82,7 @@ def law_list(laws: Sequence[PlasticLaw]) -> Any:
     return found
 
 
-@dispatched
+@dispatch_by_class
 def plastic_step(laws, material, step):
     """Return the `PlasticStep` of a cell.
 

@@ -17,7 +17,7 @@ from pydantic import model_validator
 
 from ..errors import ParameterError
 from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, field
-from .plastic_law import PlasticLaw, Returned, return_stress, yield_limit
+from .plastic_law import PlasticLaw, ReturnedStress, return_stress, yield_limit
 
 
 class DruckerPragerConstants(NamedTuple):
@@ -54,23 +54,23 @@ class DruckerPrager(PlasticLaw):
 
 
 @yield_limit.register(DruckerPragerConstants)
-def _limit(law, plastic_strain, pressure):
+def _yield_limit(law, plastic_strain, pressure):
     return law.yield_stress + law.hardening * plastic_strain + law.friction * pressure
 
 
 @return_stress.register(DruckerPragerConstants)
-def _return(law, moduli, plastic_strain, equivalent, pressure):
+def _return_stress(law, moduli, plastic_strain, equivalent, pressure):
     strength = law.yield_stress + law.hardening * plastic_strain
     bulk = moduli.first_lame + 2.0 * moduli.shear / 3.0
     beyond = equivalent - strength - law.friction * pressure
     if beyond <= 0.0:
-        return Returned(0.0, equivalent, pressure)
+        return ReturnedStress(0.0, equivalent, pressure)
     strain = beyond / (3.0 * moduli.shear + bulk * law.friction * law.dilatancy + law.hardening)
     left = equivalent - 3.0 * moduli.shear * strain
     if left >= 0.0:
-        return Returned(strain, left, pressure + bulk * law.dilatancy * strain)
+        return ReturnedStress(strain, left, pressure + bulk * law.dilatancy * strain)
     # Beyond the tip the deviator vanishes and the pressure returns to the tip. The opening counts as plastic strain, and
     # hardening moves the tip by H / a times that strain.
     strain = equivalent / (3.0 * moduli.shear) + (-strength / law.friction - pressure) / bulk
     strain /= 1.0 + law.hardening / (law.friction * bulk)
-    return Returned(strain, 0.0, -(strength + law.hardening * strain) / law.friction)
+    return ReturnedStress(strain, 0.0, -(strength + law.hardening * strain) / law.friction)

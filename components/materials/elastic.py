@@ -8,8 +8,8 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field, ValidationError
 
-from ..errors import Location, ParameterError, nearest, one_line
-from ..support.validation import Fixed, faults_of
+from ..errors import Location, ParameterError, one_line, spelling_hint
+from ..support.validation import Fixed, validation_faults
 
 
 class Material(Fixed):
@@ -41,7 +41,9 @@ class Material(Fixed):
         try:
             super().__init__(**fields)
         except ValidationError as error:
-            raise ParameterError(*(fault.of("Material") for fault in faults_of(error, fields, type(self)))) from None
+            raise ParameterError(
+                *(fault.with_source("Material") for fault in validation_faults(error, fields, type(self)))
+            ) from None
 
     @property
     def plane_compliance(self) -> float:
@@ -97,23 +99,23 @@ PRESETS = {
 }
 
 
-def constants_of(given: str | Material | list[str | Material]) -> Iterator[tuple[Location, float]]:
+def material_constants(material: str | Material | list[str | Material]) -> Iterator[tuple[Location, float]]:
     """Yield density and Young's modulus of the materials of a parameter `material`, each with its location there."""
-    for place, one in enumerate(given if isinstance(given, list) else [given]):
+    for place, one in enumerate(material if isinstance(material, list) else [material]):
         if isinstance(one, Material):
-            where: Location = ("material", place) if isinstance(given, list) else ("material",)
+            where: Location = ("material", place) if isinstance(material, list) else ("material",)
             yield (*where, "density"), one.density
             yield (*where, "young"), one.young
 
 
-def _no_preset(name: object) -> ParameterError:
-    hint = nearest(str(name), PRESETS, "or give density, young and poisson")
+def _preset_error(name: object) -> ParameterError:
+    hint = spelling_hint(str(name), PRESETS, "or give density, young and poisson")
     return ParameterError(f"got {one_line(name)}", expected="the name of a preset", hint=hint)
 
 
 def _validate_preset(name: str) -> str:
     if name not in PRESETS:
-        raise _no_preset(name)
+        raise _preset_error(name)
     return name
 
 
@@ -121,7 +123,7 @@ Preset = Annotated[str, AfterValidator(_validate_preset)]
 """Parameter type: the name of a preset."""
 
 
-def preset_list() -> str:
+def preset_text() -> str:
     """Return the presets and their constants, in one line."""
     return "; ".join(
         f"{name}: {one.density:g} kg/m^3, {one.young / 1e9:g} GPa, nu {one.poisson:g}, "
@@ -135,5 +137,5 @@ def material(value: str | Material) -> Material:
     if isinstance(value, Material):
         return value
     if not isinstance(value, str) or value not in PRESETS:
-        raise _no_preset(value).within("material")
+        raise _preset_error(value).with_outer_location("material")
     return PRESETS[value]

@@ -51,11 +51,11 @@ def strain_and_spin(f, g):
         2.0 * (azx * i.xz + azy * i.yz + azz * i.zz), lxy + lyx, lyz + lzy, lzx + lxz,
     )  # fmt: skip
     spin = Spin(lxy - lyx, lyz - lzy, lzx - lxz)
-    return Motion(turn_stress(strain, Spin(0.5 * spin.xy, 0.5 * spin.yz, 0.5 * spin.zx)), spin)
+    return Motion(rotate_tensor(strain, Spin(0.5 * spin.xy, 0.5 * spin.yz, 0.5 * spin.zx)), spin)
 
 
 @internal_inlined
-def turn_stress(stress, spin):
+def rotate_tensor(stress, spin):
     """Return a stress, or another symmetric tensor, rotated by the spin of a tick."""
     x, y, z = -0.5 * spin.yz, -0.5 * spin.zx, -0.5 * spin.xy
     scale = 2.0 / (1.0 + (x * x + y * y + z * z))

@@ -29,7 +29,7 @@ class PlaneTensor(NamedTuple):
 
 
 @internal_inlined
-def rotation_of(spin):
+def spin_rotation(spin):
     """Return cos and sin of the angle whose half has the tangent spin / 2.
 
     Args:
@@ -44,11 +44,11 @@ def rotation_of(spin):
 @internal_inlined
 def rotate_stress(xx, yy, xy, cosine, sine):
     """Return the in-plane stresses [Pa] rotated by an angle; zz does not change."""
-    return rotate_by_half(xx, yy, xy, cosine * cosine - sine * sine, 2.0 * sine * cosine)
+    return rotate_by_half_angle(xx, yy, xy, cosine * cosine - sine * sine, 2.0 * sine * cosine)
 
 
 @internal_inlined
-def rotate_by_half(xx, yy, xy, cosine, sine):
+def rotate_by_half_angle(xx, yy, xy, cosine, sine):
     """Return the in-plane entries of a symmetric tensor, rotated by half of an angle."""
     mean, half = 0.5 * (xx + yy), 0.5 * (xx - yy)
     turned = half * cosine - xy * sine

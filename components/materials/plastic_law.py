@@ -9,12 +9,12 @@ from __future__ import annotations
 from abc import abstractmethod
 from typing import Any, Literal, NamedTuple
 
-from ..support.dispatch import dispatched
+from ..support.dispatch import dispatch_by_class
 from ..support.parameter_fields import field
 from ..support.tagged_union import Named
 
 
-class Returned(NamedTuple):
+class ReturnedStress(NamedTuple):
     """The return of a trial stress to the yield surface.
 
     Attributes:
@@ -46,14 +46,14 @@ class Elastic(PlasticLaw):
         return
 
 
-@dispatched
+@dispatch_by_class
 def yield_limit(law, plastic_strain, pressure):
     """Return the equivalent stress at which the material yields, for a plastic strain and a pressure [Pa]."""
 
 
-@dispatched
+@dispatch_by_class
 def return_stress(law, moduli, plastic_strain, equivalent, pressure):
-    """Return the `Returned` of a trial stress.
+    """Return the `ReturnedStress` of a trial stress.
 
     Args:
         law: constants of the law.

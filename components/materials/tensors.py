@@ -168,19 +168,19 @@ def largest_principal(stress):
     for _ in range(_ROUNDS):
         if not xy * xy + yz * yz + zx * zx > limit:
             break
-        cosine, sine, tangent = _rotation(xx, yy, xy)
+        cosine, sine, tangent = _jacobi_rotation(xx, yy, xy)
         xx, yy, xy = xx - tangent * xy, yy + tangent * xy, 0.0
         zx, yz = cosine * zx - sine * yz, sine * zx + cosine * yz
         ax, bx = cosine * ax - sine * bx, sine * ax + cosine * bx
         ay, by = cosine * ay - sine * by, sine * ay + cosine * by
         az, bz = cosine * az - sine * bz, sine * az + cosine * bz
-        cosine, sine, tangent = _rotation(yy, zz, yz)
+        cosine, sine, tangent = _jacobi_rotation(yy, zz, yz)
         yy, zz, yz = yy - tangent * yz, zz + tangent * yz, 0.0
         xy, zx = cosine * xy - sine * zx, sine * xy + cosine * zx
         bx, cx = cosine * bx - sine * cx, sine * bx + cosine * cx
         by, cy = cosine * by - sine * cy, sine * by + cosine * cy
         bz, cz = cosine * bz - sine * cz, sine * bz + cosine * cz
-        cosine, sine, tangent = _rotation(zz, xx, zx)
+        cosine, sine, tangent = _jacobi_rotation(zz, xx, zx)
         zz, xx, zx = zz - tangent * zx, xx + tangent * zx, 0.0
         yz, xy = cosine * yz - sine * xy, sine * yz + cosine * xy
         cx, ax = cosine * cx - sine * ax, sine * cx + cosine * ax
@@ -194,7 +194,7 @@ def largest_principal(stress):
 
 
 @internal_inlined
-def _rotation(first, second, between):
+def _jacobi_rotation(first, second, between):
     """Return cosine, sine and tangent of the rotation that makes the entry between two axes vanish."""
     if between == 0.0:
         return 1.0, 0.0, 0.0

@@ -143,7 +143,7 @@ class FlowConstants(NamedTuple):
     heating: float
 
 
-class Advanced(NamedTuple):
+class AdvancedPoint(NamedTuple):
     """A point after a tick: Kirchhoff stress [Pa], plastic strain, temperature [K], plastic work of the tick [J/m^3]."""
 
     stress: SymmetricTensor
@@ -163,13 +163,13 @@ def elastic_moduli(law, temperature):
 
 
 @internal_inlined
-def expansion_of(law, temperature):
+def thermal_expansion(law, temperature):
     """Return alpha [1/K] at a temperature [K]."""
     return law.expansion + law.expansion_slope * (temperature - law.reference_temperature)
 
 
 @internal_inlined
-def hardening_of(law, strain):
+def hardening_factor(law, strain):
     """Return (1 + e / e0)^n."""
     return power(1.0 + strain * law.hardening_rate, law.hardening_exponent)
 
@@ -187,16 +187,16 @@ def initial_flow_stress(law, temperature):
 @internal_inlined
 def flow_stress(law, strain, temperature):
     """Return g [Pa] at an equivalent plastic strain and a temperature [K]."""
-    return initial_flow_stress(law, temperature) * hardening_of(law, strain)
+    return initial_flow_stress(law, temperature) * hardening_factor(law, strain)
 
 
 @internal_inlined
 def advance_stress(law, stress, strain, plastic_strain, temperature):
-    """Advance one point by a tick; return it as an `Advanced`.
+    """Advance one point by a tick; return it as an `AdvancedPoint`.
 
     Args:
         law: `FlowConstants`.
-        stress: Kirchhoff stress before the tick, rotated by its spin (`turn_stress`) [Pa].
+        stress: Kirchhoff stress before the tick, rotated by its spin (`rotate_tensor`) [Pa].
         strain: of the tick, D dt (`strain_and_spin`).
         plastic_strain: equivalent, before the tick.
         temperature: before the tick [K].
@@ -204,22 +204,22 @@ def advance_stress(law, stress, strain, plastic_strain, temperature):
     moduli = elastic_moduli(law, temperature)
     trial = trial_stress(stress, strain, moduli)
     before, equivalent, mean = equivalent_stress(stress), equivalent_stress(trial), trace(trial) / 3.0
-    flow = implicit_flow(law, before, equivalent, plastic_strain, temperature, moduli.shear)
+    flow = plastic_strain_increment(law, before, equivalent, plastic_strain, temperature, moduli.shear)
     if flow == 0.0:
-        return Advanced(trial, plastic_strain, temperature, 0.0)
+        return AdvancedPoint(trial, plastic_strain, temperature, 0.0)
     scale = 3.0 * moduli.shear * flow / equivalent
     xx, yy = trial.xx - scale * (trial.xx - mean), trial.yy - scale * (trial.yy - mean)
     zz = trial.zz - scale * (trial.zz - mean)
     xy, yz, zx = trial.xy - scale * trial.xy, trial.yz - scale * trial.yz, trial.zx - scale * trial.zx
     work = equivalent_stress(SymmetricTensor(xx, yy, zz, xy, yz, zx)) * flow
     rise = law.heating * work
-    swelling = expansion_of(law, temperature) * rise * (3.0 * moduli.first_lame + 2.0 * moduli.shear)
+    swelling = thermal_expansion(law, temperature) * rise * (3.0 * moduli.first_lame + 2.0 * moduli.shear)
     relaxed = SymmetricTensor(xx - swelling, yy - swelling, zz - swelling, xy, yz, zx)
-    return Advanced(relaxed, plastic_strain + flow, temperature + rise, work)
+    return AdvancedPoint(relaxed, plastic_strain + flow, temperature + rise, work)
 
 
 @internal_inlined
-def implicit_flow(law, before, trial, strain, temperature, shear):
+def plastic_strain_increment(law, before, trial, strain, temperature, shear):
     """Return the plastic strain of a tick, the root of q_trial - 3 mu de = g(e + de) (de / (e0' dt))^(1/m).
 
     The left side decreases with de, the right side increases: there is one root. Upward Newton steps are taken in de and cannot
@@ -236,7 +236,7 @@ def implicit_flow(law, before, trial, strain, temperature, shear):
     initial = initial_flow_stress(law, temperature)
     if not trial > law.still * initial:
         return 0.0
-    stress, triple = initial * hardening_of(law, strain), 3.0 * shear
+    stress, triple = initial * hardening_factor(law, strain), 3.0 * shear
     if not trial > law.still * stress:
         return 0.0
     hardness = law.hardening_rate / (1.0 + strain * law.hardening_rate)
@@ -248,7 +248,7 @@ def implicit_flow(law, before, trial, strain, temperature, shear):
         flow = min(largest, law.reference_flow * power(trial / stress, law.rate_exponent))
     for _ in range(_MOST_STEPS):
         added = flow * hardness
-        resistance = stress * _grown(added, law.hardening_exponent) * power(flow / law.reference_flow, law.rate_root)
+        resistance = stress * _power_1p(added, law.hardening_exponent) * power(flow / law.reference_flow, law.rate_root)
         slope = triple * flow + resistance * (law.rate_root + law.hardening_exponent * added / (1.0 + added))
         step = (trial - triple * flow - resistance) / slope
         flow = flow * (1.0 + step) if step > 0.0 else flow / (1.0 - step)
@@ -258,7 +258,7 @@ def implicit_flow(law, before, trial, strain, temperature, shear):
 
 
 @internal_inlined
-def _grown(x, p):
+def _power_1p(x, p):
     """Return (1 + x)^p for x >= 0 and 0 <= p <= 1; small x use the series, which takes a fifth of the time."""
     if x > _SHORT_SERIES:
         return power(1.0 + x, p)

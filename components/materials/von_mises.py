@@ -11,7 +11,7 @@ from __future__ import annotations
 from typing import Literal, NamedTuple
 
 from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, field
-from .plastic_law import PlasticLaw, Returned, return_stress, yield_limit
+from .plastic_law import PlasticLaw, ReturnedStress, return_stress, yield_limit
 
 
 class VonMisesConstants(NamedTuple):
@@ -34,14 +34,14 @@ class VonMises(PlasticLaw):
 
 
 @yield_limit.register(VonMisesConstants)
-def _limit(law, plastic_strain, pressure):
+def _yield_limit(law, plastic_strain, pressure):
     return law.yield_stress + law.hardening * plastic_strain
 
 
 @return_stress.register(VonMisesConstants)
-def _return(law, moduli, plastic_strain, equivalent, pressure):
+def _return_stress(law, moduli, plastic_strain, equivalent, pressure):
     beyond = equivalent - (law.yield_stress + law.hardening * plastic_strain)
     if beyond <= 0.0:
-        return Returned(0.0, equivalent, pressure)
+        return ReturnedStress(0.0, equivalent, pressure)
     strain = beyond / (3.0 * moduli.shear + law.hardening)
-    return Returned(strain, equivalent - 3.0 * moduli.shear * strain, pressure)
+    return ReturnedStress(strain, equivalent - 3.0 * moduli.shear * strain, pressure)

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..materials.finite_strain import nominal_stress, strain_and_spin, turn_stress
+from ..materials.finite_strain import nominal_stress, rotate_tensor, strain_and_spin
 from ..materials.tensors import (
     Tensor,
     add,
@@ -188,7 +188,7 @@ def update_stresses(points, law, plastic, state, pull, begin, end, failed):
             return STRAINED
         old[p, 0], old[p, 1], old[p, 2], old[p, 3], old[p, 4] = axx, axy, axz, ayx, ayy
         old[p, 5], old[p, 6], old[p, 7], old[p, 8] = ayz, azx, azy, azz
-        turned = turn_stress(load_symmetric(stresses, p), spin)
+        turned = rotate_tensor(load_symmetric(stresses, p), spin)
         if plastic:
             new = advance_stress(law, turned, strain, state.plastic_strain[p], state.temperature[p])
             if not new.plastic_strain < LARGEST_PLASTIC_STRAIN:

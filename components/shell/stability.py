@@ -57,7 +57,7 @@ def _compute_frequency(solid: Solid) -> float:
         return state.force
 
     return stable_step.highest_frequency(
-        shape, size, solid.nodes.prescribed > 0, mass, force, _norm_ratio, iterations=_ITERATIONS, settled=_SETTLED
+        shape, size, solid.nodes.prescribed > 0, mass, force, _norm_ratio, iterations=_ITERATIONS, tolerance=_SETTLED
     )
 
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..support.float_arrays import FloatArray, ordered_sum
-from ..support.parts import call_in_parts, split, thread_count
+from ..support.threads import call_in_threads, split_range, thread_count
 from . import kernels
 from .hourglass import hold_columns
 from .kernel_arrays import WALL_FORCE, WALL_IMPULSE, IntArray, Scratch, Solid, State, Tables
@@ -56,8 +56,8 @@ def advance_tick(
     solid, state, scratch, tally = tables
     kernels.drift(solid.nodes, solid.surface, state, scratch, signals, pressures, solid.step, tally)
     tally[WALL_IMPULSE] += 0.5 * solid.step * tally[WALL_FORCE]
-    parts = split(len(solid.points.volume), _part_count(solid))
-    found = call_in_parts(update_part, [(solid, state, scratch, *part, is_bearable) for part in parts])
+    parts = split_range(len(solid.points.volume), _part_count(solid))
+    found = call_in_threads(update_part, [(solid, state, scratch, *part, is_bearable) for part in parts])
     failures = [failure for part in found for failure in part]
     if not failures:
         finish_tick(tables, signals, pressures)
@@ -91,9 +91,9 @@ def write_forces(
     nodes = np.arange(len(solid.nodes.mass)) if nodes is None else nodes
     if len(columns):
         common = (tied, points, solid.law, solid.plastic, state, scratch)
-        call_in_parts(hold_columns, [(*common, part) for part in _parts(solid, columns)])
+        call_in_threads(hold_columns, [(*common, part) for part in _parts(solid, columns)])
     common = (points, solid.nodes, tied, scratch, state.force)
-    call_in_parts(kernels.gather_forces, [(*common, part) for part in _parts(solid, nodes)])
+    call_in_threads(kernels.gather_forces, [(*common, part) for part in _parts(solid, nodes)])
     if len(solid.bounce):
         state.force[nodes, 0] += (solid.wall[1] * solid.bounce * wall_depths(solid, state))[nodes]
 
@@ -151,7 +151,7 @@ def note_failure(failure: Failure, scratch: Scratch, tick: int, failed: IntArray
 
 
 def _parts(solid: Solid, numbers: IntArray) -> list[IntArray]:
-    return [numbers[begin:end] for begin, end in split(len(numbers), _part_count(solid))]
+    return [numbers[begin:end] for begin, end in split_range(len(numbers), _part_count(solid))]
 
 
 def _part_count(solid: Solid) -> int:

@@ -12,7 +12,7 @@ from .jit import jit
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 
 
-def _mix(word: npt.NDArray[np.uint64]) -> npt.NDArray[np.uint64]:
+def _splitmix64(word: npt.NDArray[np.uint64]) -> npt.NDArray[np.uint64]:
     """Apply the finaliser of SplitMix64 (Steele, Lea & Flood 2014)."""
     word = (word ^ (word >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     word = (word ^ (word >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
@@ -28,8 +28,8 @@ def uniform(seed: int, stream: int, count: int) -> npt.NDArray[np.float64]:
         count: number of values.
     """
     with np.errstate(over="ignore"):
-        key = _mix(_mix(np.array([seed], np.uint64) + _GOLDEN) + np.uint64(stream) * _GOLDEN)
-        words = _mix(key + (np.arange(count, dtype=np.uint64) + np.uint64(1)) * _GOLDEN)
+        key = _splitmix64(_splitmix64(np.array([seed], np.uint64) + _GOLDEN) + np.uint64(stream) * _GOLDEN)
+        words = _splitmix64(key + (np.arange(count, dtype=np.uint64) + np.uint64(1)) * _GOLDEN)
     return (words >> np.uint64(11)).astype(np.float64) * 2.0**-53
 
 
@@ -37,7 +37,7 @@ def uniform(seed: int, stream: int, count: int) -> npt.NDArray[np.float64]:
 _WORDS, _MIDDLE = 3, 12 * 32767.5
 
 
-mix_word: Any = jit(_mix)
+mix_word: Any = jit(_splitmix64)
 
 
 @jit

@@ -15,14 +15,14 @@ from typing import Any
 import numba
 from numba.extending import overload
 
-from .jit import OPTIONS, is_kept
+from .jit import OPTIONS, is_cached
 
 _COMPILED = {**OPTIONS, "no_cpython_wrapper": True}
 # Name -> class, for all classes used in dispatch: machine code distinguishes classes by their names.
 _classes: dict[str, type] = {}
 
 
-def dispatched(function: Callable[..., Any], *, inlined: bool = False, has_default: bool = False) -> Any:
+def dispatch_by_class(function: Callable[..., Any], *, inlined: bool = False, has_default: bool = False) -> Any:
     """Make a function dispatch on the class of its first argument, or on the argument itself if it is a class.
 
     ``function.register(Law)`` is a decorator for the implementation for one class: a named function of a module with the same
@@ -54,7 +54,7 @@ def dispatched(function: Callable[..., Any], *, inlined: bool = False, has_defau
         return implementation_for(getattr(law, "instance_class", type(law)))
 
     def register(kind: type) -> Callable[[Any], Any]:
-        _note_class(kind)
+        _register_class(kind)
 
         def add(implementation: Any) -> Any:
             implementations[kind] = implementation
@@ -69,7 +69,7 @@ def dispatched(function: Callable[..., Any], *, inlined: bool = False, has_defau
     return call
 
 
-def _note_class(kind: type) -> None:
+def _register_class(kind: type) -> None:
     """Refuse a second class with the same name; let numba pickle a class that other processes may not be able to import.
 
     The index of numba's cache names classes by their modules. If a module is part of neither this package nor a plug-in, the
@@ -82,5 +82,5 @@ def _note_class(kind: type) -> None:
             "by their names; rename one, or restart Python if it was defined again"
         )
     module = sys.modules.get(kind.__module__)
-    if module is not None and kind.__module__ != "__main__" and not is_kept(kind.__module__):
+    if module is not None and kind.__module__ != "__main__" and not is_cached(kind.__module__):
         numba.cloudpickle.register_pickle_by_value(module)  # type: ignore[attr-defined]

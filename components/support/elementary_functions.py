@@ -67,7 +67,7 @@ def fourier(real: FloatArray, imaginary: FloatArray) -> tuple[FloatArray, FloatA
     The transform of a real even sequence is real and even: two such sequences fit into one call, as real and imaginary part.
     """
     re, im = real.reshape(-1, 1).copy(), imaginary.reshape(-1, 1).copy()
-    for cosine, sine in _twiddles(len(real)):
+    for cosine, sine in _twiddle_factors(len(real)):
         # Stockham's order: no bit reversal, and every sum has two terms.
         half = len(re) // 2
         first_re, first_im, second_re, second_im = re[:half], im[:half], re[half:], im[half:]
@@ -79,7 +79,7 @@ def fourier(real: FloatArray, imaginary: FloatArray) -> tuple[FloatArray, FloatA
 
 
 @lru_cache(maxsize=8)
-def _twiddles(count: int) -> list[tuple[FloatArray, FloatArray]]:
+def _twiddle_factors(count: int) -> list[tuple[FloatArray, FloatArray]]:
     """Return cosine and sine of -2 pi k / length for each stage, shape (length / 2, 1)."""
     stages, length = [], count
     while length > 1:
@@ -89,18 +89,18 @@ def _twiddles(count: int) -> list[tuple[FloatArray, FloatArray]]:
     return stages
 
 
-def spline_through(values: FloatArray, finer: int) -> FloatArray:
-    """Return the natural cubic spline through equidistant values, at every 1/finer of their spacing.
+def natural_spline(values: FloatArray, refinement: int) -> FloatArray:
+    """Return the natural cubic spline through equidistant values, at every 1/refinement of their spacing.
 
     Args:
         values: shape (n,).
-        finer: points per interval.
+        refinement: points per interval.
 
     Returns:
-        Shape ((n - 1) finer + 1,).
+        Shape ((n - 1) refinement + 1,).
     """
-    curvature = _curvatures(values.tolist())
-    t = np.arange(finer) / finer
+    curvature = _spline_curvatures(values.tolist())
+    t = np.arange(refinement) / refinement
     pieces = []
     for (a, b), (p, q) in zip(pairwise(values.tolist()), pairwise(curvature), strict=True):
         s = 1.0 - t
@@ -108,7 +108,7 @@ def spline_through(values: FloatArray, finer: int) -> FloatArray:
     return np.concatenate([*pieces, values[-1:]])
 
 
-def _curvatures(values: list[float]) -> list[float]:
+def _spline_curvatures(values: list[float]) -> list[float]:
     """Second derivatives of that spline: p_(k-1) + 4 p_k + p_(k+1) = 6 (v_(k-1) - 2 v_k + v_(k+1)), 0 at the ends."""
     pivots, sides = [], []
     for before, here, after in zip(values, values[1:], values[2:], strict=False):

@@ -66,7 +66,7 @@ def internal_inlined(function: F) -> F:
 def _compile(function: F, **options: Any) -> F:
     if not JIT:
         return function
-    folder = cache_folder() if is_kept(function.__module__) else None
+    folder = cache_folder() if is_cached(function.__module__) else None
     before, _settings.CACHE_DIR = _settings.CACHE_DIR, str(folder or "")
     try:
         compiled: Any = numba.njit(**OPTIONS, **options, cache=folder is not None)
@@ -75,7 +75,7 @@ def _compile(function: F, **options: Any) -> F:
         _settings.CACHE_DIR = before
 
 
-def is_kept(module: str) -> bool:
+def is_cached(module: str) -> bool:
     """Return whether machine code of a module is cached on disk, i.e. whether it belongs to this package or a plug-in."""
     return module.partition(".")[0] in _hashed_packages()
 
@@ -89,21 +89,21 @@ def cache_folder() -> Path | None:
     """
     try:
         kernels = cache_base() / "kernels"
-        folder = kernels / hash_with_plugins()
+        folder = kernels / kernel_source_hash()
         is_new = not folder.is_dir()
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         os.utime(folder)
-        _delete_old(kernels)
+        _delete_old_folders(kernels)
     except (OSError, RuntimeError) as error:  # RuntimeError: no home folder
         reason = getattr(error, "strerror", None) or str(error)
-        tell(f"compiled kernels cannot be kept ({reason}): every process compiles them; set GRANULAR_ENV_CACHE")
+        print_notice(f"compiled kernels cannot be kept ({reason}): every process compiles them; set GRANULAR_ENV_CACHE")
         return None
     if is_new:
-        tell(f"the first run of each system compiles its kernels, which takes some seconds; they are kept in {folder}")
+        print_notice(f"the first run of each system compiles its kernels, which takes some seconds; they are kept in {folder}")
     return folder
 
 
-def tell(message: str) -> None:
+def print_notice(message: str) -> None:
     """Write one line to stderr, unless ``GRANULAR_ENV_QUIET`` is set to a value other than 0."""
     if os.environ.get("GRANULAR_ENV_QUIET", "0") in ("", "0") and sys.stderr is not None:
         print(f"granular-env: {message}", file=sys.stderr, flush=True)
@@ -117,14 +117,14 @@ def cache_base() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "granular-env"
 
 
-def _delete_old(kernels: Path) -> None:
+def _delete_old_folders(kernels: Path) -> None:
     limit = time.time() - _DAYS_KEPT * 86400
     for folder in kernels.iterdir():
         if folder.is_dir() and folder.stat().st_mtime < limit:
             shutil.rmtree(folder, ignore_errors=True)
 
 
-def hash_with_plugins() -> str:
+def kernel_source_hash() -> str:
     """Return a hash of the sources of all components and plug-ins, and of the versions of Python, numba and numpy."""
     state = hashlib.sha256(f"{sys.version} {numba.__version__} {np.__version__}".encode())
     for root in (Path(__file__).resolve().parent.parent, *_plugin_sources()):

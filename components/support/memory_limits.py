@@ -13,21 +13,21 @@ _COUNTLESS = 10**300
 _CONTAINER_LIMIT = Path("/sys/fs/cgroup/memory.max")
 
 
-def available() -> int | None:
+def available_memory() -> int | None:
     """Return the memory available to a program without displacing others, in bytes; None if the system does not report it.
 
     On Linux this is the kernel's estimate, at most the limit of the container; on other systems the memory of the machine.
     """
     amounts = [amount for amount in (_meminfo(), _container_limit()) if amount is not None]
-    return min(amounts) if amounts else whole_memory()
+    return min(amounts) if amounts else total_memory()
 
 
-def refuse_beyond(needed: int, what: str, kind: type[GranularError] = ParameterError) -> None:
-    """Raise an error of type `kind`, with both numbers, if more than the available bytes are needed."""
-    there = available()
+def refuse_excess_memory(needed: int, subject: str, error_type: type[GranularError] = ParameterError) -> None:
+    """Raise an error of type `error_type`, with both numbers, if more than the available bytes are needed."""
+    there = available_memory()
     if there is not None and needed > there:
-        raise kind(
-            f"{what} needs at least {min(needed, _COUNTLESS) / 1e9:.3g} GB of memory, {there / 1e9:.3g} GB are available; "
+        raise error_type(
+            f"{subject} needs at least {min(needed, _COUNTLESS) / 1e9:.3g} GB of memory, {there / 1e9:.3g} GB are available; "
             "ask for less, or use a machine with more"
         ) from MemoryError()
 
@@ -49,7 +49,7 @@ def _container_limit() -> int | None:
         return None
 
 
-def whole_memory() -> int | None:
+def total_memory() -> int | None:
     """Return the memory of this machine in bytes; None if the system does not report it."""
     try:
         return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")

@@ -14,14 +14,14 @@ from ..errors import Location, ParameterError
 LEAST, MOST = 1e-40, 1e40
 
 
-def refuse_absurd(values: Iterable[tuple[Location, float]]) -> None:
+def refuse_extreme_values(values: Iterable[tuple[Location, float]]) -> None:
     """Refuse positive numbers, each with its location, below `LEAST` or above `MOST`."""
     for location, value in values:
         if not LEAST <= value <= MOST:
             raise ParameterError(f"got {value:g}", expected=f"{LEAST:g} to {MOST:g}", at=location)
 
 
-def refuse_far(values: Iterable[tuple[Location, float]]) -> None:
+def refuse_extreme_coordinates(values: Iterable[tuple[Location, float]]) -> None:
     """Refuse coordinates, each with its location, whose magnitude is above `MOST`."""
     for location, value in values:
         if not abs(value) <= MOST:
@@ -30,12 +30,12 @@ def refuse_far(values: Iterable[tuple[Location, float]]) -> None:
 
 def _validate_magnitude(value: float) -> float:
     if value != 0.0:
-        refuse_absurd([((), abs(value))])
+        refuse_extreme_values([((), abs(value))])
     return value
 
 
 def _validate_signed(value: float) -> float:
-    refuse_far([((), value)])
+    refuse_extreme_coordinates([((), value)])
     return value
 
 
@@ -51,22 +51,22 @@ SignedMagnitude = Annotated[float, AfterValidator(_validate_signed)]
 SignedPair = Annotated[list[SignedMagnitude], Field(min_length=2, max_length=2)]
 
 
-def field(default: Any, description: str, unit: str, *, without: str | None = None, **bounds: Any) -> Any:
-    """Return a parameter field with its meaning and unit; `without` is the meaning of an absent value that is not computed."""
-    extra: dict[str, Any] = {"unit": unit} if without is None else {"unit": unit, "left_out": without}
+def field(default: Any, description: str, unit: str, *, absent: str | None = None, **bounds: Any) -> Any:
+    """Return a parameter field with its meaning and unit; `absent` is the meaning of an absent value that is not computed."""
+    extra: dict[str, Any] = {"unit": unit} if absent is None else {"unit": unit, "left_out": absent}
     return Field(default, description=description, json_schema_extra=extra, **bounds)
 
 
-def unit_of(field: FieldInfo) -> str:
+def field_unit(field: FieldInfo) -> str:
     """Return the unit that a parameter declares."""
-    return _extra(field, "unit", "")
+    return _field_extra(field, "unit", "")
 
 
-def left_out(field: FieldInfo) -> str:
+def absent_meaning(field: FieldInfo) -> str:
     """Return the meaning of an absent value: "automatic" if it is computed, or the declared words."""
-    return _extra(field, "left_out", "automatic")
+    return _field_extra(field, "left_out", "automatic")
 
 
-def _extra(field: FieldInfo, what: str, otherwise: str) -> str:
+def _field_extra(field: FieldInfo, key: str, default: str) -> str:
     extra = field.json_schema_extra
-    return str(extra.get(what, otherwise)) if isinstance(extra, dict) else otherwise
+    return str(extra.get(key, default)) if isinstance(extra, dict) else default

@@ -66,24 +66,24 @@ def _checksum(front: bytes | memoryview, parts: Iterable[bytes | memoryview]) ->
     return digest(bytes(front) + _CRC.pack(crc))
 
 
-def unpack(data: bytes | memoryview, most_text: int | None = None) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+def unpack(data: bytes | memoryview, text_limit: int | None = None) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """Return header and arrays (new, writable) of a block written by `pack`; raise `LogError` for anything else.
 
     Args:
         data: the block.
-        most_text: limit on the size of the JSON header in bytes: parsed JSON takes up to forty times its length.
+        text_limit: limit on the size of the JSON header in bytes: parsed JSON takes up to forty times its length.
     """
     if not isinstance(data, (bytes, bytearray, memoryview)):
         raise LogError(f"got {one_line(data)}", expected="the bytes of a packed block")
     try:
-        return _unpack(memoryview(data).cast("B"), most_text)
+        return _unpack(memoryview(data).cast("B"), text_limit)
     except LogError:
         raise
     except (ValueError, KeyError, TypeError, IndexError, struct.error, RecursionError, OverflowError) as error:
         raise LogError(f"a packed block is not readable: {error}", hint=_DAMAGED) from error
 
 
-def _unpack(view: memoryview, most_text: int | None) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+def _unpack(view: memoryview, text_limit: int | None) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     if len(view) < _HEAD.size + _DIGEST_SIZE:
         raise LogError(f"a packed block of {len(view)} bytes is too short to be one", hint="it was cut off")
     magic, version, length = _HEAD.unpack_from(view)
@@ -102,8 +102,8 @@ def _unpack(view: memoryview, most_text: int | None) -> tuple[dict[str, Any], di
     front = body[: _HEAD.size + length]
     if _checksum(front, [body[len(front) :]]) != stored:
         raise LogError("a packed block does not match its checksum", hint=_DAMAGED)
-    if most_text is not None and length > most_text:
-        raise LogError(f"a packed block's header has {length} bytes of text", expected=f"at most {most_text}")
+    if text_limit is not None and length > text_limit:
+        raise LogError(f"a packed block's header has {length} bytes of text", expected=f"at most {text_limit}")
     content = json.loads(bytes(front[_HEAD.size :]))
     arrays: dict[str, np.ndarray] = {}
     offset = len(front)

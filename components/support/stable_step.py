@@ -43,39 +43,39 @@ class ResultCache:
 def highest_frequency(
     shape: FloatArray,
     size: float,
-    held: npt.NDArray[np.bool_],
+    is_held: npt.NDArray[np.bool_],
     mass: FloatArray,
     force: Callable[[FloatArray], FloatArray],
     norm_ratio: Callable[[FloatArray, FloatArray, FloatArray], float],
     *,
     iterations: int,
-    settled: float,
+    tolerance: float,
 ) -> float:
     """Return a lower estimate of the highest angular frequency of a body at rest [rad/s]; 0 if all nodes are held.
 
     Args:
         shape: initial displacements, shape (n, dimensions).
         size: largest trial displacement [m]; small enough to leave the geometry unchanged.
-        held: mask of prescribed displacements, of the same shape, bool.
+        is_held: mask of prescribed displacements, of the same shape, bool.
         mass: of the nodes, shape (n,) [kg].
         force: function that returns the forces for displacements from rest, both of that shape [m, N].
         norm_ratio: function that returns |image| / |vector| in the mass-weighted norm.
         iterations: largest number of power iterations.
-        settled: relative change of the squared frequency at which the iteration stops.
+        tolerance: relative change of the squared frequency at which the iteration stops.
     """
     square = 0.0
     for _ in range(iterations):
-        shape[held] = 0.0
+        shape[is_held] = 0.0
         largest = float(np.abs(shape).max())
         if largest == 0.0:
             return 0.0
         vector = shape * (size / largest)
         found = force(vector)
-        found[held] = 0.0
+        found[is_held] = 0.0
         shape = found / (-mass[:, np.newaxis])
         # |K x| / |M x| in the mass-weighted norm lies between Rayleigh's quotient and the highest squared frequency.
         before, square = square, norm_ratio(shape, vector, mass)
-        if abs(square - before) <= settled * square:
+        if abs(square - before) <= tolerance * square:
             break
     return math.sqrt(square)
 

@@ -9,8 +9,8 @@ from typing import Any
 from pydantic import GetCoreSchemaHandler, SerializerFunctionWrapHandler, ValidationError, model_serializer
 from pydantic_core import CoreSchema, core_schema
 
-from ..errors import ParameterError, nearest, one_line
-from .validation import Choices, Parameters, faults_of
+from ..errors import ParameterError, one_line, spelling_hint
+from .validation import Choices, Parameters, validation_faults
 
 
 class Named(Parameters):
@@ -19,7 +19,7 @@ class Named(Parameters):
     name: Any
 
     @model_serializer(mode="wrap")
-    def _always_with_its_name(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
+    def _serialize_with_name(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
         """Include the name even if defaults are omitted: tables that differ only by name must have different identities."""
         return {"name": self.name, **serialize(self)}
 
@@ -37,42 +37,42 @@ class ByName(Choices):
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         """Select the table before pydantic validates it."""
-        return core_schema.no_info_before_validator_function(self.choose, handler(source))
+        return core_schema.no_info_before_validator_function(self.choose_table, handler(source))
 
-    def choose(self, given: Any) -> Named:
+    def choose_table(self, selection: Any) -> Named:
         """Return the table; raise a fault if it is unknown or not valid."""
-        if type(given) in self.choices.values():
-            return given
-        fields = {"name": given} if isinstance(given, str) else given
+        if type(selection) in self.choices.values():
+            return selection
+        fields = {"name": selection} if isinstance(selection, str) else selection
         known = ", ".join(self.choices)
         if not isinstance(fields, Mapping):
-            raise ParameterError(f"got {one_line(given)}", expected="a name, or a table with one", hint=f"known: {known}")
+            raise ParameterError(f"got {one_line(selection)}", expected="a name, or a table with one", hint=f"known: {known}")
         name = fields.get("name")
         if name is None:
             raise ParameterError("missing", hint=f"known: {known}", at="name")
         if not isinstance(name, str) or name not in self.choices:
-            at = () if isinstance(given, str) else ("name",)
-            hint = nearest(str(name), self.choices)
+            at = () if isinstance(selection, str) else ("name",)
+            hint = spelling_hint(str(name), self.choices)
             raise ParameterError(f"got {one_line(name)}", expected="a known name", hint=hint, at=at)
         model = self.choices[name]
         try:
             return model(**{str(key): value for key, value in fields.items()})
         except ValidationError as error:
-            raise ParameterError(*faults_of(error, fields, model)) from None
+            raise ParameterError(*validation_faults(error, fields, model)) from None
 
 
 @dataclass(frozen=True)
 class OneOrEach(ByName):
     """Select one table for all of several items, or a list with one table for each."""
 
-    def choose(self, given: Any) -> Any:
+    def choose_table(self, selection: Any) -> Any:
         """Return the table, or a list of tables; raise a fault with its position in the list."""
-        if not isinstance(given, (list, tuple)):
-            return super().choose(given)
+        if not isinstance(selection, (list, tuple)):
+            return super().choose_table(selection)
         chosen = []
-        for place, one in enumerate(given):
+        for place, one in enumerate(selection):
             try:
-                chosen.append(super().choose(one))
+                chosen.append(super().choose_table(one))
             except ParameterError as error:
-                raise error.within(place) from None
+                raise error.with_outer_location(place) from None
         return chosen

@@ -12,7 +12,7 @@ from typing import Any, TypeVar, get_args
 import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
-from ..errors import Fault, GranularError, Location, ParameterError, location_text, nearest, one_line, to_location
+from ..errors import Fault, GranularError, Location, ParameterError, location_text, one_line, spelling_hint, to_location
 
 Model = TypeVar("Model", bound=BaseModel)
 _FLOAT = np.dtype(np.float64)
@@ -32,9 +32,9 @@ class Fixed(BaseModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _plain(cls, given: Any) -> Any:
+    def _plain(cls, fields: Any) -> Any:
         """Return the fields in the types of pydantic: arrays and tuples as lists, numpy numbers as Python numbers."""
-        return {name: plain(value) for name, value in given.items()} if isinstance(given, dict) else given
+        return {name: to_plain(value) for name, value in fields.items()} if isinstance(fields, dict) else fields
 
 
 class Parameters(Fixed):
@@ -54,26 +54,26 @@ class Choices:
     choices: Mapping[str, type[Parameters]]
 
 
-def tables(model: type[BaseModel]) -> dict[str, Mapping[str, type[Parameters]]]:
+def table_choices(model: type[BaseModel]) -> dict[str, Mapping[str, type[Parameters]]]:
     """Return the parameters of a model that are tables chosen by name: parameter -> name -> table."""
     marks = ((name, mark) for name, field in model.model_fields.items() for mark in field.metadata)
     return {name: mark.choices for name, mark in marks if isinstance(mark, Choices)}
 
 
-def validate_parameters(model: type[Model], fields: Mapping[str, Any], where: str) -> Model:
+def validate_parameters(model: type[Model], fields: Mapping[str, Any], source: str) -> Model:
     """Return a model from keyword arguments; one `ParameterError` reports all faults and the names nearest to unknown ones."""
     try:
         return model(**fields)
     except ValidationError as error:
-        raise ParameterError(*(replace(fault, source=where) for fault in faults_of(error, fields, model))) from None
+        raise ParameterError(*(replace(fault, source=source) for fault in validation_faults(error, fields, model))) from None
 
 
-def faults_of(error: ValidationError, given: Any, model: type[BaseModel]) -> list[Fault]:
+def validation_faults(error: ValidationError, given: Any, model: type[BaseModel]) -> list[Fault]:
     """Return pydantic's errors as faults, located by the keys and indices of the given values."""
     groups: dict[str, list[Any]] = {}
     for one in error.errors():
         groups.setdefault(str(one["loc"][0]) if one["loc"] else "", []).append(one)
-    return list({str(fault): fault for group in groups.values() for fault in _faults_of_field(group, given, model)}.values())
+    return list({str(fault): fault for group in groups.values() for fault in _field_faults(group, given, model)}.values())
 
 
 # The expected value for each type of pydantic error.
@@ -99,12 +99,12 @@ _EXPECTED = {
 }
 
 
-def _faults_of_field(errors: list[Any], given: Any, model: type[BaseModel]) -> list[Fault]:
+def _field_faults(errors: list[Any], given: Any, model: type[BaseModel]) -> list[Fault]:
     """Return the faults of one field; for a union, those of the alternative with the matching type.
 
     The matching alternative has a value out of range, or the most deeply nested type error.
     """
-    located = [(_place(one["loc"], given), one["type"].endswith(("_type", "_parsing")), one) for one in errors]
+    located = [(_fault_location(one["loc"], given), one["type"].endswith(("_type", "_parsing")), one) for one in errors]
     outermost = min(len(place) for place, *_ in located)
     meant = []
     for place, is_of_type, one in located:
@@ -113,11 +113,11 @@ def _faults_of_field(errors: list[Any], given: Any, model: type[BaseModel]) -> l
             meant.append(one)
     alternatives = {one["loc"][1] for one in errors if len(one["loc"]) > 1}
     chosen = meant or (errors[:1] if len(alternatives) > 1 else errors)
-    return [fault for one in chosen for fault in _faults_of_error(one, given, model)]
+    return [fault for one in chosen for fault in _error_faults(one, given, model)]
 
 
-def _faults_of_error(error: Any, given: Any, model: type[BaseModel]) -> list[Fault]:
-    raised, place = error.get("ctx", {}).get("error"), _place(error["loc"], given)
+def _error_faults(error: Any, given: Any, model: type[BaseModel]) -> list[Fault]:
+    raised, place = error.get("ctx", {}).get("error"), _fault_location(error["loc"], given)
     if isinstance(raised, GranularError):  # raised by our own validator
         return [replace(fault, location=(*place, *fault.location), source="") for fault in raised.faults]
     return [_fault(error, place, given, model)]
@@ -130,7 +130,7 @@ def _fault(error: Any, place: Location, given: Any, model: type[BaseModel]) -> F
         key = str(place[-1])
         return Fault((*place[:-1], *to_location(f"[{key}]")) if _INDEX.fullmatch(key) else place, "unknown", hint=advice)
     if kind == "missing":
-        place = (*_place(error["loc"][:-1], given), error["loc"][-1])
+        place = (*_fault_location(error["loc"][:-1], given), error["loc"][-1])
         return Fault(place, "missing", hint=_advice_for_missing(place, model))
     if kind == "value_error":
         return Fault(place, str(error["ctx"]["error"]))
@@ -143,7 +143,7 @@ def _fault(error: Any, place: Location, given: Any, model: type[BaseModel]) -> F
     return Fault(place, f"got {one_line(error['input'])}", expected)
 
 
-def _place(loc: Location, given: Any) -> Location:
+def _fault_location(loc: Location, given: Any) -> Location:
     """Return a location without the names that pydantic inserts for alternatives of a union."""
     place = list(loc[:1])
     inner: Any = given.get(loc[0]) if loc and isinstance(given, Mapping) else None
@@ -157,16 +157,16 @@ def _place(loc: Location, given: Any) -> Location:
 def _advice_for_unknown(place: Location, given: Any, value: Any, model: type[BaseModel]) -> str:
     first, *further = place
     if further:
-        part = _part_of(model, first)
+        part = _table_model(model, first)
         return _advice_for_unknown(tuple(further), given[first], value, part) if part else "remove it"
     own = getattr(model, "advice_for_unknown", None)
     if own is not None and (advice := own(str(place[0]), given)):
         return advice
     known = (field.alias or key for key, field in model.model_fields.items())
-    return _owner(model, str(place[0]), value) or nearest(str(place[0]), known)
+    return _owner_hint(model, str(place[0]), value) or spelling_hint(str(place[0]), known)
 
 
-def _part_of(model: type[BaseModel], name: str | int) -> type[BaseModel] | None:
+def _table_model(model: type[BaseModel], name: str | int) -> type[BaseModel] | None:
     """Return the model of a field that holds a table, including an optional one."""
     field = model.model_fields.get(str(name))
     kinds = (field.annotation, *get_args(field.annotation)) if field else ()
@@ -174,7 +174,7 @@ def _part_of(model: type[BaseModel], name: str | int) -> type[BaseModel] | None:
 
 
 def _advice_for_missing(place: Location, model: type[BaseModel]) -> str:
-    part = _part_of(model, place[0]) if len(place) > 1 else None
+    part = _table_model(model, place[0]) if len(place) > 1 else None
     if part is not None:
         return _advice_for_missing(place[1:], part)
     fields = {field.alias or key: field for key, field in model.model_fields.items()}
@@ -186,9 +186,9 @@ def _advice_for_missing(place: Location, model: type[BaseModel]) -> str:
     return str(own) if own else f"it is {field.description}" if field.description else "it has no default"
 
 
-def _owner(model: type[BaseModel], name: str, value: Any) -> str:
+def _owner_hint(model: type[BaseModel], name: str, value: Any) -> str:
     """Return the hint for a name that belongs to a table chosen by another parameter; otherwise ""."""
-    for parameter, choices in tables(model).items():
+    for parameter, choices in table_choices(model).items():
         owners = [choice for choice, table in choices.items() if name in table.model_fields]
         if owners:
             example = f'{parameter} = {{"name": "{owners[0]}", "{name}": {one_line(value, 30)}}}'
@@ -234,7 +234,7 @@ def whole_number(at: str | Location, value: Any, least: int = 1, most: int | Non
     return int(value)
 
 
-def plain(value: Any) -> Any:
+def to_plain(value: Any) -> Any:
     """Return a parameter in the types of pydantic; a masked array is returned unchanged, so that it is refused."""
     match value:
         case np.ma.MaskedArray():
@@ -242,7 +242,7 @@ def plain(value: Any) -> Any:
         case np.ndarray() | np.generic():
             return value.tolist()
         case list() | tuple():
-            return [plain(part) for part in value]
+            return [to_plain(part) for part in value]
         case dict():
-            return {key: plain(part) for key, part in value.items()}
+            return {key: to_plain(part) for key, part in value.items()}
     return value

@@ -16,8 +16,8 @@ _ABSENT = ("wall_energy",)
 
 def join_energy(gas: Balance, shell: Balance, leaked: float) -> Balance:
     """Return the energy balance of both parts; leakage counts as a loss."""
-    stored = {name: amount for name, amount in _sums((gas.stored, shell.stored)).items() if name not in _ABSENT}
-    supplied, lost = _sums((gas.supplied, shell.supplied)), {**shell.lost, "leaked_energy": leaked}
+    stored = {name: amount for name, amount in _summed_entries((gas.stored, shell.stored)).items() if name not in _ABSENT}
+    supplied, lost = _summed_entries((gas.supplied, shell.supplied)), {**shell.lost, "leaked_energy": leaked}
     return Balance("energy", "J", stored, supplied, lost, gas.initial + shell.initial)
 
 
@@ -29,19 +29,19 @@ def join_mass(gas: Balance, shell: Balance, leaked: float) -> Balance:
 
 def join_momentum(gas: Balance, shell: Balance, leaked: float) -> Balance:
     """Return the momentum balance of both parts; gas momentum is along x, and `wall_impulse` acts from walls on the gas."""
-    ours = {name: along_x(amount) for name, amount in gas.supplied.items()}
+    ours = {name: vector_along_x(amount) for name, amount in gas.supplied.items()}
     theirs = {name: amount for name, amount in shell.supplied.items() if name != "wall_impulse"}
-    stored = {"momentum": along_x(gas.stored["momentum"]) + shell.stored["momentum"]}
-    lost = {"leaked_momentum": along_x(leaked)}
-    return Balance("momentum", "kg m/s", stored, {**ours, **theirs}, lost, along_x(gas.initial) + shell.initial)
+    stored = {"momentum": vector_along_x(gas.stored["momentum"]) + shell.stored["momentum"]}
+    lost = {"leaked_momentum": vector_along_x(leaked)}
+    return Balance("momentum", "kg m/s", stored, {**ours, **theirs}, lost, vector_along_x(gas.initial) + shell.initial)
 
 
-def along_x(amount: Amount) -> FloatArray:
+def vector_along_x(amount: Amount) -> FloatArray:
     """Return a vector along x with this component."""
     return np.array([float(amount), 0.0, 0.0])
 
 
-def _sums(parts: Sequence[Mapping[str, Amount]]) -> dict[str, Any]:
+def _summed_entries(parts: Sequence[Mapping[str, Amount]]) -> dict[str, Any]:
     """Return the entries of all parts; entries of the same name are added."""
     found: dict[str, Any] = {}
     for part in parts:

@@ -75,11 +75,11 @@ class Tube(Component):
         if words > _LARGE_STATE:
             gc.collect()  # a component is part of cycles, and would stay in memory until much later
         gas_step, shell_step = self.step_size / self.gas_steps, self.step_size / self.shell_steps
-        self.gas: DetonationTube = self._make_stepped(DetonationTube, "gas", gas_step)
-        self.shell: Shell = self._make_stepped(Shell, "shell", shell_step)
+        self.gas: DetonationTube = self._make_part_with_step(DetonationTube, "gas", gas_step)
+        self.shell: Shell = self._make_part_with_step(Shell, "shell", shell_step)
         del tables
-        self._include(self.gas, "gas", self.gas_steps)
-        self._include(self.shell, "shell", self.shell_steps)
+        self._include_part(self.gas, "gas", self.gas_steps)
+        self._include_part(self.shell, "shell", self.shell_steps)
         self.interface: Interface = self._find_interface()
         # Read from the field, which does not interpolate the parameters of the nodes.
         self._rest_radii: FloatArray = self.shell.get("mean_inner_radius")
@@ -93,10 +93,10 @@ class Tube(Component):
         """
         p = self.parameters
         self.step_size = max(gas.step_size, shell.step_size) if p.step_size is None else p.step_size
-        self.gas_steps: int = p.gas_steps or self._steps_in("gas", gas.longest_suggested_step)
-        self.shell_steps: int = p.shell_steps or self._steps_in("shell", shell.longest_suggested_step)
+        self.gas_steps: int = p.gas_steps or self._step_count("gas", gas.longest_suggested_step)
+        self.shell_steps: int = p.shell_steps or self._step_count("shell", shell.longest_suggested_step)
 
-    def _make_stepped(self, kind: type[Part], part: str, step: float) -> Part:
+    def _make_part_with_step(self, kind: type[Part], part: str, step: float) -> Part:
         """Return a part in this component's memory; report a step that is too large for it as a fault of its step number."""
         try:
             return make_part(kind, self, part, step_size=step, memory=self._block[part])
@@ -109,7 +109,7 @@ class Tube(Component):
                 expected=f"steps of {fault.expected}", hint="give more, or leave it out", at=f"{part}_steps",
             ) from None  # fmt: skip
 
-    def _steps_in(self, part: str, limit: float) -> int:
+    def _step_count(self, part: str, limit: float) -> int:
         """Return the number of steps of at most `limit` [s] that a part makes in an internal step."""
         steps = max(self.step_size / limit * (1.0 - 1e-9), 1.0)
         if not steps <= MOST_STEPS:
@@ -202,16 +202,16 @@ class Tube(Component):
         return f"got an event at station {wrong[0]:g} of {stations}" if len(wrong) else ""
 
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
-        self._begin(self.shell, "shell", seed, values, {})
+        self._start_part(self.shell, "shell", seed, values, {})
         state = self.shell.tables().state
         self._block["awake"][0] = any(bool(one.any()) for one in (state.displacement, state.velocity, state.stress))
         present = self._present_area()
-        area = present if self.parameters.coupling.moves_gas else self.gas.areas
-        starts = self._begin(self.gas, "gas", seed, values, {"area": area})
+        area = present if self.parameters.coupling.has_moving_wall else self.gas.areas
+        starts = self._start_part(self.gas, "gas", seed, values, {"area": area})
         self._block["peak_pressure"][:] = self._shell_pressure()
         return {f"gas_{name}": value for name, value in starts.items() if name != "area"}
 
-    def _begin(
+    def _start_part(
         self, part: Component, prefix: str, seed: int | None, values: Mapping[str, FloatArray], more: Mapping[str, FloatArray]
     ) -> Mapping[str, Any]:
         """Write the start state of a part; report faults in its values as faults of this component."""
@@ -250,14 +250,14 @@ class Tube(Component):
             return status
         widening = self._block["widening"]
         exchange.write_widening(self.interface, self.shell.tables().state, widening)
-        if not self.parameters.coupling.moves_gas:
-            self._note_growth(tick)
+        if not self.parameters.coupling.has_moving_wall:
+            self._record_growth(tick)
             return 0
         self._failed_tick = tick
         self._failed_cell = exchange.move_wall(self.gas.tables(), self.interface, after, widening, works)
         return 0 if self._failed_cell < 0 else _WALL
 
-    def _note_growth(self, tick: int) -> None:
+    def _record_growth(self, tick: int) -> None:
         """Record, once, that the one-way-coupled gas flows through a cross-section different from that of the wall."""
         station = int(self._block["widening"].argmax())
         growth = float(self._block["widening"][station])
@@ -274,15 +274,15 @@ class Tube(Component):
                 if name != "vent_area"
             }
             self._failed_tick = tick * self.gas_steps + step
-            self.gas.adopt(self._failed_tick, {})
-            self.gas._hold({**own, "area": gas.area})
+            self.gas.set_progress(self._failed_tick, {})
+            self.gas._hold_inputs({**own, "area": gas.area})
             status = self.gas._advance(1)
             if status:
                 return _GAS + status
-        self._let_out(tick)
+        self._leak_gas(tick)
         return 0
 
-    def _let_out(self, tick: int) -> None:
+    def _leak_gas(self, tick: int) -> None:
         """Let gas leak from the vent and from open cracks."""
         p, interface, overlaps, openings = (
             self.parameters,
@@ -290,7 +290,7 @@ class Tube(Component):
             self.interface.overlaps,
             np.zeros(self.gas.parameters.cells),
         )
-        if self._cracks_leak and self.shell.event_count:
+        if self._has_leaking_cracks and self.shell.event_count:
             areas = (self.shell.peek("crack_area") / interface.width)[overlaps.station]
             openings = interface.to_cells(areas * overlaps.length)
         if p.vent is not None:
@@ -298,12 +298,12 @@ class Tube(Component):
             openings[cell] += max(input_mean(self._held["vent_area"], tick), 0.0)
         if openings.any():
             medium, gas = self.gas.tables().medium, self.gas.tables().state
-            exchange.leak(medium, gas, openings, p.discharge, p.room_pressure, self.step_size, self._block["tally"])
+            exchange.leak_gas(medium, gas, openings, p.discharge, p.room_pressure, self.step_size, self._block["tally"])
 
     @property
-    def _cracks_leak(self) -> bool:
+    def _has_leaking_cracks(self) -> bool:
         """Return whether gas can leak through cracks."""
-        return self.parameters.coupling.leaks and self.parameters.shell.fracture.name != "none"
+        return self.parameters.coupling.has_leakage and self.parameters.shell.fracture.name != "none"
 
     def wake(self) -> None:
         """Let the shell move; otherwise it sleeps at rest until it is loaded."""
@@ -324,8 +324,8 @@ class Tube(Component):
             self._failed_tick = tick * self.shell_steps + step
             tables = self.shell.tables()
             area = tables.state.area.copy()
-            self.shell.adopt(self._failed_tick, {})
-            self.shell._hold({"pressure": acting - room})
+            self.shell.set_progress(self._failed_tick, {})
+            self.shell._hold_inputs({"pressure": acting - room})
             status = self.shell._advance(1)
             if status:
                 return _SHELL + status
@@ -337,15 +337,15 @@ class Tube(Component):
 
     def _explain(self, status: int) -> StepError:
         if _GAS < status < _SHELL:
-            return self._explain_part(self.gas, "gas", status - _GAS, self.gas_steps)
+            return self._part_error(self.gas, "gas", status - _GAS, self.gas_steps)
         if _SHELL < status < _WALL:
-            return self._explain_part(self.shell, "shell", status - _SHELL, self.shell_steps)
-        return self._explain_wall()
+            return self._part_error(self.shell, "shell", status - _SHELL, self.shell_steps)
+        return self._wall_error()
 
-    def _explain_part(self, part: Component, prefix: str, status: int, steps: int) -> StepError:
+    def _part_error(self, part: Component, prefix: str, status: int, steps: int) -> StepError:
         """Return the error of a part as an error of the tube."""
-        part.adopt(self._failed_tick, {})
-        error = part._explain(status).of_part(prefix)
+        part.set_progress(self._failed_tick, {})
+        error = part._explain(status).with_part_prefix(prefix)
         if part is self.shell and error.index is not None:
             x = self.parameters.position + self.shell.assembly.coordinates(error.index)[0]
             error = error.with_hint(f"x is that of the shell; of the gas it is {x:.4g} m")
@@ -353,7 +353,7 @@ class Tube(Component):
             return error
         return error.with_hint(f"the {prefix} makes {steps} such steps in a tick of {self.step_size:g} s")
 
-    def _explain_wall(self) -> StepError:
+    def _wall_error(self) -> StepError:
         """Return the error for a cell that has no pressure left after a motion of the wall."""
         cell, time = self._failed_cell, (self._failed_tick + 1) * self.step_size
         value = float(self.gas.tables().state.pressure[cell])
@@ -402,7 +402,7 @@ class Tube(Component):
 
     def conclusions(self) -> list[str]:
         """Return the conclusions of both parts, the load on the wall, and the time from which one-way coupling is not valid."""
-        dud, found = self.gas.dud, [f"gas: {text}" for text in self.gas.conclusions()]
+        missing_detonation, found = self.gas.missing_detonation, [f"gas: {text}" for text in self.gas.conclusions()]
         found.append(
             f"wall: the largest pressure on it was {1e-6 * self._block['peak_pressure'].max():.4g} MPa, and the cross-section "
             f"has changed by {100.0 * self._largest_change():.3g} % at most"
@@ -414,14 +414,14 @@ class Tube(Component):
                 f"not valid from {1e6 * event.tick * self.step_size:.4g} us on: the cross-section at {place:.4g} m had grown "
                 f"by {event.value:.0%}, and the gas of a one-way coupling flows as in a rigid tube; take coupling = 'two_way'"
             )
-        outcome = f"; {dud}" if dud else ""
+        outcome = f"; {missing_detonation}" if missing_detonation else ""
         return found + [f"shell: {text}{outcome if text.startswith('outcome: ') else ''}" for text in self.shell.conclusions()]
 
     def cautions(self) -> list[str]:
         """Return the cautions of the parts, and one if the motion of the wall should have affected the gas."""
         said = [f"gas: {text}" for text in self.gas.cautions()] + [f"shell: {text}" for text in self.shell.cautions()]
         change = self._largest_change()
-        if change > _LARGE_CHANGE and not self.parameters.coupling.moves_gas:
+        if change > _LARGE_CHANGE and not self.parameters.coupling.has_moving_wall:
             said.append(
                 f"the wall has changed the cross-section by {change:.1%}, which a gas in a rigid tube does not feel; take "
                 "coupling = 'two_way'"

@@ -130,7 +130,7 @@ def nozzle_flow(gamma, density, pressure, room_pressure):
 
 
 @jit
-def leak(medium, gas, openings, discharge, room_pressure, step, tally):
+def leak_gas(medium, gas, openings, discharge, room_pressure, step, tally):
     """Let gas leak through openings in the wall, with its velocity along the tube; there is no inflow.
 
     The remaining gas expands adiabatically, with pressure proportional to density^gamma, at most down to the room pressure.

@@ -26,12 +26,12 @@ class Coupling(Named):
     """A coupling, chosen by its `name`."""
 
     @property
-    def moves_gas(self) -> bool:
+    def has_moving_wall(self) -> bool:
         """Whether the gas has the present cross-section of the wall and loses the work on it."""
         return False
 
     @property
-    def leaks(self) -> bool:
+    def has_leakage(self) -> bool:
         """Whether gas leaks through open cracks."""
         return False
 
@@ -50,12 +50,12 @@ class TwoWay(Coupling):
     leakage: bool = field(True, "whether gas leaves through open cracks", "1")
 
     @property
-    def moves_gas(self) -> bool:
+    def has_moving_wall(self) -> bool:
         """Whether the gas has the present cross-section of the wall and loses the work on it."""
         return self.motion
 
     @property
-    def leaks(self) -> bool:
+    def has_leakage(self) -> bool:
         """Whether gas leaks through open cracks."""
         return self.leakage
 
@@ -90,7 +90,7 @@ class TubeParameters(Parameters):
         "Pa",
     )
     vent: NotNegativeMagnitude | None = field(
-        None, "place x of a vent, whose opening is the input `vent_area`", "m", without="none"
+        None, "place x of a vent, whose opening is the input `vent_area`", "m", absent="none"
     )
     discharge: Magnitude = field(
         0.8, "mass flow through an opening over that of the ideal nozzle; 0.6 to 0.85 with sharp edges", "1", le=1.0

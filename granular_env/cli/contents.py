@@ -49,7 +49,7 @@ def describe(name: str, for_programs: bool, overrides: Overrides) -> int:
     from granular_env.domains import environments, find_environment
 
     given = _arguments(overrides)
-    if name in catalogue.names():
+    if name in catalogue.component_names():
         if not overrides:
             _interpret_kernels()
         from granular_env import descriptions

@@ -57,7 +57,7 @@ def view(
             viewing.view(opened, web=web, exaggerate=exaggerate, colour=colour)
             return Status.DONE
     except ParameterError as error:
-        raise error.renamed("path", "save" if save else "screenshot" if screenshot else "foxglove_layout") from None
+        raise error.with_argument("path", "save" if save else "screenshot" if screenshot else "foxglove_layout") from None
     print(f"written: {written}")
     return Status.DONE
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.components.errors import ParameterError, nearest, one_line
+from granular_env.components.errors import ParameterError, one_line, spelling_hint
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.domains import domain_of, environments, load
 from granular_env.envs.environment import ComponentEnv
@@ -174,7 +174,9 @@ def find_environment(name: str, folder: Path | None = None) -> Callable[..., Any
     if (registered := task_names().get(name, name)) in environments():
         return load(environments()[registered].entry_point)
     if ":" not in name:
-        hint = nearest(name, list(task_names()), "one of your own is 'module:name' of a function that makes its environment")
+        hint = spelling_hint(
+            name, list(task_names()), "one of your own is 'module:name' of a function that makes its environment"
+        )
         raise ParameterError(f"got {name!r}", expected="the name of a task", hint=hint, at="name")
     if folder is not None and str(folder) not in sys.path:
         sys.path.insert(0, str(folder))

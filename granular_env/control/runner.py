@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from granular_env.code_hash import code_hash
-from granular_env.components.errors import ExperimentError, Fault, GranularError, ParameterError, nearest
+from granular_env.components.errors import ExperimentError, Fault, GranularError, ParameterError, spelling_hint
 from granular_env.components.support.validation import whole_number
 from granular_env.documents import Overrides, to_toml
 from granular_env.domains import gradient_domains
@@ -61,7 +61,7 @@ def run_study(
     wanted = list(only) or labels
     for name in wanted:
         if name not in labels:
-            raise ExperimentError(f"got {name!r}, which is no method of it", hint=nearest(name, labels), at="only")
+            raise ExperimentError(f"got {name!r}, which is no method of it", hint=spelling_hint(name, labels), at="only")
     methods = [method for method in study.method if method.label in wanted]
     for method in methods:
         method.refuse_unless_installed()
@@ -77,7 +77,7 @@ def run_study(
             try:
                 trials.append(_run_trial(study, method, seed, problem, shape, where, bar))
             except GranularError as error:
-                faults += [fault.of(f"{method.label}-{seed}") for fault in error.faults]
+                faults += [fault.with_source(f"{method.label}-{seed}") for fault in error.faults]
             except KeyboardInterrupt:
                 interrupted = True
                 break

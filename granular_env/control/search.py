@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from granular_env.components.errors import ExperimentError, StepError, nearest
+from granular_env.components.errors import ExperimentError, StepError, spelling_hint
 from granular_env.components.support.float_arrays import FloatArray
 
 from .drive import DriveShape
@@ -90,7 +90,9 @@ class Search:
         """
         known = self.problem.baselines()
         if name not in known:
-            raise ExperimentError(f"got {name!r}", expected="a baseline of this task", hint=nearest(name, known), at="begin")
+            raise ExperimentError(
+                f"got {name!r}", expected="a baseline of this task", hint=spelling_hint(name, known), at="begin"
+            )
         if self.remaining_steps < self.problem.steps:
             raise BudgetSpentError
         self.count(self.problem.steps)

@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import PrivateAttr, ValidationError
 
 from granular_env.components.errors import ExperimentError, Fault, GranularError, Override, StepError
-from granular_env.components.support.validation import faults_of
+from granular_env.components.support.validation import validation_faults
 
 from .files import find, read
 from .overrides import Overrides, set_key, source_of, to_overrides
@@ -63,7 +63,7 @@ class Document(Table):
             document._origin, document._folder, document._overrides = origin, folder or Path(), overrides
             return document
         except ValidationError as error:
-            faults = faults_of(error, content, cls)
+            faults = validation_faults(error, content, cls)
         except (ValueError, TypeError, ArithmeticError, RecursionError, LookupError) as error:
             faults = [Fault(received=f"not usable: {error}")]
         raise ExperimentError(*(replace(one, source=source_of(one.location, origin, overrides)) for one in faults))
@@ -88,7 +88,7 @@ class Document(Table):
 
     def locate_fault(self, fault: Fault, *location: str | int) -> Fault:
         """Return a fault with its location in this document, and the override or file that contains it."""
-        placed = fault.within(*location)
+        placed = fault.with_outer_location(*location)
         return replace(placed, source=source_of(placed.location, self.origin, self.overrides))
 
 

@@ -10,7 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from granular_env.components.csv_history import LARGEST_FILE, read_bounded
+from granular_env.components.csv_history import LARGEST_FILE, read_limited_file
 from granular_env.components.errors import ExperimentError, one_line
 from granular_env.package_contents import shipped_files
 
@@ -49,7 +49,7 @@ def find(source: Any, kind: str, shelf: str) -> Path:
 def read_data(path: Path) -> bytes:
     """Return the bytes of a CSV file named in a document; `ExperimentError` if it cannot be read."""
     try:
-        return read_bounded(path, LARGEST_FILE, "thin the samples out", ExperimentError)
+        return read_limited_file(path, LARGEST_FILE, "thin the samples out", ExperimentError)
     except ExperimentError:
         raise
     except (OSError, ValueError) as error:
@@ -76,7 +76,7 @@ def nearest_names(name: str, known: Iterable[str]) -> str:
 
 def read(path: Path) -> dict[str, Any]:
     """Return the content of a TOML file; `ExperimentError` with the line of a syntax error."""
-    data = read_bounded(path, _LARGEST_FILE, "put long histories into a CSV file", ExperimentError)
+    data = read_limited_file(path, _LARGEST_FILE, "put long histories into a CSV file", ExperimentError)
     try:
         return tomllib.loads(data.decode("utf-8-sig"))
     except (ValueError, RecursionError, ArithmeticError) as error:

@@ -9,8 +9,8 @@ from typing import Any, Self, get_args
 from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ModelWrapValidatorHandler, ValidationError, model_validator
 from pydantic_core import CoreSchema, core_schema
 
-from granular_env.components.errors import ParameterError, nearest, one_line
-from granular_env.components.support.validation import faults_of
+from granular_env.components.errors import ParameterError, one_line, spelling_hint
+from granular_env.components.support.validation import validation_faults
 
 
 class Table(BaseModel):
@@ -33,7 +33,7 @@ class Table(BaseModel):
         try:
             return handler(given)
         except ValidationError as error:
-            raise ParameterError(*faults_of(error, given, cls)) from None
+            raise ParameterError(*validation_faults(error, given, cls)) from None
 
 
 @dataclass(frozen=True)
@@ -58,5 +58,5 @@ class ByKey:
         value = given.get(self.key)
         if not isinstance(value, str) or value not in choices:
             received = "missing" if value is None else f"got {one_line(value)}"
-            raise ParameterError(received, hint=nearest(str(value), choices), at=(self.key,))
+            raise ParameterError(received, hint=spelling_hint(str(value), choices), at=(self.key,))
         return choices[value].model_validate(given)

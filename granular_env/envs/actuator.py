@@ -60,7 +60,7 @@ class Actuator:
 
     def begin(self, component: Component) -> FloatArray:
         """Return the memory for the case that the start inputs had always been commanded."""
-        held = [np.ravel(element.of(component.get(element.name))) for element, *_ in self.driven]
+        held = [np.ravel(element.select_from(component.get(element.name))) for element, *_ in self.driven]
         return np.tile(np.concatenate(held) / self.scales, 1 + self.delay)
 
     def act(self, actions: FloatArray, memory: FloatArray) -> FloatArray:

@@ -309,7 +309,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         """Return new values of the task's outputs, or an empty mapping if they are not needed."""
         if self._rows is not None and self.info == "brief":
             return {}
-        return {name: element.of(self.component.get(element.name)) for name, element in self._elements}
+        return {name: element.select_from(self.component.get(element.name)) for name, element in self._elements}
 
     def _observation(self, seen: Mapping[str, Any]) -> Observation:
         def read(name: str) -> FloatArray:

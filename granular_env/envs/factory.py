@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping
 from functools import wraps
 from typing import Any, ParamSpec, TypedDict, TypeVar, get_args, get_type_hints
 
-from ..components.catalogue import own_names
-from ..components.errors import ParameterError, nearest, one_line
+from ..components.catalogue import built_in_names
+from ..components.errors import ParameterError, one_line, spelling_hint
 from .environment import ComponentEnv
 
 Given = ParamSpec("Given")
@@ -58,7 +58,7 @@ def refuse_unknown(make: Callable[..., Any], given: Mapping[str, Any]) -> None:
             known += get_type_hints(options_type(make))
     for name in given:
         if name not in known:
-            raise ParameterError("unknown", source=make.__name__, hint=nearest(name, known), at=name)
+            raise ParameterError("unknown", source=make.__name__, hint=spelling_hint(name, known), at=name)
 
 
 def options_type(make: Callable[..., Any]) -> Any:
@@ -68,7 +68,7 @@ def options_type(make: Callable[..., Any]) -> Any:
 
 def refuse_given_twice(given: Mapping[str, Any]) -> None:
     """Raise `ParameterError` for component parameters that are not a mapping or duplicate arguments of the factory."""
-    for component in (name for name in own_names() if given.get(name) is not None):
+    for component in (name for name in built_in_names() if given.get(name) is not None):
         if not isinstance(given[component], Mapping):
             raise ParameterError(f"got {one_line(given[component])}", expected="a mapping of its parameters", at=component)
         for name in given[component]:

@@ -16,7 +16,7 @@ from typing import Any
 from numpy.random import Generator
 
 from ..components.component import Component
-from ..components.errors import ParameterError, nearest, one_line
+from ..components.errors import ParameterError, one_line, spelling_hint
 from ..components.support.validation import finite_number
 from ..components.variables import check_index, parse_index
 from .state import Drawn
@@ -54,7 +54,7 @@ class Randomization:
             elif name in numbers:
                 self.parameters[name] = dict(bounds) if isinstance(bounds, Mapping) else _range(name, bounds)
             else:
-                hint = nearest(name, [*numbers, *shapes])
+                hint = spelling_hint(name, [*numbers, *shapes])
                 raise ParameterError(f"{one_line(name)} is nothing that can be drawn", hint=hint, at="randomise")
 
     def draw(self, random: Generator) -> Drawn:

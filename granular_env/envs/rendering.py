@@ -43,7 +43,7 @@ def draw(component: Component, task: Task, wanted: FloatArray | None = None) -> 
     points, cells = main_points(visible_points(drawables)), [one for one in drawables if isinstance(one, Cells)]
     if points is None and not cells:
         outputs = [(parse_element(name), scale) for name, scale in task.observations.items()]
-        values = np.concatenate([np.ravel(one.of(component.get(one.name))) / scale for one, scale in outputs])
+        values = np.concatenate([np.ravel(one.select_from(component.get(one.name))) / scale for one, scale in outputs])
         columns = _MARGIN + (np.arange(len(values)) + 0.5) * (WIDTH - 2 * _MARGIN) / len(values)
         _draw_graph(pen, columns, values, colours_of(values), _LARGE_DOT)
         return np.array(image)
@@ -62,7 +62,7 @@ def _caption(component: Component, task: Task) -> str:
     parts = [task.name, f"t = {component.time * 1e3:.4f} ms" if component.step_size < 1e-3 else f"t = {component.time:.2f} s"]
     for name in task.actions:
         element = parse_element(name)
-        value, unit = element.of(component.get(element.name)), component.variables[element.name].unit
+        value, unit = element.select_from(component.get(element.name)), component.variables[element.name].unit
         amount = f"{name} = {value:+.3g}" if np.ndim(value) == 0 else f"|{name}| <= {np.abs(value).max():.3g}"
         parts.append(f"{amount} {unit}")
     return "      ".join(parts)

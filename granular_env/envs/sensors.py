@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..components.component import Component
-from ..components.errors import ParameterError, nearest, one_line
+from ..components.errors import ParameterError, one_line, spelling_hint
 from ..components.support.counter_random import normal, stream_key
 from ..components.support.float_arrays import FloatArray
 from ..components.support.jit import JIT, jit
@@ -109,7 +109,9 @@ def _choose(observe: Any, component: Component, task: Task) -> Iterator[tuple[st
     scales |= {element.name: scale for element, scale in own}
     for name, places in observe.items():
         if name not in scales:
-            raise ParameterError(f"no output {one_line(name)} with a scale", hint=nearest(str(name), scales), at="observe")
+            raise ParameterError(
+                f"no output {one_line(name)} with a scale", hint=spelling_hint(str(name), scales), at="observe"
+            )
         if isinstance(places, str) and places == _EVERYTHING:
             yield name, None, scales[name]
             continue

@@ -150,8 +150,8 @@ def element_scales(what: str, scales: Mapping[str, float], component: Component,
     for name, scale in scales.items():
         try:
             element = parse_element(name)
-            element.find(component.variables, f"an {causality} of component {component.name!r}", causality)
+            element.find_variable(component.variables, f"an {causality} of component {component.name!r}", causality)
         except ParameterError as error:
-            raise error.within(what, str(name)) from None
+            raise error.with_outer_location(what, str(name)) from None
         checked.append((element, positive_number((what, name), scale)))
     return checked

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from time import perf_counter
 
-from granular_env.components.errors import StepError, caution
+from granular_env.components.errors import StepError, issue_warning
 from granular_env.output_files import readable_bytes
 from granular_env.recording.schedule import estimated_bytes, make_schedule, names_to_record
 
@@ -61,4 +61,4 @@ def announce_log(ready: Prepared, at_once: bool) -> None:
     if at_once and size >= NOTED_LOG:
         print(f"note: {note}", file=sys.stderr)
     elif size >= LARGE_LOG:
-        caution(note)
+        issue_warning(note)

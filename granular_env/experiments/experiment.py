@@ -23,7 +23,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from granular_env.components import catalogue
 from granular_env.components.errors import ParameterError
-from granular_env.components.support.validation import faults_of
+from granular_env.components.support.validation import validation_faults
 from granular_env.documents import Document, Overrides, Table, load
 from granular_env.package_contents import shipped_files
 
@@ -48,11 +48,11 @@ class ComponentTable(Table):
         try:
             model = catalogue.component_class(self.type).Parameters
         except ParameterError as error:
-            raise error.within("type") from None
+            raise error.with_outer_location("type") from None
         try:
             model(**self.parameters)
         except ValidationError as error:
-            raise ParameterError(*faults_of(error, self.parameters, model)) from None
+            raise ParameterError(*validation_faults(error, self.parameters, model)) from None
         return self
 
 

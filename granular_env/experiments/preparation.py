@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 from granular_env.components import catalogue
 from granular_env.components.component import Component
-from granular_env.components.errors import Location, ParameterError, StepError, caution, nearest
+from granular_env.components.errors import Location, ParameterError, StepError, issue_warning, spelling_hint
 from granular_env.components.number_arrays import number_array, start_array
 from granular_env.components.profiles import CompiledProfile, Profile
 from granular_env.components.support.float_arrays import FloatArray
@@ -66,7 +66,7 @@ def prepare(experiment: Experiment, trial: bool = True) -> Prepared:
         with locate("input", name):
             inputs[name] = _input(experiment.folder, component, name, value)
     with locate("duration"):
-        ticks = component.ticks_in(experiment.duration)
+        ticks = component.duration_ticks(experiment.duration)
     for name, value in inputs.items():
         _tell_of_a_short_run(f"{experiment.origin}: input.{name}", value, experiment.duration)
     with locate("record"):
@@ -87,7 +87,7 @@ def reset(component: Component, experiment: Experiment) -> None:
     for name in experiment.start:
         if name not in states:
             came = "an output, but not of the state" if name in component.variables else "unknown"
-            raise ParameterError(came, hint=nearest(name, states), at=("start", name))
+            raise ParameterError(came, hint=spelling_hint(name, states), at=("start", name))
     component.reset(seed=experiment.seed, **experiment.start)
 
 
@@ -160,7 +160,7 @@ def _tell_of_a_short_run(where: str, value: InputValue, duration: float) -> None
     """Warn if a run ends long before its signal, which usually means a wrong time unit."""
     end = float(value.starts[-1]) if isinstance(value, Profile) else 0.0
     if duration < _SHORT_RUN * end:
-        caution(
+        issue_warning(
             f"{where}: the run ends at {duration:g} s, after {100.0 * duration / end:.2g} % of the signal, which goes on to "
             f"{end:g} s; check the unit of its times and the duration"
         )
@@ -173,7 +173,7 @@ def _check_record(experiment: Experiment, component: Component) -> None:
         if name not in recordable:
             expected = f"an input or output of component {component.name!r}"
             at = ("record", "variables", place)
-            raise ParameterError(f"got {name!r}", expected=expected, hint=nearest(name, recordable), at=at)
+            raise ParameterError(f"got {name!r}", expected=expected, hint=spelling_hint(name, recordable), at=at)
     for key in ("every", "snapshot_every"):
         if (interval := getattr(record, key)) is not None:
-            component.ticks_in(interval, ("record", key))
+            component.duration_ticks(interval, ("record", key))

@@ -41,7 +41,7 @@ class StopRule(Table):
         try:
             self._element = parse_element(self.variable)
         except ParameterError as error:
-            raise error.within("variable") from None
+            raise error.with_outer_location("variable") from None
         if self._element.index and self.reduce is not None:
             raise ValueError(f"{self.variable} is one element, so there is nothing to reduce; leave reduce out")
         return self
@@ -59,7 +59,7 @@ class StopRule(Table):
 
     def is_met(self, value: Any) -> bool:
         """Return whether a value of the variable (a number or an array) ends the run."""
-        array = np.asarray(self.element.of(value), dtype=np.float64)
+        array = np.asarray(self.element.select_from(value), dtype=np.float64)
         if self.reduce == "max" or (self.reduce != "min" and self.above is not None):
             chosen = array.max()
         else:
@@ -76,7 +76,7 @@ class StopWatch:
         for place, rule in enumerate(rules):
             _check(rule, component, place)
             every = rule.every if rule.every is not None else default_every
-            self._rules.append((rule, 1 if every is None else component.ticks_in(every, ("stop", place, "every"))))
+            self._rules.append((rule, 1 if every is None else component.duration_ticks(every, ("stop", place, "every"))))
 
     def next_tick(self, tick: int) -> int | None:
         """Return the next tick after `tick` at which a rule must be evaluated; None without rules."""
@@ -92,8 +92,10 @@ class StopWatch:
 
 def _check(rule: StopRule, component: Component, place: int) -> None:
     try:
-        variable = rule.element.find(component.variables, f"an output of component {component.name!r}", "output", "input")
+        variable = rule.element.find_variable(
+            component.variables, f"an output of component {component.name!r}", "output", "input"
+        )
     except ParameterError as error:
-        raise error.within("stop", place, "variable") from None
+        raise error.with_outer_location("stop", place, "variable") from None
     if math.prod(variable.shape) == 0:
         raise ParameterError(f"{rule.variable!r} has no elements to watch", at=("stop", place, "variable"))

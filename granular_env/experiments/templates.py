@@ -14,8 +14,8 @@ from pydantic.fields import FieldInfo
 from granular_env.components import catalogue
 from granular_env.components.component import Component
 from granular_env.components.errors import ExperimentError
-from granular_env.components.support.parameter_fields import left_out, unit_of
-from granular_env.components.support.validation import Parameters, tables
+from granular_env.components.support.parameter_fields import absent_meaning, field_unit
+from granular_env.components.support.validation import Parameters, table_choices
 from granular_env.components.variables import Variable
 from granular_env.documents import begins_as_log, find, rename, to_toml, toml_value
 from granular_env.documents.files import nearest_names, read_data
@@ -39,7 +39,7 @@ def template(name: str, new_name: str | None = None, others: Iterable[str] = ())
     Raises:
         ExperimentError: unknown name; the message suggests the nearest name.
     """
-    if name in catalogue.names():
+    if name in catalogue.component_names():
         return _of_component(name)
     try:
         text = find(name, Experiment.kind, Experiment.shelf).read_text(encoding="utf-8")
@@ -65,7 +65,7 @@ def write(name: str, target: Path, force: bool = False, text: str = "") -> list[
     Returns:
         The written files.
     """
-    copies = {} if text or name in catalogue.names() else _data_files(name, target.parent)
+    copies = {} if text or name in catalogue.component_names() else _data_files(name, target.parent)
     text = text or template(name, target.stem)
     for path in (target, *copies):
         if os.path.lexists(path) and not force:
@@ -160,7 +160,7 @@ def _parameter_lines(model: type[BaseModel], example: Mapping[str, Any], table: 
             has_no_value = not field.is_required() and field.default is None
             value = f"# {key}{':' if has_no_value else ' ='} {default_of(field)}"
             value = f"{key} = {toml_value(example[key])}" if key in example else value
-            meaning = ", ".join(filter(None, (unit_of(field).removesuffix("1"), field.description)))
+            meaning = ", ".join(filter(None, (field_unit(field).removesuffix("1"), field.description)))
             is_other = key in example and not field.is_required() and field.default is not None
             lines.append(_line(value, f"{meaning}; default: {default_of(field)}" if is_other else meaning))
     for key, part in parts.items():
@@ -171,7 +171,7 @@ def _parameter_lines(model: type[BaseModel], example: Mapping[str, Any], table: 
 
 def parts_of(model: type[BaseModel]) -> dict[str, type[BaseModel]]:
     """Return the parameters of a model that are tables of parameters, such as those of a coupled part."""
-    chosen = tables(model)
+    chosen = table_choices(model)
     return {
         key: field.annotation
         for key, field in model.model_fields.items()
@@ -221,7 +221,7 @@ def default_of(field: FieldInfo) -> str:
         return "required"
     if field.default is not None:
         return value_text(field.default)
-    return left_out(field)
+    return absent_meaning(field)
 
 
 def value_text(value: Any) -> str:

@@ -81,7 +81,7 @@ class Branch:
 
     def end(self, until: float | None = None) -> int:
         """Return the tick at which to stop, by default the end of the log's segment; `ParameterError` if it has passed."""
-        end = self.segment.end if until is None else self.component.ticks_in(until, "until")
+        end = self.segment.end if until is None else self.component.duration_ticks(until, "until")
         if end < self.component.tick:
             raise ParameterError(f"got {until:g} s, the branch begins at {self.component.time:g} s", at="until")
         if until is None:
@@ -103,7 +103,7 @@ class Branch:
         component, header, target = self.component, self.parent.header, as_path(log)
         if component.tick != self.tick:
             raise ParameterError("the branch's component has been stepped already", hint="take a new branch")
-        component.hold(inputs)
+        component.checked_inputs(inputs)
         if os.path.exists(target) and os.path.samefile(target, self.parent.path):
             raise ParameterError("it is the parent itself", hint="choose another name", source=f"log {str(target)!r}")
         names = names_to_record(component, list(self.parent.variables) if variables is None else variables)

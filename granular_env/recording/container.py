@@ -26,7 +26,7 @@ from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.writer import MCAP0_MAGIC
 
 from ..components.errors import Fault, LogError
-from ..components.support.memory_limits import refuse_beyond, whole_memory
+from ..components.support.memory_limits import refuse_excess_memory, total_memory
 from .records import PROFILE
 
 NOT_A_LOG = "an MCAP file but no log of granular-env, or its first record is lost"
@@ -69,10 +69,10 @@ class Limits:
 
     def check_chunk(self, size: int) -> None:
         """Refuse a chunk that declares too large a decompressed size [bytes]."""
-        limit = max(_CHUNK_BYTES, (whole_memory() or 0) // _CHUNK_SHARE)
+        limit = max(_CHUNK_BYTES, (total_memory() or 0) // _CHUNK_SHARE)
         self.check("the decompressed size of a chunk, in bytes,", size, limit)
         if size > _CHUNK_BYTES:
-            refuse_beyond(size, f"{self.source}: a chunk", LogError)
+            refuse_excess_memory(size, f"{self.source}: a chunk", LogError)
 
     def check_records(self, number: int, size: int) -> None:
         """Refuse too many records in a part of the file of a given size [bytes]."""
@@ -110,7 +110,7 @@ class Container:
     Attributes:
         path: the file.
         size: its bytes.
-        most_text: limit on the JSON in a message [bytes]; None for no limit.
+        text_limit: limit on the JSON in a message [bytes]; None for no limit.
         complete: whether it ends in a summary.
         places: offset and length of each readable chunk [bytes].
         damage: for an incomplete file, the reason that stopped the scan.
@@ -138,7 +138,7 @@ class Container:
             raise LogError(f"cannot be read: {reason}", source=f"log {str(path)!r}") from error
         try:
             self.size = os.fstat(self._file.fileno()).st_size
-            self.most_text = limits.text(self.size)
+            self.text_limit = limits.text(self.size)
             self._bounded = _BoundedFile(self._file, self.size)
             self._find_chunks(scan)
         except BaseException:

@@ -44,7 +44,7 @@ def place_of(index: int | None, detail: EventDetail | None, drawables: Sequence[
         case Links():
             points, ends = by_name[drawn.points], drawn.pairs[index]
             assert isinstance(points, Points)
-            first, way = points.reference[ends[0]].ravel(), points.ways(ends[None])[0]
+            first, way = points.reference[ends[0]].ravel(), points.shortest_vectors(ends[None])[0]
             return EventPlace(f"{points.name} {ends[0]} and {ends[1]}", tuple((first + 0.5 * way).tolist()))
         case Points():
             return EventPlace(f"{drawn.name} {index}", _middle(drawn.reference[index : index + 1]))

@@ -148,7 +148,7 @@ def _closing_record(container: Container) -> Record | None:
     """Return the last message, if it closes the log."""
     for topic, message in container.messages(len(container.places) - 1)[-1:]:
         if kind_of(topic) == INCIDENTS:
-            record = decode(message.data, INCIDENTS, container.most_text)
+            record = decode(message.data, INCIDENTS, container.text_limit)
             return record if record.detail == CLOSED else None
     return None
 
@@ -157,4 +157,4 @@ def all_records(container: Container) -> Iterator[tuple[int, int, Record]]:
     """Yield the records of the exact content in order, each with its chunk number and message time [ns]."""
     for chunk, (topic, message) in container.all_messages():
         if (kind := kind_of(topic)) is not None:
-            yield chunk, message.log_time, decode(message.data, kind, container.most_text)
+            yield chunk, message.log_time, decode(message.data, kind, container.text_limit)

@@ -16,7 +16,7 @@ from ..components.errors import GranularError, LogError, ParameterError, one_lin
 from ..components.events import Event, EventDetail, decode_events, refuse_unknown_events
 from ..components.profiles import CompiledProfile
 from ..components.snapshot import Snapshot
-from ..components.support.memory_limits import refuse_beyond
+from ..components.support.memory_limits import refuse_excess_memory
 from ..output_files import count_of
 from . import steps as step_history
 from .branch import Branch, branch_of
@@ -306,7 +306,7 @@ class Log(RecordReader):
         try:
             return branch_of(self, at)
         except ParameterError as error:
-            raise error.renamed("time", "at") from None
+            raise error.with_argument("time", "at") from None
 
     # -- details ----------------------------------------------------------------------------------------------------
 
@@ -337,4 +337,4 @@ class Log(RecordReader):
 def check_size(size: int, limits: Limits) -> None:
     """Refuse to read arrays larger than the limit, because the size in an untrusted log is arbitrary."""
     limits.check("the size of what was asked for, in bytes,", size, _MOST_BYTES)
-    refuse_beyond(size, f"{limits.source}: what was asked for", LogError)
+    refuse_excess_memory(size, f"{limits.source}: what was asked for", LogError)

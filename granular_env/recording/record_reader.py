@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..components.errors import GranularError, LogError, ParameterError, nearest, one_line
+from ..components.errors import GranularError, LogError, ParameterError, one_line, spelling_hint
 from ..components.snapshot import Snapshot
 from ..components.support.serialization import digest
 from ..components.variables import Variable
@@ -64,7 +64,7 @@ class RecordReader:
             why = f": {self.container.damage}" if self.container.damage else ""
             raise LogError(f"{NOT_A_LOG}{why}", source=repr(str(self.path)))
         data = entries[0].message.data
-        self.identity, record = digest(data).hex(), decode(data, HEADER, self.container.most_text)
+        self.identity, record = digest(data).hex(), decode(data, HEADER, self.container.text_limit)
         self.header, self.header_arrays = record.header, record.arrays
         found, step_size, elapsed, recorded, inputs = map(
             self.header.get, ("format", "step_size", "elapsed", "variables", "inputs")
@@ -93,7 +93,7 @@ class RecordReader:
         try:
             yield
         except GranularError as error:
-            raise error.of(self.source) from error.__cause__
+            raise error.with_source(self.source) from error.__cause__
 
     @property
     def event_kinds(self) -> dict[str, str]:
@@ -125,7 +125,7 @@ class RecordReader:
         """Return the rows of the frames of a variable; `ParameterError` if it was not recorded."""
         names = list(self.variables)
         if name not in names:
-            hint = nearest(str(name), names)
+            hint = spelling_hint(str(name), names)
             raise ParameterError(f"got {one_line(name)}", expected="a variable that was recorded", hint=hint, at="variable")
         rows = self.rows(FRAMES)
         return rows[rows[:, DETAIL] == names.index(name)]
@@ -138,7 +138,7 @@ class RecordReader:
         if place >= len(entries):
             raise damage("records are missing", "index", self.path)
         with self.name_file_in_errors():
-            record = decode(entries[place].message.data, int(row[KIND]), self.container.most_text)
+            record = decode(entries[place].message.data, int(row[KIND]), self.container.text_limit)
         if kind_of(entries[place].topic) != record.kind or record.row != tuple(row[:CHUNK].tolist()):
             raise LogError(
                 "it names another record than there is", hint="the file was put together", at="index", source=self.source
@@ -183,7 +183,7 @@ class RecordReader:
         if data is None or data.dtype != np.uint8 or data.ndim != 1:
             raise damage("one has the wrong form", "snapshots", self.path)
         with self.name_file_in_errors():
-            snapshot = Snapshot.from_bytes(data.tobytes(), self.container.most_text)
+            snapshot = Snapshot.from_bytes(data.tobytes(), self.container.text_limit)
         if snapshot.tick != row[FIRST]:
             raise damage(f"one is of tick {snapshot.tick}, its place says {row[FIRST]}", "snapshots", self.path)
         if not set(self.input_variables) <= snapshot.inputs.keys():

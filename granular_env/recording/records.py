@@ -106,13 +106,13 @@ def encode(record: Record) -> bytes:
     return b"".join([_field_head(1, sum(map(len, parts))), *parts])
 
 
-def decode(data: bytes, kind: int, most_text: int | None = None) -> Record:
+def decode(data: bytes, kind: int, text_limit: int | None = None) -> Record:
     """Return the record in a message.
 
     Args:
         data: the message.
         kind: kind of the record according to its topic.
-        most_text: limit on its JSON text [bytes].
+        text_limit: limit on its JSON text [bytes].
 
     Raises:
         LogError: not a message that `encode` writes for this kind.
@@ -126,7 +126,7 @@ def decode(data: bytes, kind: int, most_text: int | None = None) -> Record:
         arrays = {"ticks": ticks, "values": values}
     else:
         block = next(iter(_packed_fields(data)), np.zeros(0, np.uint8))
-        content, arrays = unpack(block.data, most_text)
+        content, arrays = unpack(block.data, text_limit)
         if not isinstance(content, dict) or content.get("kind") != KINDS[kind]:
             raise LogError("a message is of another kind", hint=f"{DAMAGED}, or was put together from others", at=KINDS[kind])
         place, header = content.get("place"), content.get("content")

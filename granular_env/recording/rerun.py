@@ -8,12 +8,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from ..components.catalogue import component_class, own_names
+from ..components.catalogue import built_in_names, component_class
 from ..components.component import Component
 from ..components.errors import GranularError, LogError, StepError
 from ..components.inputs import Held
 from ..components.snapshot import Snapshot
-from ..components.support.memory_limits import whole_memory
+from ..components.support.memory_limits import total_memory
 from ..components.support.validation import Parameters
 from .container import Limits
 from .records import damage
@@ -35,7 +35,7 @@ def restore(component: Component, snapshot: Snapshot) -> None:
     try:
         component.restore(snapshot)
     except GranularError as error:
-        raise LogError.of_content(error.renamed("snapshot", "snapshots"), "snapshots") from error
+        raise LogError.from_content(error.with_argument("snapshot", "snapshots"), "snapshots") from error
 
 
 def advance(component: Component, changes: Changes, tick: int, report: Callable[[int], None] | None = None) -> None:
@@ -56,7 +56,7 @@ def advance(component: Component, changes: Changes, tick: int, report: Callable[
     except StepError:
         raise
     except GranularError as error:
-        raise LogError.of_content(error, "steps") from error
+        raise LogError.from_content(error, "steps") from error
 
 
 # Smallest and largest memory-dependent limit on whole numbers among a component's parameters (grains, nodes, cells).
@@ -70,9 +70,9 @@ def own_or_given(name: Any, components: Mapping[str, type[Component]] | None) ->
     """Return the class of the component named in a log: a component of this package, or a class given by the caller."""
     if components and name in components:
         return components[name]
-    if not isinstance(name, str) or name not in own_names():
+    if not isinstance(name, str) or name not in built_in_names():
         raise LogError(
-            f"the log is of a component {name!r}, which is not one of ours ({', '.join(own_names())})",
+            f"the log is of a component {name!r}, which is not one of ours ({', '.join(built_in_names())})",
             hint=f"if you trust it, pass components={{{name!r}: ...}}, its class (--component {name})",
             at="header.component",
         )
@@ -81,7 +81,7 @@ def own_or_given(name: Any, components: Mapping[str, type[Component]] | None) ->
 
 def check_parameters(given: Mapping[str, Any], model: type[Parameters], limits: Limits) -> None:
     """Refuse excessive whole numbers (grains, nodes, cells) among the parameters of a component."""
-    limit = max(_COUNT, min(_MOST, (whole_memory() or 0) // (_COMPONENT_SHARE * _UNIT_BYTES)))
+    limit = max(_COUNT, min(_MOST, (total_memory() or 0) // (_COMPONENT_SHARE * _UNIT_BYTES)))
     for name, field in model.model_fields.items():
         value = given.get(name)
         if field.annotation is int and isinstance(value, (int, float)) and not value <= limit:
@@ -97,7 +97,7 @@ def build(header: Mapping[str, Any], limits: Limits, components: Mapping[str, ty
     try:
         return kind(**given)
     except GranularError as error:
-        raise LogError.of_content(error, "header", "parameters", source=limits.source) from error
+        raise LogError.from_content(error, "header", "parameters", source=limits.source) from error
     except (ArithmeticError, ValueError, TypeError, MemoryError, RecursionError) as error:
         came = f"not valid for {kind.name!r}: {error}"
         raise LogError(came, at="header.parameters", source=limits.source) from error

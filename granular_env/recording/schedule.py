@@ -9,7 +9,7 @@ from typing import Any
 
 from ..components.component import Component
 from ..components.drawables import drawn_outputs
-from ..components.errors import ParameterError, nearest, one_line
+from ..components.errors import ParameterError, one_line, spelling_hint
 from ..components.support.round_numbers import round_down_to_125, round_up_to_125
 from ..components.support.validation import whole_number
 from .preview.film import COUNTED, MOST_FRAMES, MOST_PICTURES, MOST_PLACES
@@ -124,7 +124,7 @@ def names_to_record(component: Component, variables: Sequence[str] | None) -> li
         at = ("variables", place)
         if name not in known:
             expected = f"an output or input of component {component.name!r}"
-            raise ParameterError(f"got {one_line(name)}", expected=expected, hint=nearest(name, known), at=at)
+            raise ParameterError(f"got {one_line(name)}", expected=expected, hint=spelling_hint(name, known), at=at)
         if given and name in variables[:place]:
             raise ParameterError(f"got {name!r} again", expected="each name once", at=at)
     return list(dict.fromkeys([*variables, *component.balance_names, *inputs]))
@@ -143,13 +143,13 @@ def make_schedule(
     duration = experiment.get("duration") if isinstance(experiment, Mapping) else None
     frame_every, values, words = 0, values_in(component, names), component.state_bytes // 8
     if every is not None:
-        frame_every = component.ticks_in(every, "every")
+        frame_every = component.duration_ticks(every, "every")
     elif isinstance(duration, (int, float)) and duration > 0.0:
         frame_every = frame_interval(round(duration / component.step_size), values, words)
     doubling = next(count for least, count in _FRAMES_A_DOUBLING if values > least)
     if snapshot_every is not None:
-        return Schedule(frame_every, doubling, hashes, component.ticks_in(snapshot_every, "snapshot_every"))
-    return Schedule(frame_every, doubling, hashes, 0, least_snapshot_interval(words, component.work_in_tick))
+        return Schedule(frame_every, doubling, hashes, component.duration_ticks(snapshot_every, "snapshot_every"))
+    return Schedule(frame_every, doubling, hashes, 0, least_snapshot_interval(words, component.cost_per_tick))
 
 
 def values_in(component: Component, names: Sequence[str]) -> int:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..components.errors import GranularError, LogError
-from ..components.inputs import Held, read_only
+from ..components.inputs import Held, make_read_only
 from ..components.profiles import CompiledProfile
 from .records import Record, damage, held_word
 
@@ -106,7 +106,7 @@ def _sets_of(
         sound = sound and places[-1] < record.count and numbers.min() >= -1 and numbers.max() < len(profiles)
         if not sound or any(profiles[number].shape != shape for number in set(numbers.tolist()) if number >= 0):
             raise damage(f"the input {span} is not what was written", ("steps", name))
-        plain = iter(values.tolist() if shape == () else [read_only(value.copy()) for value in values])
+        plain = iter(values.tolist() if shape == () else [make_read_only(value.copy()) for value in values])
         yield name, places, [profiles[number] if number >= 0 else next(plain) for number in numbers.tolist()]
 
 

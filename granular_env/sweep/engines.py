@@ -19,7 +19,7 @@ from time import monotonic
 from types import ModuleType
 from typing import Any
 
-from granular_env.components.support.parts import thread_count
+from granular_env.components.support.threads import thread_count
 
 from .worker import Computer, Job, Result, Task, compute_task
 

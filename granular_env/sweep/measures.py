@@ -27,10 +27,10 @@ import numpy as np
 from pydantic import PlainValidator
 
 from granular_env.components.component import Component
-from granular_env.components.errors import LogError, ParameterError, nearest, one_line
+from granular_env.components.errors import LogError, ParameterError, one_line, spelling_hint
 from granular_env.components.stepping import Observer
 from granular_env.components.support.float_arrays import FloatArray
-from granular_env.components.support.memory_limits import refuse_beyond
+from granular_env.components.support.memory_limits import refuse_excess_memory
 from granular_env.components.variables import ELEMENT, Element, parse_element
 from granular_env.crests_and_crossings import resolved_top
 from granular_env.domains import domain_of
@@ -76,7 +76,9 @@ class Reading:
 
     def unit(self, component: Component) -> str:
         """Return the unit; `ParameterError` if the component has no such variable or element."""
-        variable = self.element.find(component.variables, f"an output of component {component.name!r}", "output", "input")
+        variable = self.element.find_variable(
+            component.variables, f"an output of component {component.name!r}", "output", "input"
+        )
         size, name = math.prod(variable.shape), self.element.name
         if not self.element.index and variable.shape and (self.kind not in ("max", "min") or not size):
             hint = f"name one, such as {Element(name, (-1,) * len(variable.shape))}, or take max or min"
@@ -85,7 +87,7 @@ class Reading:
 
     def look(self, component: Component) -> float:
         """Return the present value; for all elements the largest, or the smallest for min."""
-        value = np.asarray(self.element.of(component.peek(self.element.name)))
+        value = np.asarray(self.element.select_from(component.peek(self.element.name)))
         value = np.abs(value) if self.absolute else value
         return float(value if not value.ndim else value.min() if self.kind == "min" else value.max())
 
@@ -130,7 +132,7 @@ class Figure:
         fitting = [self.name] if self.name in report else [name for name in report if name.startswith(self.name)]
         if len(fitting) == 1:
             return fitting[0]
-        advice = f"several begin so: {', '.join(fitting)}" if fitting else nearest(self.name, report)
+        advice = f"several begin so: {', '.join(fitting)}" if fitting else spelling_hint(self.name, report)
         expected = "the beginning of one figure of the run's report"
         raise ParameterError(f"got 'report {self.name}'", expected=expected, hint=advice)
 
@@ -183,10 +185,10 @@ class Measurement:
             hint = "take its variables, such as 'max NAME[0]'"
             raise ParameterError(f"component {component.name!r} has no measurements", hint=hint)
         if self.name not in columns.MEASUREMENTS:
-            raise ParameterError(f"got {self.name!r}", hint=nearest(self.name, columns.MEASUREMENTS), at="measurement")
+            raise ParameterError(f"got {self.name!r}", hint=spelling_hint(self.name, columns.MEASUREMENTS), at="measurement")
         take = self._take(columns)
         if take not in columns.MEASUREMENTS[self.name]:
-            raise ParameterError(f"got {take!r}", hint=nearest(take, columns.MEASUREMENTS[self.name]), at="take")
+            raise ParameterError(f"got {take!r}", hint=spelling_hint(take, columns.MEASUREMENTS[self.name]), at="take")
         signature = inspect.signature(columns.function(self.name))
         try:
             signature.bind(None, **self.arguments)
@@ -254,8 +256,8 @@ class RunObserver(Observer):
             try:
                 measure.unit(component)
             except ParameterError as error:
-                raise error.within("measure", name) from None
-        self._interval = 1 if self._every is None else component.ticks_in(self._every, "every")
+                raise error.with_outer_location("measure", name) from None
+        self._interval = 1 if self._every is None else component.duration_ticks(self._every, "every")
         if any(isinstance(measure, Measurement) for measure in self._measures.values()):
             self._watch = self._begin_history(component)
         self._look(component, self._readings)
@@ -266,7 +268,7 @@ class RunObserver(Observer):
         watch = domain_of(component.name).load("watch")(every)
         watch.on_reset(component)
         numbers = sum(np.size(component.get(name)) for name in watch.variables)
-        refuse_beyond(int(8 * numbers * self._duration / every), f"a history with a frame every {every:g} s")
+        refuse_excess_memory(int(8 * numbers * self._duration / every), f"a history with a frame every {every:g} s")
         return watch
 
     def on_sample(self, component: Component) -> None:

@@ -118,7 +118,7 @@ class Plan(Document):
 
     def _fault_of(self, fault: Fault) -> Fault:
         if not isinstance(fault.source, Override):
-            return fault.of(self.origin)
+            return fault.with_source(self.origin)
         return replace(fault, source=source_of(("set", ".".join(fault.source.key)), self.origin, self.overrides))
 
 

@@ -18,7 +18,7 @@ from time import monotonic
 from typing import Any
 
 from granular_env.components.errors import SweepError, one_line
-from granular_env.components.support.parts import thread_count
+from granular_env.components.support.threads import thread_count
 from granular_env.optional_packages import import_optional
 from granular_env.output_files import replacing
 

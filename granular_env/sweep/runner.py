@@ -10,7 +10,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
-from granular_env.components.errors import GranularError, GranularWarning, ParameterError, nearest, one_line
+from granular_env.components.errors import GranularError, GranularWarning, ParameterError, one_line, spelling_hint
 from granular_env.components.support.validation import positive_number, whole_number
 from granular_env.documents import Overrides
 from granular_env.output_files import file_name
@@ -122,7 +122,7 @@ def results_folder(plan: Plan, folder: str | os.PathLike[str] | None = None) -> 
 def _open_engine(name: str, job: Job, folder: Path, workers: int | None, address: str | None) -> Engine:
     """Return an engine by name; `ParameterError` for an unknown engine or an option that does not fit it."""
     if name not in (names := ("processes", "serial", "ray")):
-        raise ParameterError(f"got {one_line(name)}", hint=nearest(str(name), names), at="engine")
+        raise ParameterError(f"got {one_line(name)}", hint=spelling_hint(str(name), names), at="engine")
     if job.time_limit is not None:
         positive_number("time_limit", job.time_limit)
     if workers is not None:

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 from granular_env.code_hash import code_hash
 from granular_env.components.component import Component
 from granular_env.components.errors import ExperimentError
-from granular_env.components.support.parameter_fields import unit_of
+from granular_env.components.support.parameter_fields import field_unit
 from granular_env.components.support.serialization import canonical_json
 from granular_env.documents.files import read_data
 from granular_env.experiments.inputs import csv_tables
@@ -134,6 +134,6 @@ def _unit_of_key(key: str, component: Component) -> str:
         for part in (name, *inner[:-1]):
             holder = getattr(holder, part, None)
         field = getattr(type(holder), "model_fields", {}).get(inner[-1])
-        return unit_of(field) if field is not None else ""
+        return field_unit(field) if field is not None else ""
     variable = component.variables.get(name.partition("[")[0])
     return variable.unit if variable is not None and table in ("component", "start", "input") else ""

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from granular_env.colours import PALETTE
-from granular_env.components.drawables import Cells, Points, spatial
+from granular_env.components.drawables import Cells, Points, to_three_columns
 from granular_env.components.errors import LogError
 from granular_env.output_files import replacing
 from granular_env.recording.log import Log
@@ -88,7 +88,7 @@ def _scene(log: Log) -> dict[str, Any]:
     middle, (width, depth, height) = (low + high) / 2, (high - low).tolist()
     drawn = [one for one in log.drawables if isinstance(one, Points | Cells)]
     places = [one.reference if isinstance(one, Points) else one.nodes for one in drawn]
-    is_plane = any(np.ptp(spatial(rows)[:, 1]) > 0.0 for rows in places)
+    is_plane = any(np.ptp(to_three_columns(rows)[:, 1]) > 0.0 for rows in places)
     view = {**_SIDE_VIEW, "phi": _PLANE_PHI} if is_plane else _SIDE_VIEW
     tilt = math.radians(view["phi"])
     # Visible height at the camera's distance, with x across the picture.

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.components.component import Component
-from granular_env.components.drawables import Cells, Drawable, Links, Points, spatial
+from granular_env.components.drawables import Cells, Drawable, Links, Points, to_three_columns
 from granular_env.components.drawables import Curve as DrawnCurve
 from granular_env.components.errors import ParameterError
 from granular_env.components.support.float_arrays import FloatArray
@@ -221,7 +221,7 @@ def _motion(source: Source, points: Points) -> Motion | None:
     clock = next((name for name in (points.displacement, points.colour) if source.has(name)), None)
     if clock is None:
         return None
-    particles = replace(points, reference=spatial(points.reference))
+    particles = replace(points, reference=to_three_columns(points.reference))
     total = len(particles.radius)
     every = -(-total // MAXIMUM_SHOWN_PARTICLES)
     shown = slice(None, None, every)
@@ -248,7 +248,7 @@ def _motion(source: Source, points: Points) -> Motion | None:
 
 def _link_frames(points: Points, links: Links, state: FloatArray) -> LinkFrames:
     """Return the frames of links, without links across a periodic boundary."""
-    inside = points.stays_inside(links.pairs)
+    inside = points.is_unwrapped(links.pairs)
     return LinkFrames(links.name, links.pairs[inside], state[:, inside], links.state)
 
 
@@ -266,7 +266,7 @@ def _mesh(source: Source, cells: Cells) -> MeshFrames | None:
     frames = source.frames(clock, count)
     moved = _as_vectors(frames.read(cells.displacement)) if source.has(cells.displacement) else None
     displacement = np.zeros((len(frames.times), count, 3)) if moved is None else moved
-    nodes = spatial(cells.nodes)
+    nodes = to_three_columns(cells.nodes)
     return MeshFrames(
         cells.name, frames.times, frames.ticks, nodes, cells.connectivity, displacement,
         frames.read(cells.field) if source.has(cells.field) else None, _variable(source, cells.field),
@@ -289,7 +289,7 @@ def _variable(source: Source, name: str) -> Variable:
 
 def _as_vectors(moved: FloatArray | None) -> FloatArray | None:
     """Return displacements along x, shape (frames, n), or vectors as 3D vectors (frames, n, 3); None for None."""
-    return None if moved is None else spatial(moved if moved.ndim == 3 else moved[..., np.newaxis])
+    return None if moved is None else to_three_columns(moved if moved.ndim == 3 else moved[..., np.newaxis])
 
 
 # -- notes ------------------------------------------------------------------------------------------------------------------

@@ -34,12 +34,12 @@ def main(page: Page) -> None:
         times, gauges = log.series("gauge_pressure")
         arrival = MIDDLE / wave.front.speed
         passed = (times < MIDDLE / wave.resting_sound_speed) & (times > arrival + 1.5e-5)
-        exact = wave.at(np.full(int(passed.sum()), MIDDLE), times[passed])[2]
+        exact = wave.state(np.full(int(passed.sum()), MIDDLE), times[passed])[2]
         gap = float(np.abs(gauges[passed, -1] - exact).max()) / wave.front.burnt.pressure
         page.value("largest gap to Taylor's wave, over the peak", 100.0 * gap, "%", taylor[0])
         page.value("decay time", 1e6 * wave.decay_time(MIDDLE), "µs", taylor[1])
         shown = (times > arrival - 5e-5) & (times < arrival + 3e-4)
-        exact = wave.at(np.full(int(shown.sum()), MIDDLE), times[shown])[2]
+        exact = wave.state(np.full(int(shown.sum()), MIDDLE), times[shown])[2]
         curves.append((f"{pressure / 1e3:.0f} kPa", 1e6 * times[shown], gauges[shown, -1] / 1e6, exact / 1e6))
     page.say("""By chemical equilibrium (GRI-Mech 3.0) at 295 K, on cells of 3 mm. The paper rounds the numbers of the
         experiments and states no error. It prints the profile without numbers that can be read off the scan; Taylor's wave is

@@ -33,7 +33,7 @@ class Cubic(Law):
         """Return k3."""
         return np.full((contacts.stop - contacts.start, 1), self.hardening)
 
-    def overlap_at(self, force: np.ndarray, stiffness: np.ndarray, constants: np.ndarray) -> np.ndarray:
+    def static_overlap(self, force: np.ndarray, stiffness: np.ndarray, constants: np.ndarray) -> np.ndarray:
         """Return the root of k d + k3 d^3 = F by Newton's method from above."""
         overlap = force / stiffness
         for _ in range(60):

@@ -32,7 +32,7 @@ def check_declarations(component: Component) -> None:
 
 
 def _check_variables(component: Component) -> None:
-    declared, parameters, views = component.declared(), component.Parameters.model_fields, component._block.views
+    declared, parameters, views = component.declared_variables(), component.Parameters.model_fields, component._block.views
     names, outputs = [variable.name for variable in declared], component._outputs()
     assert len(set(names)) == len(names) and not set(names) & set(parameters), "each name once"
     for variable in declared:

@@ -35,7 +35,7 @@ def forge(component: Component, snapshot: Snapshot, chance: random.Random) -> Sn
     arrays = {
         (number, name): array.copy()
         for number, one in enumerate(whole)
-        for name, array in block.arrays_in(snapshot.data, one).items()
+        for name, array in block.state_arrays(snapshot.data, one).items()
     }
     covered = {(0, name) for name in block.views if name not in block.fields}  # memory of the parts
     covered |= {key for key in arrays if key[1] == "_counts"}

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ...support.dispatch import dispatched
+from ...support.dispatch import dispatch_by_class
 from ...support.parameter_fields import field
 from ...support.tagged_union import Named
 
@@ -39,7 +39,7 @@ class LinkStress(NamedTuple):
     number: int
 
 
-@dispatched
+@dispatch_by_class
 def failure(law, link):
     """Return the decisive quantity of a link, its limit, and the number of the cause.
 

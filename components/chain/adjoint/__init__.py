@@ -8,16 +8,16 @@ memory grows with the square root of the horizon (A. Griewank, Optim. Methods So
 
 from __future__ import annotations
 
-from .gradient import Adjoints, compiled_judge, evaluate, validate_drive, value_and_adjoint, value_and_slopes
-from .parameter_gradient import KNOWN, natural_mass, parameter_gradient
+from .gradient import Adjoints, compiled_objective, evaluate_objective, validate_drive, value_and_adjoint, value_and_slopes
+from .parameter_gradient import KNOWN, has_computed_mass, parameter_gradient
 
 __all__ = [
     "KNOWN",
     "Adjoints",
-    "compiled_judge",
+    "compiled_objective",
     "validate_drive",
-    "evaluate",
-    "natural_mass",
+    "evaluate_objective",
+    "has_computed_mass",
     "parameter_gradient",
     "value_and_adjoint",
     "value_and_slopes",

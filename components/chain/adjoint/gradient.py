@@ -20,7 +20,7 @@ from ..laws import LAWS
 from ..laws.law import Law, missing_parts
 from ..layout import INVERSE_MASS, LEFT_DRIVE, LEFT_FREE, LEFT_PISTON, LOST, RIGHT_FREE, RIGHT_PISTON, SCALARS, U, V
 from ..objective import Objective
-from .loops import JudgeLoops, judge_loops, loops
+from .loops import ObjectiveLoops, make_objective_loops, make_run_loops
 from .reverse import INVERSE_MASS_SUM, reverse_tick
 
 # Control steps of a block if nothing is saved for the backward sweep.
@@ -49,7 +49,7 @@ class Adjoints:
     velocity: FloatArray
 
 
-def evaluate(chain: Chain, drives: npt.ArrayLike, ticks: int, objective: Objective) -> FloatArray:
+def evaluate_objective(chain: Chain, drives: npt.ArrayLike, ticks: int, objective: Objective) -> FloatArray:
     """Return the objective of each of many drives, each from the chain's present state; the chain is not changed.
 
     Args:
@@ -69,7 +69,7 @@ def evaluate(chain: Chain, drives: npt.ArrayLike, ticks: int, objective: Objecti
     if given.ndim != 3:
         raise ParameterError(f"got the shape {given.shape}", expected="(members, control steps, 2)", at="drives")
     ticks = whole_number("ticks", ticks, 1)
-    run = _Run(chain, ticks, objective, given.shape[1])
+    run = _BlockwiseRun(chain, ticks, objective, given.shape[1])
     values = np.empty(len(given))
     for member, drive in enumerate(given):
         run.table[:] = run.start
@@ -94,18 +94,18 @@ def value_and_adjoint(chain: Chain, drive: npt.ArrayLike, ticks: int, objective:
         ParameterError: this chain has no adjoint, the drive does not fit, or the objective is not a number.
         StepError: the physics breaks down; it names the control step.
     """
-    refuse_without_adjoint(chain)
+    refuse_missing_adjoint(chain)
     ticks, inputs = whole_number("ticks", ticks, 1), validate_drive(chain, drive)
-    run, block = _Run(chain, ticks, objective, len(inputs)), math.isqrt(len(inputs) - 1) + 1
-    saved: list[FloatArray] = []
-    value, slopes = value_and_slopes(objective, run.forward(inputs, block, saved))
-    adjoint, input_adjoints = run.backward(inputs, block, saved, slopes)
-    _keep_to_inputs(chain, input_adjoints)
+    run, block = _BlockwiseRun(chain, ticks, objective, len(inputs)), math.isqrt(len(inputs) - 1) + 1
+    saved_states: list[FloatArray] = []
+    value, slopes = value_and_slopes(objective, run.forward(inputs, block, saved_states))
+    adjoint, input_adjoints = run.backward(inputs, block, saved_states, slopes)
+    _zero_wall_inputs(chain, input_adjoints)
     grains = slice(1, chain.parameters.grains + 1)
     return Adjoints(value, input_adjoints, adjoint, adjoint[U, grains].copy(), adjoint[V, grains].copy())
 
 
-class _Run:
+class _BlockwiseRun:
     """Runs of a drive on a copy of a chain, block by block.
 
     Attributes:
@@ -114,23 +114,25 @@ class _Run:
     """
 
     def __init__(self, chain: Chain, ticks: int, objective: Objective, steps: int) -> None:
-        objective.fit(chain.parameters.grains, steps)
+        objective.check_fit(chain.parameters.grains, steps)
         self.chain, self.ticks, self.objective, self.steps = chain, ticks, objective, steps
         self.table = chain.detached_table()
         self.start = self.table.copy()
-        self._loops = loops(chain.parameters.law.contacts, chain.scheme)
-        self._judge = compiled_judge(objective, chain)
+        self._run_loops = make_run_loops(chain.parameters.law.contacts, chain.scheme)
+        self._objective_loops = compiled_objective(objective, chain)
 
-    def forward(self, drive: FloatArray, block: int, saved: list[FloatArray] | None = None) -> FloatArray:
-        """Return the sums of the features; append the states at the beginning of each block to `saved` if it is given."""
+    def forward(self, drive: FloatArray, block: int, saved_states: list[FloatArray] | None = None) -> FloatArray:
+        """Return the sums of the features; append the state at the beginning of each block to `saved_states` if given."""
         sums, tick = np.zeros(self.objective.count), self.chain.tick
         states, nothing = np.empty((block, 2, self.table.shape[1])), self.table[:0]
         for begin in range(0, len(drive), block):
             some = drive[begin : begin + block]
-            if saved is not None:
-                saved.append(self.table[_STATE].copy())
-            done = self._loops.forward(self.table, some, tick + begin * self.ticks, self.ticks, states, nothing)
-            sound = self._judge.note(self.table, some[:done], states, (begin, self.steps), self.objective.constants, sums)
+            if saved_states is not None:
+                saved_states.append(self.table[_STATE].copy())
+            done = self._run_loops.forward(self.table, some, tick + begin * self.ticks, self.ticks, states, nothing)
+            sound = self._objective_loops.note(
+                self.table, some[:done], states, (begin, self.steps), self.objective.constants, sums
+            )
             if sound < done:
                 k = int(np.argmin(np.isfinite(sums)))
                 raise ParameterError(
@@ -139,31 +141,31 @@ class _Run:
                     at="objective.note",
                 )
             if done < len(some):
-                _explain_failure(self.chain, drive, self.ticks, begin + done)
+                _raise_step_error(self.chain, drive, self.ticks, begin + done)
         return sums
 
     def backward(
-        self, drive: FloatArray, block: int, saved: list[FloatArray], slopes: FloatArray
+        self, drive: FloatArray, block: int, saved_states: list[FloatArray], slopes: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Return the derivatives by the table and by the inputs; each block is run again with a tape, then reversed."""
         adjoint, input_adjoints, running = np.zeros_like(self.table), np.zeros_like(drive), np.zeros((2, self.table.shape[1]))
         states, sources = (np.zeros((block, 2, self.table.shape[1])) for _ in range(2))
         tape = np.zeros((block * self.ticks * tape_rows(self.chain), self.table.shape[1]))
         numbers = self.objective.constants, slopes
-        for place in range(len(saved) - 1, -1, -1):
+        for place in range(len(saved_states) - 1, -1, -1):
             begin = place * block
             some, own = drive[begin : begin + block], input_adjoints[begin : begin + block]
             rows = tape[: len(some) * self.ticks * tape_rows(self.chain)]
-            self.table[_STATE] = saved[place]
-            self._loops.forward(self.table, some, 0, self.ticks, states, rows)
+            self.table[_STATE] = saved_states[place]
+            self._run_loops.forward(self.table, some, 0, self.ticks, states, rows)
             span = (begin, self.steps)
-            judged = self._judge.pullback(self.table, adjoint, some, own, states, sources, span, numbers)
+            judged = self._objective_loops.pullback(self.table, adjoint, some, own, states, sources, span, numbers)
             if judged < len(some):
-                _explain_derivative(adjoint, begin + judged, self.steps, by_objective=True)
+                _raise_infinite_derivative(adjoint, begin + judged, self.steps, by_objective=True)
             adjoint[_STATE] = running
-            sound = self._loops.backward(self.table, adjoint, some, self.ticks, rows, sources, own)
+            sound = self._run_loops.backward(self.table, adjoint, some, self.ticks, rows, sources, own)
             if sound > 0:
-                _explain_derivative(adjoint, begin + sound - 1, self.steps, by_objective=False)
+                _raise_infinite_derivative(adjoint, begin + sound - 1, self.steps, by_objective=False)
             running[:] = adjoint[_STATE]
         # The sums for the inverse masses, in a row of scratch, are in units of the inverse masses.
         moved = self.table[INVERSE_MASS] > 0.0
@@ -177,9 +179,9 @@ def tape_rows(chain: Chain) -> int:
     return len(chain.scheme.kicks) + isinstance(chain.scheme, DampedComposition)
 
 
-def compiled_judge(objective: Objective, chain: Chain) -> JudgeLoops:
+def compiled_objective(objective: Objective, chain: Chain) -> ObjectiveLoops:
     """Return the loops of an objective after compiling them; `ParameterError` if a function does not compile."""
-    judge = judge_loops(chain.parameters.law.contacts, objective.note, objective.pullback)
+    objective_loops = make_objective_loops(chain.parameters.law.contacts, objective.note, objective.pullback)
     table, sums = chain.table.copy(), np.zeros(objective.count)
     none, no_states = np.zeros((0, 2)), np.zeros((0, 2, table.shape[1]))
     arguments: dict[str, tuple[Any, ...]] = {
@@ -188,11 +190,11 @@ def compiled_judge(objective: Objective, chain: Chain) -> JudgeLoops:
     }
     for name, given in arguments.items():
         try:
-            getattr(judge, name)(*given)
+            getattr(objective_loops, name)(*given)
         except (NumbaError, TypeError) as error:
             reason = " ".join(str(error).split())
             raise ParameterError(f"it does not compile: {one_line(reason, 400)}", at=f"objective.{name}") from None
-    return judge
+    return objective_loops
 
 
 def value_and_slopes(objective: Objective, sums: FloatArray) -> tuple[float, FloatArray]:
@@ -215,7 +217,7 @@ def has_gradient(law: type[Law]) -> bool:
     return not law.history_rows and not missing_parts(law, gradient=True)
 
 
-def refuse_without_adjoint(chain: Chain) -> None:
+def refuse_missing_adjoint(chain: Chain) -> None:
     """Raise `ParameterError` if the law or the integrator of a chain has no adjoint."""
     law, integrator = chain.parameters.law, chain.parameters.integrator
     if not has_gradient(type(law)):
@@ -232,16 +234,16 @@ def refuse_without_adjoint(chain: Chain) -> None:
         )
 
 
-def validate_drive(chain: Chain, given: npt.ArrayLike) -> FloatArray:
+def validate_drive(chain: Chain, values: npt.ArrayLike) -> FloatArray:
     """Return a contiguous, finite copy with zeros for ends without an input, shape (steps, 2)."""
-    drive = number_array("drive", given, "an array of numbers")
+    drive = number_array("drive", values, "an array of numbers")
     if drive.ndim != 2 or drive.shape[1] != 2 or not len(drive):
         raise ParameterError(f"got the shape {drive.shape}", expected="(control steps, 2): left and right input", at="drive")
-    _keep_to_inputs(chain, drive)
+    _zero_wall_inputs(chain, drive)
     return drive
 
 
-def _keep_to_inputs(chain: Chain, columns: FloatArray) -> None:
+def _zero_wall_inputs(chain: Chain, columns: FloatArray) -> None:
     """Set the columns of walls, which take no input, to 0."""
     numbers = chain.table[SCALARS]
     for side, (free, piston) in enumerate(((LEFT_FREE, LEFT_PISTON), (RIGHT_FREE, RIGHT_PISTON))):
@@ -249,7 +251,7 @@ def _keep_to_inputs(chain: Chain, columns: FloatArray) -> None:
             columns[:, side] = 0.0
 
 
-def _explain_derivative(adjoint: FloatArray, step: int, steps: int, *, by_objective: bool) -> None:
+def _raise_infinite_derivative(adjoint: FloatArray, step: int, steps: int, *, by_objective: bool) -> None:
     name, row = ("U", U) if not np.isfinite(adjoint[U]).all() else ("V", V)
     column = int(np.argmin(np.isfinite(adjoint[row])))
     hint = (
@@ -263,7 +265,7 @@ def _explain_derivative(adjoint: FloatArray, step: int, steps: int, *, by_object
     )
 
 
-def _explain_failure(chain: Chain, drive: FloatArray, ticks: int, failed: int) -> None:
+def _raise_step_error(chain: Chain, drive: FloatArray, ticks: int, failed: int) -> None:
     """Step a twin of the chain to the failed control step, so that it raises its own error."""
     twin = type(chain)(**chain.parameters.model_dump())
     twin.restore(chain.save())
@@ -273,5 +275,5 @@ def _explain_failure(chain: Chain, drive: FloatArray, ticks: int, failed: int) -
         try:
             twin.step(ticks * twin.step_size, **inputs)
         except StepError as error:
-            raise error.of(f"control step {step} of {len(drive)}") from None
+            raise error.with_source(f"control step {step} of {len(drive)}") from None
     raise AssertionError("a run failed whose steps do not")

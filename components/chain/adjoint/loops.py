@@ -1,4 +1,4 @@
-"""Loops over control steps that Python calls: forward, backward, and over the states that an objective evaluates.
+"""RunLoops over control steps that Python calls: forward, backward, and over the states that an objective evaluates.
 
 A block is a number of successive control steps. `states` are the displacements and velocities after each of them,
 shape (steps, 2, columns). `tape` has the rows that each of their ticks needs for the backward sweep.
@@ -12,10 +12,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...support.borrowed import borrowed
 from ...support.jit import JIT, internal, jit
+from ...support.unowned_array import unowned_array
 from .. import forces
-from ..drive import drive_of
+from ..drive import make_drive
 from ..integrators.scheme import advance
 from ..layout import U, V
 from ..state import chain_state
@@ -24,7 +24,7 @@ from .reverse import reverse_tick
 _LARGEST = np.finfo(np.float64).max
 
 
-class Loops(NamedTuple):
+class RunLoops(NamedTuple):
     """The loops of a law and an integrator.
 
     Attributes:
@@ -38,7 +38,7 @@ class Loops(NamedTuple):
     backward: Any
 
 
-class JudgeLoops(NamedTuple):
+class ObjectiveLoops(NamedTuple):
     """The loops of an objective for a law.
 
     Attributes:
@@ -64,30 +64,30 @@ def _has_infinity(a):
 
 @internal
 def _set_state(a, state):
-    forces.copy(state[0], a[U])
-    forces.copy(state[1], a[V])
+    forces.copy_array(state[0], a[U])
+    forces.copy_array(state[1], a[V])
 
 
 @cache
-def loops(kind: type, scheme: Any) -> Loops:
+def make_run_loops(kind: type, scheme: Any) -> RunLoops:
     """Return the loops for the class of a law and the numbers of an integrator."""
 
     @jit
     def forward(table, drive, tick, ticks, states, tape):
-        table, drive, tape, states = borrowed(table), borrowed(drive), borrowed(tape), borrowed(states)
+        table, drive, tape, states = unowned_array(table), unowned_array(drive), unowned_array(tape), unowned_array(states)
         chain, rows = chain_state(kind, table), len(tape) // len(drive)
         for k in range(len(drive)):
-            held = drive_of(table, table[:0], 0, drive[k, 0], drive[k, 1])
+            held = make_drive(table, table[:0], 0, drive[k, 0], drive[k, 1])
             if advance(scheme, chain, held, tick + k * ticks, ticks, tape[k * rows : (k + 1) * rows]) != ticks:
                 return k
-            forces.copy(table[U], states[k, 0])
-            forces.copy(table[V], states[k, 1])
+            forces.copy_array(table[U], states[k, 0])
+            forces.copy_array(table[V], states[k, 1])
         return len(drive)
 
     @jit
     def backward(table, adjoint, drive, ticks, tape, sources, input_adjoints):
-        table, adjoint, drive, tape = borrowed(table), borrowed(adjoint), borrowed(drive), borrowed(tape)
-        sources, input_adjoints = borrowed(sources), borrowed(input_adjoints)
+        table, adjoint, drive, tape = unowned_array(table), unowned_array(adjoint), unowned_array(drive), unowned_array(tape)
+        sources, input_adjoints = unowned_array(sources), unowned_array(input_adjoints)
         chain, reverse = chain_state(kind, table), chain_state(kind, adjoint)
         rows = len(tape) // (len(drive) * ticks)
         for k in range(len(drive) - 1, -1, -1):
@@ -101,17 +101,17 @@ def loops(kind: type, scheme: Any) -> Loops:
                 return k + 1
         return 0
 
-    return Loops(forward, backward)
+    return RunLoops(forward, backward)
 
 
 @lru_cache(maxsize=64)
-def judge_loops(kind: type, note: Callable[..., Any], pullback: Callable[..., Any]) -> JudgeLoops:
+def make_objective_loops(kind: type, note: Callable[..., Any], pullback: Callable[..., Any]) -> ObjectiveLoops:
     """Return the loops for the class of a law and the functions of an objective."""
-    note, pullback = _jitted(note), _jitted(pullback)
+    note, pullback = _compiled_function(note), _compiled_function(pullback)
 
     @jit
-    def notes(table, drive, states, span, constants, sums):
-        table, drive, states = borrowed(table), borrowed(drive), borrowed(states)
+    def note_steps(table, drive, states, span, constants, sums):
+        table, drive, states = unowned_array(table), unowned_array(drive), unowned_array(states)
         chain, first, steps = chain_state(kind, table), span[0], span[1]
         for k in range(len(drive)):
             _set_state(table, states[k])
@@ -122,24 +122,29 @@ def judge_loops(kind: type, note: Callable[..., Any], pullback: Callable[..., An
         return len(drive)
 
     @jit
-    def pullbacks(table, adjoint, drive, input_adjoints, states, sources, span, numbers):
-        table, adjoint, drive, states = borrowed(table), borrowed(adjoint), borrowed(drive), borrowed(states)
-        sources, input_adjoints = borrowed(sources), borrowed(input_adjoints)
+    def pull_back_steps(table, adjoint, drive, input_adjoints, states, sources, span, numbers):
+        table, adjoint, drive, states = (
+            unowned_array(table),
+            unowned_array(adjoint),
+            unowned_array(drive),
+            unowned_array(states),
+        )
+        sources, input_adjoints = unowned_array(sources), unowned_array(input_adjoints)
         chain, reverse, first, steps = chain_state(kind, table), chain_state(kind, adjoint), span[0], span[1]
         constants, slopes = numbers
         for k in range(len(drive)):
             _set_state(table, states[k])
-            forces.fill(adjoint[U], 0.0)
-            forces.fill(adjoint[V], 0.0)
+            forces.fill_array(adjoint[U], 0.0)
+            forces.fill_array(adjoint[V], 0.0)
             pullback(chain, reverse, first + k, steps, drive[k], input_adjoints[k], constants, slopes)
             if _has_infinity(adjoint):
                 return k
-            forces.copy(adjoint[U], sources[k, 0])
-            forces.copy(adjoint[V], sources[k, 1])
+            forces.copy_array(adjoint[U], sources[k, 0])
+            forces.copy_array(adjoint[V], sources[k, 1])
         return len(drive)
 
-    return JudgeLoops(notes, pullbacks)
+    return ObjectiveLoops(note_steps, pull_back_steps)
 
 
-def _jitted(function: Callable[..., Any]) -> Callable[..., Any]:
+def _compiled_function(function: Callable[..., Any]) -> Callable[..., Any]:
     return function if hasattr(function, "py_func") or not JIT else jit(function)

@@ -12,7 +12,7 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
-from ...errors import ParameterError, nearest
+from ...errors import ParameterError, spelling_hint
 from ...support.float_arrays import FloatArray
 from ...support.jit import jit
 from ..arrangements import Uniform
@@ -31,11 +31,11 @@ def parameter_gradient(chain: Chain, adjoints: Adjoints, name: str) -> float | F
         ParameterError: there is no such derivative; the message gives advice.
     """
     if name not in KNOWN:
-        raise ParameterError(f"{name!r} has no gradient", hint=nearest(name, KNOWN), at="with_respect_to")
+        raise ParameterError(f"{name!r} has no gradient", hint=spelling_hint(name, KNOWN), at="with_respect_to")
     return KNOWN[name](chain, adjoints)
 
 
-class _Built:
+class _GeometryDerivatives:
     """Derivatives by results of `geometry`: masses, stiffnesses and static forces, each including all dependent quantities."""
 
     def __init__(self, chain: Chain, adjoints: Adjoints) -> None:
@@ -46,11 +46,11 @@ class _Built:
         rest = np.where(real, adjoints.table[REST_OVERLAP, : n + 1], 0.0)
         # The static overlap solves F(d, k) = F0: dd/dF0 = 1 / (dF/dd) and dd/dk = -(dF/dk) / (dF/dd).
         pressed = g.static_overlap > 0.0
-        slopes = static_slopes(chain)
+        slopes = static_force_slopes(chain)
         by_force, by_stiffness = np.zeros(n + 1), np.zeros(n + 1)
         by_force[pressed] = 1.0 / slopes[0, pressed]
         by_stiffness[pressed] = -slopes[1, pressed] / slopes[0, pressed]
-        self.unpressed = real & ~pressed
+        self.unloaded = real & ~pressed
         self.static = rest * by_force
         self.static[0] += adjoints.table[SCALARS, LEFT_STATIC]
         self.static[n] += adjoints.table[SCALARS, RIGHT_STATIC]
@@ -60,26 +60,26 @@ class _Built:
         self.mass = adjoints.table[MASS, inner] - adjoints.table[INVERSE_MASS, inner] / (g.mass * g.mass)
         # The motion of a prescribed grain does not depend on its mass.
         self.moved = chain.table[INVERSE_MASS, inner] > 0.0
-        self.weight = _weight_adjoint(chain, self.static) if _hangs(chain) else np.zeros(n)
+        self.weight = _weight_adjoint(chain, self.static) if _has_static_weight(chain) else np.zeros(n)
         self.mass = np.where(self.moved, self.mass + p.gravity * self.weight, 0.0)
 
 
-def static_slopes(chain: Chain) -> FloatArray:
+def static_force_slopes(chain: Chain) -> FloatArray:
     """Return dF/dd and dF/dk of every contact at its static overlap, shape (2, n + 1)."""
     adjoint, slopes = np.zeros_like(chain.table), np.zeros((2, chain.parameters.grains + 1))
-    _write_static_slopes(chain.state.law, chain.table, adjoint, chain.geometry.static_overlap, slopes)
+    _write_static_force_slopes(chain.state.law, chain.table, adjoint, chain.geometry.static_overlap, slopes)
     return slopes
 
 
 @jit
-def _write_static_slopes(kind, table, adjoint, overlap, out):
+def _write_static_force_slopes(kind, table, adjoint, overlap, out):
     chain, reverse = chain_state(kind, table), chain_state(kind, adjoint)
     for j in range(len(overlap)):
         out[0, j] = force_pullback(chain.law, reverse.law, j, overlap[j], 1.0)
         out[1, j] = reverse.law.stiffness[j]
 
 
-def _hangs(chain: Chain) -> bool:
+def _has_static_weight(chain: Chain) -> bool:
     """Return whether contacts carry weight at the start, i.e. with gravity and without gaps."""
     return chain.parameters.gravity != 0.0 and not np.any(np.asarray(chain.parameters.gap) > 0.0)
 
@@ -106,9 +106,9 @@ def _refuse_dependent_constants(chain: Chain, name: str) -> None:
         )
 
 
-def _refuse_unpressed(chain: Chain, built: _Built, name: str) -> None:
-    if built.unpressed.any():
-        where = int(np.argmax(built.unpressed))
+def _refuse_unloaded_contacts(chain: Chain, derivatives: _GeometryDerivatives, name: str) -> None:
+    if derivatives.unloaded.any():
+        where = int(np.argmax(derivatives.unloaded))
         raise ParameterError(
             f"{name!r} has no derivative here: contact {where} carries no static force, and its overlap at rest "
             f"grows as (force)^(1/{chain.parameters.law.exponent:g})",
@@ -117,16 +117,16 @@ def _refuse_unpressed(chain: Chain, built: _Built, name: str) -> None:
         )
 
 
-def _radius(chain: Chain, adjoints: Adjoints) -> float | FloatArray:
-    p, g, n, built = chain.parameters, chain.geometry, chain.parameters.grains, _Built(chain, adjoints)
+def _radius_gradient(chain: Chain, adjoints: Adjoints) -> float | FloatArray:
+    p, g, n, derivatives = chain.parameters, chain.geometry, chain.parameters.grains, _GeometryDerivatives(chain, adjoints)
     _refuse_dependent_constants(chain, "radius")
-    if _hangs(chain):
-        _refuse_unpressed(chain, built, "radius")
-    gradient = np.where(natural_mass(chain), 3.0 * g.mass / g.radius * built.mass, 0.0)
+    if _has_static_weight(chain):
+        _refuse_unloaded_contacts(chain, derivatives, "radius")
+    gradient = np.where(has_computed_mass(chain), 3.0 * g.mass / g.radius * derivatives.mass, 0.0)
     if p.contact_stiffness is None:
         # K ~ sqrt(R*), 1/R* = 1/R_left + 1/R_right.
         by_curvature = np.zeros(n + 1)
-        by_curvature[g.contact_slice] = (0.5 * built.stiffness * g.stiffness * g.reduced_radius)[g.contact_slice]
+        by_curvature[g.contact_slice] = (0.5 * derivatives.stiffness * g.stiffness * g.reduced_radius)[g.contact_slice]
         gradient += (by_curvature[1:] + by_curvature[:-1]) / (g.radius * g.radius)
         for end, column, place in ((p.left, 0, 0), (p.right, -1, n)):
             if end == "fixed_grain":  # it has the radius of the adjacent grain
@@ -135,7 +135,7 @@ def _radius(chain: Chain, adjoints: Adjoints) -> float | FloatArray:
     return float(gradient.sum()) if one_for_all else gradient
 
 
-def natural_mass(chain: Chain) -> npt.NDArray[np.bool_]:
+def has_computed_mass(chain: Chain) -> npt.NDArray[np.bool_]:
     """Return which grains have the mass density x volume, shape (n,)."""
     p = chain.parameters
     natural = np.isnan(p.arrangement.masses(np.full(p.grains, np.nan)))
@@ -146,43 +146,45 @@ def natural_mass(chain: Chain) -> npt.NDArray[np.bool_]:
     return natural
 
 
-def _mass(chain: Chain, adjoints: Adjoints) -> float | FloatArray:
-    built = _Built(chain, adjoints)
-    if _hangs(chain):
-        _refuse_unpressed(chain, built, "mass")
-    return float(built.mass.sum()) if isinstance(chain.parameters.mass, float) else built.mass
+def _mass_gradient(chain: Chain, adjoints: Adjoints) -> float | FloatArray:
+    derivatives = _GeometryDerivatives(chain, adjoints)
+    if _has_static_weight(chain):
+        _refuse_unloaded_contacts(chain, derivatives, "mass")
+    return float(derivatives.mass.sum()) if isinstance(chain.parameters.mass, float) else derivatives.mass
 
 
-def _contact_stiffness(chain: Chain, adjoints: Adjoints) -> float | FloatArray:
-    built = _Built(chain, adjoints)
+def _contact_stiffness_gradient(chain: Chain, adjoints: Adjoints) -> float | FloatArray:
+    derivatives = _GeometryDerivatives(chain, adjoints)
     _refuse_dependent_constants(chain, "contact_stiffness")
-    return float(built.stiffness.sum()) if isinstance(chain.parameters.contact_stiffness, float) else built.stiffness
+    return (
+        float(derivatives.stiffness.sum()) if isinstance(chain.parameters.contact_stiffness, float) else derivatives.stiffness
+    )
 
 
-def _precompression(chain: Chain, adjoints: Adjoints) -> float:
-    built = _Built(chain, adjoints)
-    _refuse_unpressed(chain, built, "precompression")
-    return float(built.static.sum())
+def _precompression_gradient(chain: Chain, adjoints: Adjoints) -> float:
+    derivatives = _GeometryDerivatives(chain, adjoints)
+    _refuse_unloaded_contacts(chain, derivatives, "precompression")
+    return float(derivatives.static.sum())
 
 
-def _gap(chain: Chain, adjoints: Adjoints) -> float | FloatArray:
-    built = _Built(chain, adjoints)
-    return built.gap if isinstance(chain.parameters.gap, list) else float(built.gap[built.real].sum())
+def _gap_gradient(chain: Chain, adjoints: Adjoints) -> float | FloatArray:
+    derivatives = _GeometryDerivatives(chain, adjoints)
+    return derivatives.gap if isinstance(chain.parameters.gap, list) else float(derivatives.gap[derivatives.real].sum())
 
 
-def _gravity(chain: Chain, adjoints: Adjoints) -> float:
-    built = _Built(chain, adjoints)
+def _gravity_gradient(chain: Chain, adjoints: Adjoints) -> float:
+    derivatives = _GeometryDerivatives(chain, adjoints)
     if chain.parameters.gravity == 0.0:
         raise ParameterError(
             "'gravity' has a gradient only where there is gravity", hint="give the chain some", at="with_respect_to"
         )
-    if _hangs(chain):
-        _refuse_unpressed(chain, built, "gravity")
+    if _has_static_weight(chain):
+        _refuse_unloaded_contacts(chain, derivatives, "gravity")
     weighed = chain.table[MASS, 1 : chain.parameters.grains + 1]
-    return float(adjoints.table[SCALARS, GRAVITY] + (weighed * built.weight).sum())
+    return float(adjoints.table[SCALARS, GRAVITY] + (weighed * derivatives.weight).sum())
 
 
-def _dissipation(chain: Chain, adjoints: Adjoints) -> float | FloatArray:
+def _dissipation_gradient(chain: Chain, adjoints: Adjoints) -> float | FloatArray:
     chosen = chain.parameters.law
     if not isinstance(chosen, Dissipative):
         known = " or ".join(name for name, one in LAWS.items() if issubclass(one, Dissipative))
@@ -197,13 +199,13 @@ def _dissipation(chain: Chain, adjoints: Adjoints) -> float | FloatArray:
 
 KNOWN: dict[str, Callable[[Chain, Adjoints], float | FloatArray]] = {
     "drive": lambda chain, adjoints: adjoints.inputs,
-    "radius": _radius,
-    "mass": _mass,
-    "contact_stiffness": _contact_stiffness,
-    "precompression": _precompression,
-    "dissipation": _dissipation,
-    "gap": _gap,
-    "gravity": _gravity,
+    "radius": _radius_gradient,
+    "mass": _mass_gradient,
+    "contact_stiffness": _contact_stiffness_gradient,
+    "precompression": _precompression_gradient,
+    "dissipation": _dissipation_gradient,
+    "gap": _gap_gradient,
+    "gravity": _gravity_gradient,
     "velocity": lambda chain, adjoints: adjoints.velocity,
     "displacement": lambda chain, adjoints: adjoints.displacement,
 }

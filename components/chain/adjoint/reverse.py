@@ -8,12 +8,12 @@ contact its force (FORCE) and g = dF/dd times the derivative by the force (OVERL
 
 from __future__ import annotations
 
-from ...support.dispatch import dispatched
+from ...support.dispatch import dispatch_by_class
 from ...support.jit import internal_inlined
 from .. import forces
 from ..integrators.compositions import Composition, DampedComposition
-from ..integrators.dissipative_step import closed_time, half_sweep, is_closing, prepare, share
-from ..laws.functions import damping, damping_pullback, force, force_pullback, jumps
+from ..integrators.dissipative_step import acting_time, apply_half_sweep, is_closing, prepare_impulses, sweep_fraction
+from ..laws.functions import damping, damping_pullback, force, force_pullback, has_force_jump
 from ..layout import (
     DISSIPATION,
     GRAVITY,
@@ -39,7 +39,7 @@ _APPROACHES = (RIGHT_DRIVE, HISTORY, HISTORY + 1)
 _SPEED_ADJOINT, _IMPULSE = HISTORY + 2, LOST
 
 
-@dispatched
+@dispatch_by_class
 def reverse_tick(scheme, chain, adjoint, inputs, input_adjoint, tape):
     """Propagate the adjoint from the end of a tick to its beginning, and add the derivatives by the inputs to `input_adjoint`.
 
@@ -49,7 +49,7 @@ def reverse_tick(scheme, chain, adjoint, inputs, input_adjoint, tape):
         adjoint: a `ChainState` of the adjoint table.
         inputs: held left and right inputs, shape (2,).
         input_adjoint: derivatives by the inputs, shape (2,).
-        tape: the rows that `one_tick` wrote in this tick.
+        tape: the rows that `advance_tick` wrote in this tick.
     """
 
 
@@ -58,16 +58,21 @@ def reverse_composed_tick(scheme, chain, adjoint, inputs, input_adjoint, tape):
     """Reverse the kicks and drifts of a tick."""
     stages, h = len(scheme.kicks), chain.settings.step
     _reverse_piston_speeds(chain, adjoint, input_adjoint)
-    bases = _reverse_places(chain, adjoint, input_adjoint, scheme.passed[stages - 1] + scheme.drifts[stages])
+    base_adjoints = _reverse_positions(chain, adjoint, input_adjoint, scheme.kick_times[stages - 1] + scheme.drifts[stages])
     for back in range(stages):
         s = stages - 1 - back
-        e = scheme.drifts[0] if s == 0 else scheme.passed[s - 1] + scheme.drifts[s]
+        e = scheme.drifts[0] if s == 0 else scheme.kick_times[s - 1] + scheme.drifts[s]
         _reverse_kick(
-            chain, adjoint, inputs, input_adjoint, tape[s], (scheme.passed[s], scheme.kicks[s] * h, scheme.drifts[s + 1] * h)
+            chain,
+            adjoint,
+            inputs,
+            input_adjoint,
+            tape[s],
+            (scheme.kick_times[s], scheme.kicks[s] * h, scheme.drifts[s + 1] * h),
         )
-        placed = _reverse_places(chain, adjoint, input_adjoint, e)
-        bases = bases[0] + placed[0], bases[1] + placed[1]
-    _reverse_begin(chain, adjoint, bases, scheme.drifts[0] * h)
+        placed = _reverse_positions(chain, adjoint, input_adjoint, e)
+        base_adjoints = base_adjoints[0] + placed[0], base_adjoints[1] + placed[1]
+    _reverse_first_drift(chain, adjoint, base_adjoints, scheme.drifts[0] * h)
 
 
 @reverse_tick.register(DampedComposition)
@@ -75,24 +80,24 @@ def reverse_damped_tick(scheme, chain, adjoint, inputs, input_adjoint, tape):
     """Reverse the kicks, drifts and the dissipative flow of a tick."""
     stages, h, row = len(scheme.kicks), chain.settings.step, len(tape)
     _reverse_piston_speeds(chain, adjoint, input_adjoint)
-    bases = _reverse_places(chain, adjoint, input_adjoint, scheme.passed[stages - 1] + scheme.drifts[stages])
+    base_adjoints = _reverse_positions(chain, adjoint, input_adjoint, scheme.kick_times[stages - 1] + scheme.drifts[stages])
     for back in range(stages):
         s = stages - 1 - back
-        e = scheme.drifts[0] if s == 0 else scheme.passed[s - 1] + scheme.drifts[s]
+        e = scheme.drifts[0] if s == 0 else scheme.kick_times[s - 1] + scheme.drifts[s]
         row -= 1
         if s == stages // 2:
             row -= 1
             _reverse_drift(chain, adjoint, 0.0, scheme.drifts[s + 1] * h)
             # During the flow the speeds of pistons are the inputs; before and after it they have no effect.
-            _forget_piston_speeds(chain, adjoint)
+            _clear_piston_speed_adjoints(chain, adjoint)
             _reverse_dissipation(chain, adjoint, tape[row], tape[row + 1])
             _reverse_piston_speeds(chain, adjoint, input_adjoint)
         else:
-            stage = (scheme.passed[s], scheme.kicks[s] * h, scheme.drifts[s + 1] * h)
+            stage = (scheme.kick_times[s], scheme.kicks[s] * h, scheme.drifts[s + 1] * h)
             _reverse_kick(chain, adjoint, inputs, input_adjoint, tape[row], stage)
-        placed = _reverse_places(chain, adjoint, input_adjoint, e)
-        bases = bases[0] + placed[0], bases[1] + placed[1]
-    _reverse_begin(chain, adjoint, bases, scheme.drifts[0] * h)
+        placed = _reverse_positions(chain, adjoint, input_adjoint, e)
+        base_adjoints = base_adjoints[0] + placed[0], base_adjoints[1] + placed[1]
+    _reverse_first_drift(chain, adjoint, base_adjoints, scheme.drifts[0] * h)
 
 
 @internal_inlined
@@ -101,7 +106,7 @@ def _reverse_kick(chain, adjoint, inputs, input_adjoint, u, stage):
     _, kick, drift = stage
     _reverse_drift(chain, adjoint, kick, drift)
     _reverse_forces(chain, adjoint, u)
-    _reverse_ends(chain, adjoint, inputs, input_adjoint)
+    _reverse_end_forces(chain, adjoint, inputs, input_adjoint)
     _reverse_gravity(chain, adjoint, kick)
     _reverse_overlaps(chain.settings.grains, adjoint.rows)
 
@@ -123,7 +128,7 @@ def _reverse_forces(chain, adjoint, u):
     overlaps, rest, values = a[OTHER_U, : n + 1], chain.rows[REST_OVERLAP], a[FORCE]
     before, after, by_overlap, by_rest = a[FORCE_ADJOINT, :-1], a[FORCE_ADJOINT, 1:], a[OVERLAP_ADJOINT], a[REST_OVERLAP]
     for j in range(n + 1):
-        overlaps[j] = forces.pressed(left[j] - right[j] + rest[j])
+        overlaps[j] = forces.positive_part(left[j] - right[j] + rest[j])
     for j in range(n + 1):
         values[j] = force(law, j, overlaps[j])
     for j in range(n + 1):
@@ -143,7 +148,7 @@ def _reverse_overlaps(n, a):
 
 
 @internal_inlined
-def _reverse_ends(chain, adjoint, inputs, input_adjoint):
+def _reverse_end_forces(chain, adjoint, inputs, input_adjoint):
     """Replace the forces of missing contacts at free ends by the forces on these ends."""
     a, n, left, right = adjoint.rows, chain.settings.grains, chain.settings.left, chain.settings.right
     if left.is_free:
@@ -171,7 +176,7 @@ def _reverse_gravity(chain, adjoint, kick):
 
 
 @internal_inlined
-def _reverse_places(chain, adjoint, input_adjoint, e):
+def _reverse_positions(chain, adjoint, input_adjoint, e):
     """Reverse the positions at e, i.e. those at the tick plus the input's integral; return the adjoints of the former."""
     u, h, n, left, right = adjoint.rows[U], chain.settings.step, chain.settings.grains, 0.0, 0.0
     if chain.settings.left.is_piston:
@@ -190,11 +195,11 @@ def _reverse_piston_speeds(chain, adjoint, input_adjoint):
         input_adjoint[0] += adjoint.rows[V, 1]
     if chain.settings.right.is_piston:
         input_adjoint[1] += adjoint.rows[V, chain.settings.grains]
-    _forget_piston_speeds(chain, adjoint)
+    _clear_piston_speed_adjoints(chain, adjoint)
 
 
 @internal_inlined
-def _forget_piston_speeds(chain, adjoint):
+def _clear_piston_speed_adjoints(chain, adjoint):
     if chain.settings.left.is_piston:
         adjoint.rows[V, 1] = 0.0
     if chain.settings.right.is_piston:
@@ -202,14 +207,14 @@ def _forget_piston_speeds(chain, adjoint):
 
 
 @internal_inlined
-def _reverse_begin(chain, adjoint, bases, drift):
+def _reverse_first_drift(chain, adjoint, base_adjoints, drift):
     """Reverse the first drift of a tick; prescribed grains get the adjoints of their positions at the tick."""
     a, n = adjoint.rows, chain.settings.grains
     _reverse_drift(chain, adjoint, 0.0, drift)
     if chain.settings.left.is_piston:
-        a[U, 1], a[V, 1] = bases[0], 0.0
+        a[U, 1], a[V, 1] = base_adjoints[0], 0.0
     if chain.settings.right.is_piston:
-        a[U, n], a[V, n] = bases[1], 0.0
+        a[U, n], a[V, n] = base_adjoints[1], 0.0
 
 
 # -- the dissipative part of a step ---------------------------------------------------------------------------------------
@@ -219,18 +224,18 @@ def _reverse_begin(chain, adjoint, bases, drift):
 def _reverse_dissipation(chain, adjoint, u, v):
     """Reverse the flow of the dissipative forces at the displacements u, with the velocities v before it."""
     a, b, n = chain.rows, adjoint.rows, chain.settings.grains
-    forces.copy(v[: n + 2], a[V])
-    forces.fill(b[_PER_SPEED_ADJOINT], 0.0)
-    forces.fill(b[_LEAST_ADJOINT], 0.0)
-    prepare(chain, u)
+    forces.copy_array(v[: n + 2], a[V])
+    forces.fill_array(b[_PER_SPEED_ADJOINT], 0.0)
+    forces.fill_array(b[_LEAST_ADJOINT], 0.0)
+    prepare_impulses(chain, u)
     for sweep in range(3):
         for j in range(n + 1):
             b[_APPROACHES[sweep], j] = a[V, j] - a[V, j + 1]
         if sweep < 2:
-            half_sweep(chain, sweep)
+            apply_half_sweep(chain, sweep)
     for back in range(3):
         _reverse_half_sweep(a, b, n, b[_APPROACHES[2 - back]], back % 2)
-    _reverse_preparation(chain, adjoint, u)
+    _reverse_impulse_factors(chain, adjoint, u)
     for i in range(1, n + 1):
         b[U, i] += b[_PER_SPEED_ADJOINT, i] - b[_PER_SPEED_ADJOINT, i - 1]
         b[V, i] += b[_LEAST_ADJOINT, i] - b[_LEAST_ADJOINT, i - 1]
@@ -256,13 +261,13 @@ def _reverse_half_sweep(a, b, n, approach, parity):
 
 
 @internal_inlined
-def _reverse_preparation(chain, adjoint, u):
-    """Reverse `prepare`; `_PER_SPEED_ADJOINT` and `_LEAST_ADJOINT` return the adjoints of the overlaps and the approaches."""
+def _reverse_impulse_factors(chain, adjoint, u):
+    """Reverse `prepare_impulses`; `_PER_SPEED_ADJOINT` and `_LEAST_ADJOINT` return the adjoints of overlaps and approaches."""
     a, b, law, h = chain.rows, adjoint.rows, chain.law, chain.settings.step
     for j in range(chain.settings.grains + 1):
         middle, w = u[j] - u[j + 1] + a[REST_OVERLAP, j], b[_APPROACHES[0], j]
-        d = forces.pressed(middle)
-        time = closed_time(law, middle, w, h) * share(j)
+        d = forces.positive_part(middle)
+        time = acting_time(law, middle, w, h) * sweep_fraction(j)
         coefficient = damping(law, j, d)
         c = coefficient * time
         y = 0.5 * c * (a[INVERSE_MASS, j] + a[INVERSE_MASS, j + 1])
@@ -273,8 +278,8 @@ def _reverse_preparation(chain, adjoint, u):
         g = force_pullback(law, adjoint.law, j, d, -least * time)
         g += damping_pullback(law, adjoint.law, j, d, per_speed * by_damping * time)
         by_approach = 0.0
-        if jumps(law) and is_closing(middle, w, h):
-            by_time = share(j) * (per_speed * by_damping * coefficient - least * force(law, j, d))
+        if has_force_jump(law) and is_closing(middle, w, h):
+            by_time = sweep_fraction(j) * (per_speed * by_damping * coefficient - least * force(law, j, d))
             g += by_time / w
             by_approach = -by_time * middle / (w * w)
         b[REST_OVERLAP, j] += g

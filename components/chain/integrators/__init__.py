@@ -7,9 +7,9 @@ from typing import Any
 
 from . import compositions, hamming, runge_kutta
 from .compositions import Composition, DampedComposition
-from .scheme import UNSOUND, Entries, entries
+from .scheme import UNSOUND, EntryPoints, make_entry_points
 
-__all__ = ["SCHEMES", "UNSOUND", "Composition", "DampedComposition", "Entries", "Scheme", "entries"]
+__all__ = ["SCHEMES", "UNSOUND", "Composition", "DampedComposition", "EntryPoints", "Scheme", "make_entry_points"]
 
 
 @dataclass(frozen=True)
@@ -17,14 +17,14 @@ class Scheme:
     """An integrator.
 
     Attributes:
-        numbers: the tuple for whose class `one_tick` is registered.
+        numbers: the tuple for whose class `advance_tick` is registered.
         damped: the same for contacts with dissipation.
         evaluations: force evaluations per step.
         history_rows: rows of state in addition to displacement, velocity and peak.
         scratch_rows: rows of scratch.
         step_factor: step for the default accuracy, in units of the step of PEFRL.
         pressed_angle: largest step x the lattice's highest angular frequency, under a static load.
-        wanted_forces: force evaluations per contact for a relative velocity error of about 1e-3.
+        minimum_evaluations: force evaluations per contact for a relative velocity error of about 1e-3.
     """
 
     numbers: Any
@@ -34,7 +34,7 @@ class Scheme:
     scratch_rows: int = 0
     step_factor: float = 1.0
     pressed_angle: float = 0.5
-    wanted_forces: float = 60.0
+    minimum_evaluations: float = 60.0
 
     @property
     def explicit(self) -> bool:
@@ -46,7 +46,12 @@ SCHEMES = {
     "pefrl": Scheme(compositions.PEFRL, compositions.DAMPED_PEFRL, 4),
     # Second order: an eighth of the step for the same error as the other schemes.
     "leapfrog": Scheme(
-        compositions.LEAPFROG, compositions.DAMPED_LEAPFROG, 1, step_factor=0.125, pressed_angle=0.0625, wanted_forces=120.0
+        compositions.LEAPFROG,
+        compositions.DAMPED_LEAPFROG,
+        1,
+        step_factor=0.125,
+        pressed_angle=0.0625,
+        minimum_evaluations=120.0,
     ),
     "rk4": Scheme(runge_kutta.RK4, runge_kutta.RK4, 4, scratch_rows=runge_kutta.SCRATCH_ROWS, pressed_angle=0.2),
     "hamming": Scheme(
@@ -56,6 +61,6 @@ SCHEMES = {
         hamming.HISTORY_ROWS,
         hamming.SCRATCH_ROWS,
         pressed_angle=0.2,
-        wanted_forces=30.0,
+        minimum_evaluations=30.0,
     ),
 }

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from ...support.jit import internal, internal_inlined
 from .. import forces
-from ..drive import value
+from ..drive import polynomial_value
 from ..laws.functions import force
 from ..layout import (
     IMPULSE_LEFT,
@@ -29,8 +29,8 @@ from ..layout import (
     U,
     V,
 )  # fmt: skip
-from .dissipative_step import dissipate
-from .scheme import one_tick
+from .dissipative_step import apply_dissipation
+from .scheme import advance_tick
 
 
 class Composition(NamedTuple):
@@ -38,7 +38,7 @@ class Composition(NamedTuple):
 
     drifts: tuple[float, ...]
     kicks: tuple[float, ...]
-    passed: tuple[float, ...]
+    kick_times: tuple[float, ...]
 
 
 class DampedComposition(NamedTuple):
@@ -46,7 +46,7 @@ class DampedComposition(NamedTuple):
 
     drifts: tuple[float, ...]
     kicks: tuple[float, ...]
-    passed: tuple[float, ...]
+    kick_times: tuple[float, ...]
 
 
 _XI, _LAMBDA, _CHI = 0.1786178958448091, -0.2123418310626054, -0.06626458266981849
@@ -75,60 +75,60 @@ class EndForces(NamedTuple):
     last: float
 
 
-@one_tick.register(Composition)
+@advance_tick.register(Composition)
 def composed_tick(scheme, chain, drive, tick, tape):
     """Advance by drifts and kicks; record the displacements at each kick if the tape has rows."""
     h, a, n = chain.settings.step, chain.rows, chain.settings.grains
-    here, there, v = a[U, : n + 2], a[OTHER_U, : n + 2], a[V, : n + 1]
-    bases, before = forces.end_values(chain, here), forces.end_values(chain, v)
-    drift(here[1:-1], v[1:], scheme.drifts[0] * h)
-    forces.place_pistons(chain, here, drive, bases, scheme.drifts[0])
-    passed_limit = forces.note_peaks(here, a[REST_OVERLAP], a[LIMIT], a[PEAK, : n + 1])
+    u, next_u, v = a[U, : n + 2], a[OTHER_U, : n + 2], a[V, : n + 1]
+    base_positions, before = forces.end_values(chain, u), forces.end_values(chain, v)
+    drift(u[1:-1], v[1:], scheme.drifts[0] * h)
+    forces.place_pistons(chain, u, drive, base_positions, scheme.drifts[0])
+    passed_limit = forces.update_peaks(u, a[REST_OVERLAP], a[LIMIT], a[PEAK, : n + 1])
     for s in range(len(scheme.kicks)):
         if len(tape) > 0:
-            forces.copy(here, tape[s])
-        kick(chain, here, there, drive, (scheme.passed[s], scheme.kicks[s] * h, scheme.drifts[s + 1] * h))
-        forces.place_pistons(chain, there, drive, bases, scheme.passed[s] + scheme.drifts[s + 1])
-        here, there = there, here
+            forces.copy_array(u, tape[s])
+        kick(chain, u, next_u, drive, (scheme.kick_times[s], scheme.kicks[s] * h, scheme.drifts[s + 1] * h))
+        forces.place_pistons(chain, next_u, drive, base_positions, scheme.kick_times[s] + scheme.drifts[s + 1])
+        u, next_u = next_u, u
     if len(scheme.kicks) % 2 == 1:
-        forces.copy(here, there)
+        forces.copy_array(u, next_u)
     forces.set_piston_velocities(chain, v, drive, 1.0)
-    forces.book_pistons(chain, before)
+    forces.tally_pistons(chain, before)
     return passed_limit
 
 
-@one_tick.register(DampedComposition)
+@advance_tick.register(DampedComposition)
 def damped_tick(scheme, chain, drive, tick, tape):
     """Advance by drifts, kicks, and the dissipative flow; the tape also records the velocities before this flow."""
     h, a, n = chain.settings.step, chain.rows, chain.settings.grains
-    here, there, v = a[U, : n + 2], a[OTHER_U, : n + 2], a[V, : n + 1]
-    bases, before = forces.end_values(chain, here), forces.end_values(chain, v)
+    u, next_u, v = a[U, : n + 2], a[OTHER_U, : n + 2], a[V, : n + 1]
+    base_positions, before = forces.end_values(chain, u), forces.end_values(chain, v)
     middle, row = len(scheme.kicks) // 2, 0
-    drift(here[1:-1], v[1:], scheme.drifts[0] * h)
-    forces.place_pistons(chain, here, drive, bases, scheme.drifts[0])
-    passed_limit = forces.note_peaks(here, a[REST_OVERLAP], a[LIMIT], a[PEAK, : n + 1])
+    drift(u[1:-1], v[1:], scheme.drifts[0] * h)
+    forces.place_pistons(chain, u, drive, base_positions, scheme.drifts[0])
+    passed_limit = forces.update_peaks(u, a[REST_OVERLAP], a[LIMIT], a[PEAK, : n + 1])
     for s in range(len(scheme.kicks)):
-        e = scheme.passed[s] + scheme.drifts[s + 1]
+        e = scheme.kick_times[s] + scheme.drifts[s + 1]
         if len(tape) > 0:
-            forces.copy(here, tape[row])
+            forces.copy_array(u, tape[row])
             row += 1
         if s == middle:
             # During the flow prescribed grains move at the mid-step speed.
             forces.set_piston_velocities(chain, v, drive, 0.5)
             if len(tape) > 0:
-                forces.copy(v, tape[row])
+                forces.copy_array(v, tape[row])
                 row += 1
-            dissipate(chain, here)
-            drift(here[1:-1], v[1:], scheme.drifts[s + 1] * h)
+            apply_dissipation(chain, u)
+            drift(u[1:-1], v[1:], scheme.drifts[s + 1] * h)
             _restore_pistons(chain, before)
-            forces.place_pistons(chain, here, drive, bases, e)
+            forces.place_pistons(chain, u, drive, base_positions, e)
         else:
-            kick(chain, here, there, drive, (scheme.passed[s], scheme.kicks[s] * h, scheme.drifts[s + 1] * h))
-            forces.place_pistons(chain, there, drive, bases, e)
-            here, there = there, here
+            kick(chain, u, next_u, drive, (scheme.kick_times[s], scheme.kicks[s] * h, scheme.drifts[s + 1] * h))
+            forces.place_pistons(chain, next_u, drive, base_positions, e)
+            u, next_u = next_u, u
     # A symmetric damped composition has an even number of kicks: the displacements are back in their row.
     forces.set_piston_velocities(chain, v, drive, 1.0)
-    forces.book_pistons(chain, before)
+    forces.tally_pistons(chain, before)
     return passed_limit
 
 
@@ -140,15 +140,15 @@ def drift(u, v, time):
 
 
 @internal
-def kick_and_drift(law, here, there, velocities, constants, f, times):
-    """Kick all grains except the last by the contact forces on each and by gravity, then drift from `here` to `there`.
+def kick_and_drift(law, u, next_u, velocities, constants, f, times):
+    """Kick all grains except the last by the contact forces on each and by gravity, then drift from `u` to `next_u`.
 
     Displacements are read from one row and written to another: an in-place loop would not vectorise and take 1.4 times as long.
 
     Args:
         law: of the contacts.
-        here: displacements of all columns.
-        there: displacements after the drift; written.
+        u: displacements of all columns.
+        next_u: displacements after the drift; written.
         velocities: of the grains; written.
         constants: overlaps at rest of the contacts, inverse masses of the grains.
         f: force left of the first grain.
@@ -157,11 +157,11 @@ def kick_and_drift(law, here, there, velocities, constants, f, times):
     Returns:
         The force right of the last of these grains.
     """
-    left, right, moved = here[1:-2], here[2:-1], there[1:-2]
+    left, right, moved = u[1:-2], u[2:-1], next_u[1:-2]
     rest, inverse_mass = constants
     time, fall, drift_time = times
     for i in range(len(left)):
-        g = force(law, i + 1, forces.pressed(left[i] - right[i] + rest[i]))
+        g = force(law, i + 1, forces.positive_part(left[i] - right[i] + rest[i]))
         v = (velocities[i] + (time * inverse_mass[i]) * (f - g)) + fall
         velocities[i] = v
         moved[i] = left[i] + drift_time * v
@@ -170,8 +170,8 @@ def kick_and_drift(law, here, there, velocities, constants, f, times):
 
 
 @internal_inlined
-def kick(chain, here, there, drive, stage):
-    """Kick the velocities, then drift from `here` to `there`; tally the work and impulse of the ends.
+def kick(chain, u, next_u, drive, stage):
+    """Kick the velocities, then drift from `u` to `next_u`; tally the work and impulse of the ends.
 
     `stage` is the time of the kick as a fraction of the step, and the durations of kick and drift.
     """
@@ -179,14 +179,14 @@ def kick(chain, here, there, drive, stage):
     e, time, drift_time = stage
     fall, before = time * chain.settings.gravity, forces.end_values(chain, v)
     # External forces on free ends replace the missing contact forces.
-    first = forces.elastic_force(chain, here, 0) + forces.left_push(chain, drive, e)
-    last = forces.elastic_force(chain, here, n) - forces.right_push(chain, drive, e)
-    second, constants = forces.elastic_force(chain, here, 1), (a[REST_OVERLAP, 1:], a[INVERSE_MASS, 1:])
-    f = kick_and_drift(chain.law, here, there, v[1:], constants, first, (time, fall, drift_time))
+    first = forces.elastic_force(chain, u, 0) + forces.left_end_force(chain, drive, e)
+    last = forces.elastic_force(chain, u, n) - forces.right_end_force(chain, drive, e)
+    second, constants = forces.elastic_force(chain, u, 1), (a[REST_OVERLAP, 1:], a[INVERSE_MASS, 1:])
+    f = kick_and_drift(chain.law, u, next_u, v[1:], constants, first, (time, fall, drift_time))
     v[n] = (v[n] + (time * a[INVERSE_MASS, n]) * (f - last)) + fall
-    there[n] = here[n] + drift_time * v[n]
+    next_u[n] = u[n] + drift_time * v[n]
     _restore_pistons(chain, before)
-    _book_kick(chain, drive, (e, time), before, EndForces(first, second, f, last))
+    _tally_kick(chain, drive, (e, time), before, EndForces(first, second, f, last))
 
 
 @internal_inlined
@@ -199,22 +199,22 @@ def _restore_pistons(chain, velocities):
 
 
 @internal_inlined
-def _book_kick(chain, drive, stage, before, f):
+def _tally_kick(chain, drive, stage, before, f):
     """Tally impulse and work of both ends in a kick; a free end moves at the mean of its velocities before and after."""
     left, right, tally = chain.settings.left, chain.settings.right, chain.rows[TALLY]
     first, last = forces.end_values(chain, chain.rows[V])
     e, time = stage
-    forces.add(tally, IMPULSE_LEFT, time * f.first)
+    forces.add_compensated(tally, IMPULSE_LEFT, time * f.first)
     if left.is_piston:
-        forces.add(tally, IMPULSE_LEFT, time * f.second)
-        forces.add(tally, WORK_LEFT, time * f.second * value(drive.left, e))
+        forces.add_compensated(tally, IMPULSE_LEFT, time * f.second)
+        forces.add_compensated(tally, WORK_LEFT, time * f.second * polynomial_value(drive.left, e))
     else:
         push = f.first if left.is_free else 0.0
-        forces.add(tally, WORK_LEFT, time * push * (0.5 * (before[0] + first)))
+        forces.add_compensated(tally, WORK_LEFT, time * push * (0.5 * (before[0] + first)))
     if right.is_piston:
-        forces.add(tally, IMPULSE_RIGHT, -time * f.before_last)
-        forces.add(tally, WORK_RIGHT, -time * f.before_last * value(drive.right, e))
+        forces.add_compensated(tally, IMPULSE_RIGHT, -time * f.before_last)
+        forces.add_compensated(tally, WORK_RIGHT, -time * f.before_last * polynomial_value(drive.right, e))
     else:
         pull = -f.last if right.is_free else 0.0
-        forces.add(tally, IMPULSE_RIGHT, -time * f.last)
-        forces.add(tally, WORK_RIGHT, time * pull * (0.5 * (before[1] + last)))
+        forces.add_compensated(tally, IMPULSE_RIGHT, -time * f.last)
+        forces.add_compensated(tally, WORK_RIGHT, time * pull * (0.5 * (before[1] + last)))

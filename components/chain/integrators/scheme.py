@@ -1,15 +1,15 @@
-"""Integrators: a `NamedTuple` of numbers, for whose class `one_tick` is registered; and the loop over ticks."""
+"""Integrators: a `NamedTuple` of numbers, for whose class `advance_tick` is registered; and the loop over ticks."""
 
 from __future__ import annotations
 
 from functools import cache, partial
 from typing import Any, NamedTuple
 
-from ...support.borrowed import borrowed
-from ...support.dispatch import dispatched
+from ...support.dispatch import dispatch_by_class
 from ...support.jit import internal_inlined, jit
+from ...support.unowned_array import unowned_array
 from .. import forces
-from ..drive import drive_of, turn_to
+from ..drive import centre_drive, make_drive
 from ..layout import V
 from ..state import chain_state
 
@@ -17,8 +17,8 @@ from ..state import chain_state
 UNSOUND = 1 << 60
 
 
-@partial(dispatched, inlined=True)
-def one_tick(scheme, chain, drive, tick, tape):
+@partial(dispatch_by_class, inlined=True)
+def advance_tick(scheme, chain, drive, tick, tape):
     """Advance a chain by one tick, with the drive set to it; return whether an overlap passed its limit.
 
     Args:
@@ -39,9 +39,9 @@ def advance(scheme, chain, drive, tick, ticks, tape):
     """
     v, rows = chain.rows[V, 1 : chain.settings.grains + 1], len(tape) // ticks
     for t in range(tick, tick + ticks):
-        turn_to(drive, t)
+        centre_drive(drive, t)
         done = t + 1 - tick
-        passed_limit = one_tick(scheme, chain, drive, t, tape[(done - 1) * rows : done * rows])
+        passed_limit = advance_tick(scheme, chain, drive, t, tape[(done - 1) * rows : done * rows])
         forces.update_histories(chain)
         if forces.is_too_fast(v, chain.settings.speed_limit):
             return -done - UNSOUND
@@ -50,7 +50,7 @@ def advance(scheme, chain, drive, tick, ticks, tape):
     return ticks
 
 
-class Entries(NamedTuple):
+class EntryPoints(NamedTuple):
     """The functions of a law and an integrator that Python calls; all take a chain's table.
 
     Attributes:
@@ -61,7 +61,7 @@ class Entries(NamedTuple):
             scratch for the state of a chain, whose rows begin at `first`.
         energies: energies(table, mass), see `forces.energies`.
         contact_forces: contact_forces(table, out).
-        begin_histories: begin_histories(table).
+        initialise_histories: initialise_histories(table).
         update_histories: update_histories(table).
     """
 
@@ -70,12 +70,12 @@ class Entries(NamedTuple):
     advance_batch: Any
     energies: Any
     contact_forces: Any
-    begin_histories: Any
+    initialise_histories: Any
     update_histories: Any
 
 
 @cache
-def entries(kind: type, integrator: Any) -> Entries:
+def make_entry_points(kind: type, integrator: Any) -> EntryPoints:
     """Return the functions for a law's class; numba then examines only a few arrays and numbers per call.
 
     A `ChainState` as an argument would cost a microsecond per array in each call from Python.
@@ -83,31 +83,31 @@ def entries(kind: type, integrator: Any) -> Entries:
 
     @jit
     def advance_driven(table, pieces, left_pieces, left, right, tick, ticks):
-        table = borrowed(table)
-        drive = drive_of(table, pieces, left_pieces, left, right)
+        table = unowned_array(table)
+        drive = make_drive(table, pieces, left_pieces, left, right)
         return advance(integrator, chain_state(kind, table), drive, tick, ticks, table[:0])
 
     @jit
     def advance_held(table, left, right, tick, ticks):
-        table = borrowed(table)
-        drive = drive_of(table, table[:0], 0, left, right)
+        table = unowned_array(table)
+        drive = make_drive(table, table[:0], 0, left, right)
         return advance(integrator, chain_state(kind, table), drive, tick, ticks, table[:0])
 
     @jit
     def advance_batch(tables, inputs, ticks, count, moving, kept, first):
-        tables = borrowed(tables)
+        tables = unowned_array(tables)
         for k in range(len(ticks)):
             if moving[k]:
                 table = tables[k]
                 for row in range(len(kept)):
-                    forces.copy(table[first + row], kept[row])
-                drive = drive_of(table, table[:0], 0, inputs[k, 0], inputs[k, 1])
+                    forces.copy_array(table[first + row], kept[row])
+                drive = make_drive(table, table[:0], 0, inputs[k, 0], inputs[k, 1])
                 if advance(integrator, chain_state(kind, table), drive, ticks[k], count, table[:0]) == count:
                     ticks[k] += count
                 else:
                     moving[k] = False
                     for row in range(len(kept)):
-                        forces.copy(kept[row], table[first + row])
+                        forces.copy_array(kept[row], table[first + row])
 
     @jit
     def energies(table, mass):
@@ -118,11 +118,13 @@ def entries(kind: type, integrator: Any) -> Entries:
         forces.contact_forces(chain_state(kind, table), out)
 
     @jit
-    def begin_histories(table):
-        forces.begin_histories(chain_state(kind, table))
+    def initialise_histories(table):
+        forces.initialise_histories(chain_state(kind, table))
 
     @jit
     def update_histories(table):
         forces.update_histories(chain_state(kind, table))
 
-    return Entries(advance_driven, advance_held, advance_batch, energies, contact_forces, begin_histories, update_histories)
+    return EntryPoints(
+        advance_driven, advance_held, advance_batch, energies, contact_forces, initialise_histories, update_histories
+    )

@@ -46,13 +46,13 @@ class _KnownLaws(Mapping[str, type[Law]]):
     """`LAWS` and the laws of other packages, which are imported when chosen."""
 
     @cached_property
-    def _foreign(self) -> dict[str, EntryPoint]:
+    def _plugin_laws(self) -> dict[str, EntryPoint]:
         return {point.name: point for point in entry_points(group=ENTRY_POINT_GROUP)}
 
     def __getitem__(self, name: str) -> type[Law]:
         if name in LAWS:
             return LAWS[name]
-        point = self._foreign[name]
+        point = self._plugin_laws[name]
         try:
             law = point.load()
         except Exception as error:  # from a third-party package
@@ -63,7 +63,7 @@ class _KnownLaws(Mapping[str, type[Law]]):
 
     def __iter__(self) -> Iterator[str]:
         yield from LAWS
-        yield from (name for name in self._foreign if name not in LAWS)
+        yield from (name for name in self._plugin_laws if name not in LAWS)
 
     def __len__(self) -> int:
         return len(list(iter(self)))

@@ -76,7 +76,7 @@ class ElasticPlastic(Law):
             )
         return (math.pi * pressure * reduced_radius[contacts] / (1.5 * stiffness[contacts]))[:, None]
 
-    def overlap_at(self, force: FloatArray, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
+    def static_overlap(self, force: FloatArray, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
         """Return the overlap by Hertz's law, or along the tangent beyond the yield overlap."""
         root = constants[:, 0]
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -112,22 +112,22 @@ def energy(law, j, d):
     return hertz_energy(law.unloading[j], 0.0 if past < SMALLEST_OVERLAP else past)
 
 
-@functions.remembers.register(ElasticPlasticContacts)
-def remembers(law):
+@functions.has_history.register(ElasticPlasticContacts)
+def has_history(law):
     """Return True."""
     return True
 
 
-@functions.begin.register(ElasticPlasticContacts)
-def begin(law, j):
+@functions.begin_history.register(ElasticPlasticContacts)
+def begin_history(law, j):
     """Write the history of a contact that has never yielded."""
     law.unloading[j], law.residual[j] = law.stiffness[j], 0.0
     # Places without a contact do not yield.
     law.deepest[j] = law.yield_root[j] * law.yield_root[j] if law.stiffness[j] > 0.0 else np.inf
 
 
-@functions.remember.register(ElasticPlasticContacts)
-def remember(law, j, d):
+@functions.update_history.register(ElasticPlasticContacts)
+def update_history(law, j, d):
     """Load contact j to the overlap d if this exceeds its deepest overlap; return the dissipated energy."""
     k, root, before = law.stiffness[j], law.yield_root[j], law.deepest[j]
     if not d > before:

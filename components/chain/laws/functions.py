@@ -10,13 +10,13 @@ from __future__ import annotations
 
 from functools import partial
 
-from ...support.dispatch import dispatched
+from ...support.dispatch import dispatch_by_class
 
-_required = partial(dispatched, inlined=True)
-_optional = partial(dispatched, inlined=True, has_default=True)
+_required = partial(dispatch_by_class, inlined=True)
+_optional = partial(dispatch_by_class, inlined=True, has_default=True)
 
 
-@dispatched
+@dispatch_by_class
 def contact_law(kind, stiffness, constants, history):
     """Return the law of class `kind`, with its arrays.
 
@@ -45,24 +45,24 @@ def damping(law, j, d):
 
 
 @_optional
-def jumps(law):
+def has_force_jump(law):
     """Return whether the dissipative force jumps when a contact closes."""
     return False
 
 
 @_optional
-def remembers(law):
+def has_history(law):
     """Return whether contacts have a history."""
     return False
 
 
 @_optional
-def begin(law, j):
+def begin_history(law, j):
     """Write the history of a contact that has never been loaded."""
 
 
 @_optional
-def remember(law, j, d):
+def update_history(law, j, d):
     """Update the history of contact j, loaded to the overlap d; return the dissipated energy [J]."""
     return 0.0
 
@@ -96,7 +96,7 @@ def energy_root_pullback(law, adjoint, j, d, rest, slope):
 ELASTIC = (contact_law, force, energy)
 """Functions that every law has."""
 DISSIPATIVE = (damping,)
-HISTORY = (remembers, begin, remember)
+HISTORY = (has_history, begin_history, update_history)
 ELASTIC_GRADIENT = (force_pullback, energy_pullback)
 """Additional functions of a law with gradients; a law with a history has none."""
 DISSIPATIVE_GRADIENT = (damping_pullback,)

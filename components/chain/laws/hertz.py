@@ -31,7 +31,7 @@ class HertzRest:
 
     exponent: ClassVar[float] = 1.5
 
-    def overlap_at(self, force: FloatArray, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
+    def static_overlap(self, force: FloatArray, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
         """Return (F / k)^(2/3)."""
         return two_thirds_power(force / stiffness)
 
@@ -85,27 +85,27 @@ def energy_pullback(law, adjoint, j, d, slope):
 
 
 @internal_inlined
-def _roots(d, rest):
+def _overlap_roots(d, rest):
     """Return s and s0, 0 for a gap."""
     return sqrt(d) if d > SMALLEST_OVERLAP else 0.0, sqrt(max(rest, 0.0))
 
 
 @internal_inlined
-def _quotient(s, s0):
+def _energy_quotient(s, s0):
     """Return Q."""
     return s * s * (0.4 * s + 0.8 * s0) + s0 * s0 * (1.2 * s + 0.6 * s0)
 
 
 def energy_root(law, j, d, rest):
     """Return sqrt(k Q) (s - s0)."""
-    s, s0 = _roots(d, rest)
-    return sqrt(law.stiffness[j] * _quotient(s, s0)) * (s - s0)
+    s, s0 = _overlap_roots(d, rest)
+    return sqrt(law.stiffness[j] * _energy_quotient(s, s0)) * (s - s0)
 
 
 def energy_root_pullback(law, adjoint, j, d, rest, slope):
     """Add slope times the derivative by k; return slope times the derivatives by d and by the overlap at rest."""
-    s, s0 = _roots(d, rest)
-    quotient = _quotient(s, s0)
+    s, s0 = _overlap_roots(d, rest)
+    quotient = _energy_quotient(s, s0)
     if quotient <= 0.0 or law.stiffness[j] <= 0.0:
         return 0.0, 0.0
     root = sqrt(law.stiffness[j] / quotient)
@@ -115,7 +115,7 @@ def energy_root_pullback(law, adjoint, j, d, rest, slope):
     return along, -slope * 0.75 * root * s0 * (s + s0)
 
 
-def register_spring(kind: type) -> None:
+def register_hertz_spring(kind: type) -> None:
     """Register Hertz's spring for a law with a field `stiffness`."""
     for function, implementation in (
         (functions.force, force),
@@ -128,4 +128,4 @@ def register_spring(kind: type) -> None:
         function.register(kind)(implementation)
 
 
-register_spring(HertzContacts)
+register_hertz_spring(HertzContacts)

@@ -13,7 +13,7 @@ import numpy as np
 
 from ...support.parameter_fields import NotNegative, field
 from . import functions
-from .hertz import HertzRest, register_spring
+from .hertz import HertzRest, register_hertz_spring
 from .law import Dissipative, FloatArray
 
 
@@ -36,7 +36,7 @@ class KuwabaraKono(HertzRest, Dissipative):
         """Return gamma sqrt(d)."""
         return constants[:, 0] * np.sqrt(overlap)
 
-    def overlap_of(self, constants: FloatArray, coefficients: FloatArray) -> FloatArray:
+    def overlap_from_coefficient(self, constants: FloatArray, coefficients: FloatArray) -> FloatArray:
         """Return (coefficient / gamma)^2."""
         with np.errstate(divide="ignore", over="ignore"):
             root = coefficients / constants[:, 0]
@@ -63,4 +63,4 @@ def damping_pullback(law, adjoint, j, d, slope):
     return 0.5 * law.dissipation[j] / root * slope if d > 0.0 else 0.0
 
 
-register_spring(KuwabaraKonoContacts)
+register_hertz_spring(KuwabaraKonoContacts)

@@ -48,14 +48,14 @@ class Law(Named):
         """
         return np.zeros((contacts.stop - contacts.start, 0))
 
-    def overlap_at(self, force: FloatArray, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
+    def static_overlap(self, force: FloatArray, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
         """Return the overlap at which a contact without previous load carries a force, shape (contacts,) [m].
 
         Every law must define it: precompressed chains, and columns under their own weight, start with it.
         """
         raise NotImplementedError
 
-    def steepest(self, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
+    def largest_stiffness(self, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
         """Return the largest k of F = k d^p, which the step has to resolve, shape (contacts,).
 
         The default step and the caution about its length use this k. A law whose force grows faster than `contact_stiffness`
@@ -83,7 +83,7 @@ class Dissipative(Law, ABC):
 
     place_parameters: ClassVar[Mapping[str, bool]] = MappingProxyType({"dissipation": False})
     dissipation: Any
-    jumps: ClassVar[bool] = False
+    has_force_jump: ClassVar[bool] = False
     """True if the force jumps when a contact closes."""
 
     def contact_constants(
@@ -97,7 +97,7 @@ class Dissipative(Law, ABC):
         """Return the force per approach speed at an overlap, shape (contacts,) [N s/m]."""
 
     @abstractmethod
-    def overlap_of(self, constants: FloatArray, coefficients: FloatArray) -> FloatArray:
+    def overlap_from_coefficient(self, constants: FloatArray, coefficients: FloatArray) -> FloatArray:
         """Return the overlap above which force per speed exceeds `coefficients`; 0: always, inf: never; (contacts,) [m]."""
 
 
@@ -109,11 +109,11 @@ def missing_parts(law: type[Law], *, gradient: bool = False) -> tuple[str, ...]:
     if law.history_rows:
         needed += functions.HISTORY
     own = () if hasattr(law, "exponent") or "exponent" in law.model_fields else ("exponent",)
-    own += () if law.overlap_at is not Law.overlap_at else ("overlap_at",)
-    return own + lacks(law, needed)
+    own += () if law.static_overlap is not Law.static_overlap else ("static_overlap",)
+    return own + missing_functions(law, needed)
 
 
-def lacks(law: type[Law], needed: tuple[Any, ...]) -> tuple[str, ...]:
+def missing_functions(law: type[Law], needed: tuple[Any, ...]) -> tuple[str, ...]:
     """Return the names of required functions that are not registered for a law."""
     kind = getattr(law, "contacts", None)
     return tuple(function.__name__ for function in needed if kind not in function.implementations)

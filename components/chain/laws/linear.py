@@ -26,13 +26,13 @@ class LinearContacts(NamedTuple):
 class Dashpot(Dissipative):
     """A law whose dissipation is a constant force per approach speed while the grains touch."""
 
-    jumps: ClassVar[bool] = True
+    has_force_jump: ClassVar[bool] = True
 
     def coefficients(self, constants: FloatArray, overlap: FloatArray) -> FloatArray:
         """Return the dissipation itself."""
         return constants[:, 0]
 
-    def overlap_of(self, constants: FloatArray, coefficients: FloatArray) -> FloatArray:
+    def overlap_from_coefficient(self, constants: FloatArray, coefficients: FloatArray) -> FloatArray:
         """Return 0 (always) or infinity (never)."""
         return np.where(constants[:, 0] > coefficients, 0.0, np.inf)
 
@@ -47,7 +47,7 @@ class Linear(Dashpot):
     name: Literal["linear"] = field("linear", "a linear spring and dashpot", "1")
     dissipation: NotNegative | list[NotNegative] = field(0.0, "c: one for all contacts, or one for each place", "N s/m")
 
-    def overlap_at(self, force: FloatArray, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
+    def static_overlap(self, force: FloatArray, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
         """Return F / k."""
         return force / stiffness
 
@@ -76,8 +76,8 @@ def damping(law, j, d):
     return law.dissipation[j]
 
 
-@functions.jumps.register(LinearContacts)
-def jumps(law):
+@functions.has_force_jump.register(LinearContacts)
+def has_force_jump(law):
     """Return True: a contact closes at a finite speed."""
     return True
 

@@ -42,7 +42,7 @@ class Power(Law):
         """Return the exponent."""
         return np.full((contacts.stop - contacts.start, 1), self.exponent)
 
-    def overlap_at(self, force: FloatArray, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
+    def static_overlap(self, force: FloatArray, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
         """Return (F / k)^(1/p)."""
         ratio = force / stiffness
         return np.array([power(value, 1.0 / self.exponent) if value > SMALLEST_OVERLAP else 0.0 for value in ratio])
@@ -55,7 +55,7 @@ def power_contacts(kind, stiffness, constants, history):
 
 
 @internal_inlined
-def _open_power(d, p):
+def _positive_power(d, p):
     """Return d^p, or 0 for an open contact."""
     raised = power(d if d > SMALLEST_OVERLAP else SMALLEST_OVERLAP, p)
     return raised if d > SMALLEST_OVERLAP else 0.0 * d
@@ -64,26 +64,26 @@ def _open_power(d, p):
 @functions.force.register(PowerContacts)
 def force(law, j, d):
     """Return F = k d^p."""
-    return law.stiffness[j] * _open_power(d, law.exponent[j])
+    return law.stiffness[j] * _positive_power(d, law.exponent[j])
 
 
 @functions.energy.register(PowerContacts)
 def energy(law, j, d):
     """Return E = k d^(p + 1) / (p + 1)."""
     p = law.exponent[j]
-    return law.stiffness[j] * (d * _open_power(d, p)) / (p + 1.0)
+    return law.stiffness[j] * (d * _positive_power(d, p)) / (p + 1.0)
 
 
 @functions.force_pullback.register(PowerContacts)
 def force_pullback(law, adjoint, j, d, slope):
     """Add slope d^p; return slope p k d^(p - 1)."""
     k, p = law.stiffness[j], law.exponent[j]
-    adjoint.stiffness[j] += _open_power(d, p) * slope
-    return k * (p * _open_power(d, p - 1.0)) * slope
+    adjoint.stiffness[j] += _positive_power(d, p) * slope
+    return k * (p * _positive_power(d, p - 1.0)) * slope
 
 
 @functions.energy_pullback.register(PowerContacts)
 def energy_pullback(law, adjoint, j, d, slope):
     """Add slope dE/dk."""
     p = law.exponent[j]
-    adjoint.stiffness[j] += (d * _open_power(d, p)) / (p + 1.0) * slope
+    adjoint.stiffness[j] += (d * _positive_power(d, p)) / (p + 1.0) * slope

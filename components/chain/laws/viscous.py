@@ -10,7 +10,7 @@ from typing import ClassVar, Literal, NamedTuple
 
 from ...support.parameter_fields import NotNegative, field
 from . import functions, linear
-from .hertz import HertzRest, register_spring
+from .hertz import HertzRest, register_hertz_spring
 from .law import FloatArray
 
 
@@ -36,8 +36,8 @@ def viscous_contacts(kind, stiffness, constants, history):
     return ViscousContacts(stiffness, constants[0])
 
 
-register_spring(ViscousContacts)
+register_hertz_spring(ViscousContacts)
 # The dashpot is that of the linear law.
 functions.damping.register(ViscousContacts)(linear.damping)
-functions.jumps.register(ViscousContacts)(linear.jumps)
+functions.has_force_jump.register(ViscousContacts)(linear.has_force_jump)
 functions.damping_pullback.register(ViscousContacts)(linear.damping_pullback)

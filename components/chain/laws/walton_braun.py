@@ -68,11 +68,11 @@ class WaltonBraun(Law):
             )
         return np.column_stack([unloading, 1.0 - loading / unloading])
 
-    def overlap_at(self, force: FloatArray, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
+    def static_overlap(self, force: FloatArray, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
         """Return F / k1."""
         return force / stiffness
 
-    def steepest(self, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
+    def largest_stiffness(self, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
         """Return k2."""
         return constants[:, 0]
 
@@ -100,20 +100,20 @@ def energy(law, j, d):
     return 0.5 * law.unloading[j] * (past * past)
 
 
-@functions.remembers.register(WaltonBraunContacts)
-def remembers(law):
+@functions.has_history.register(WaltonBraunContacts)
+def has_history(law):
     """Return True."""
     return True
 
 
-@functions.begin.register(WaltonBraunContacts)
-def begin(law, j):
+@functions.begin_history.register(WaltonBraunContacts)
+def begin_history(law, j):
     """Write the history of a contact that has never been loaded."""
     law.deepest[j] = 0.0
 
 
-@functions.remember.register(WaltonBraunContacts)
-def remember(law, j, d):
+@functions.update_history.register(WaltonBraunContacts)
+def update_history(law, j, d):
     """Record a new deepest overlap; return the loss between two depths, the integral of k1 (1 - k1/k2) d."""
     deepest = law.deepest[j]
     if not d > deepest:

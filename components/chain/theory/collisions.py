@@ -52,15 +52,15 @@ def duration_of_overlap(reduced_mass: Number, stiffness: Number, overlap: Number
     return COLLISION_COEFFICIENT * np.sqrt(1.25 * reduced_mass / (stiffness * root))
 
 
-def duration_times_frequency(growth: float) -> float:
+def duration_times_frequency(exponent: float) -> float:
     """Duration of a collision x its largest angular frequency, for F = k d^growth: 4.03 for spheres, pi for springs.
 
     With D the largest overlap, v^2 = 2 k D^(p + 1) / ((p + 1) m*), the duration is (2 D / v) sqrt(pi) Gamma(1 + 1/(p + 1)) /
     Gamma(1/2 + 1/(p + 1)) and the frequency sqrt(p k D^(p - 1) / m*).
     """
-    part = 1.0 / (growth + 1.0)
+    part = 1.0 / (exponent + 1.0)
     duration = 2.0 * math.sqrt(math.pi) * math.gamma(1.0 + part) / math.gamma(0.5 + part)
-    return duration * math.sqrt(0.5 * growth * (growth + 1.0))
+    return duration * math.sqrt(0.5 * exponent * (exponent + 1.0))
 
 
 # 0.8 B(3/5, 3/2) (5/4)^(3/5) and 0.8 B(2/5, 3/2) (5/4)^(2/5), B the beta function.

@@ -54,7 +54,7 @@ def extreme_roots(c3: float) -> tuple[float, float]:
 
 def c3_of_ratio(ratio: Number) -> Number:
     """C3 of the solitary wave whose largest strain is r = xi_m/xi_0 > 1 times the strain at rest."""
-    root = _first_root(ratio)
+    root = _maximum_root(ratio)
     return 1.25 * root**2 * (1.0 - root)
 
 
@@ -89,7 +89,7 @@ def shock_speed_ratio(ratio: Number) -> Number:
     return (2.0 / 3.0 * (sigma**2 + sigma + 1.0) / (sigma + 1.0)) ** 0.5
 
 
-def _first_root(ratio: Number) -> Number:
+def _maximum_root(ratio: Number) -> Number:
     sigma = ratio**0.5
     return 2.5 * (sigma + 1.0) ** 2 / (2.0 * sigma**3 + 4.0 * sigma**2 + 6.0 * sigma + 3.0)
 

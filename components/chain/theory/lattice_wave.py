@@ -157,7 +157,7 @@ def lattice_wave(rest_overlap: float, height: float = 1.0) -> LatticeWave:
     tolerance = max(_TOLERANCE, _ROUNDING / rise**2)
     for _ in range(_ITERATIONS):
         # Functions even about index 0 have real spectra; without the imaginary rounding errors the wave cannot drift.
-        force, overlap = fourier(_force(shape, start), shape)
+        force, overlap = fourier(_force_rise(shape, start), shape)
         square = float((force * tent).sum()) / count
         # The linear part of the force is moved to the left side, so that low wave numbers converge as fast as high ones.
         better, _ = fourier((force - linear * overlap) * tent / (square - linear * tent), np.zeros(count))
@@ -171,7 +171,7 @@ def lattice_wave(rest_overlap: float, height: float = 1.0) -> LatticeWave:
             f"no convergence for rest_overlap {rest:g} and height {height:g}", hint="take a larger height", at="lattice_wave"
         )
     speed = math.sqrt(square)
-    pushed = fourier(_force(shape, start), np.zeros(count))[0] * box
+    pushed = fourier(_force_rise(shape, start), np.zeros(count))[0] * box
     velocity = fourier(pushed, np.zeros(count))[0] / (speed * count)
     place, shape, velocity = (np.roll(values, count // 2) for values in (place, shape, velocity))
     # Rounding leaves +-1e-16 far from the wave.
@@ -180,6 +180,6 @@ def lattice_wave(rest_overlap: float, height: float = 1.0) -> LatticeWave:
     return LatticeWave(place, overlap, velocity * (height * fourth_root), rest, speed * fourth_root)
 
 
-def _force(shape: FloatArray, start: float) -> FloatArray:
+def _force_rise(shape: FloatArray, start: float) -> FloatArray:
     whole = start + np.maximum(shape, 0.0)
     return whole * np.sqrt(whole) - start * math.sqrt(start)

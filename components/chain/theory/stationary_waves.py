@@ -71,7 +71,7 @@ def solitary_wave(c3: float, samples: int = 401) -> StationaryWave:
     if whole_number("samples", samples, 5) % 2 == 0:
         raise ParameterError(f"got {samples}", expected="an odd number, so that one point is the crest", at="samples")
     low, _ = extreme_roots(c3)
-    energy = float(_hill(c3)(low))
+    energy = float(_potential_polynomial(c3)(low))
     high, rest = _solitary_factors(c3, low)
     depth = high - low
 
@@ -93,7 +93,7 @@ def solitary_wave(c3: float, samples: int = 401) -> StationaryWave:
     return StationaryWave(c3, energy, position, y, float(width) * scale)
 
 
-def _hill(c3: float) -> Polynomial:
+def _potential_polynomial(c3: float) -> Polynomial:
     """W as a polynomial of s = y^(2/5)."""
     return Polynomial([0.0, 0.0, c3, 0.0, -0.625, 0.5])
 
@@ -101,7 +101,7 @@ def _hill(c3: float) -> Polynomial:
 def _solitary_factors(c3: float, low: float) -> tuple[float, Polynomial]:
     """Return the crest s_m, and the quadratic factor rest(s) of W(y1) - W(y) = (s - s1)^2 (s_m - s) rest(s)."""
     high = low * ratio_of_c3(c3) ** 0.5
-    quotient = [-0.5, 0.625, 0.0, -c3, 0.0, float(_hill(c3)(low))]
+    quotient = [-0.5, 0.625, 0.0, -c3, 0.0, float(_potential_polynomial(c3)(low))]
     for root in (low, low, high):
         quotient = _divide_by_root(quotient, root)
     return high, Polynomial((-np.array(quotient))[::-1])

@@ -17,7 +17,7 @@ from ...support.parameter_fields import Magnitude, field
 from ...support.powers import power
 from ..chapman_jouguet import Detonation
 from ..gases import Gas
-from .reaction import Reacted, Reaction, react
+from .reaction import Reaction, ReactionResult, advance_reaction
 
 _ONE_OVER_E = 0.36787944117144233
 # The rate is zero above this exponent, to limit the argument of `power`.
@@ -82,10 +82,10 @@ def half_reaction_integral(gas: Gas, front: Detonation, ahead: tuple[float, floa
     return total * step / 3.0
 
 
-@react.register(ArrheniusConstants)
-def _react(law, density, pressure, fraction, step):
+@advance_reaction.register(ArrheniusConstants)
+def _advance_reaction(law, density, pressure, fraction, step):
     exponent = law.energy * density / pressure
     rate = law.rate * power(_ONE_OVER_E, exponent) if exponent < _LARGEST_EXPONENT else 0.0
     decay = step * rate
     left = fraction * power(_ONE_OVER_E, decay) if decay < _LARGEST_EXPONENT else 0.0
-    return Reacted(left, pressure)
+    return ReactionResult(left, pressure)

@@ -19,7 +19,7 @@ from typing import Literal, NamedTuple
 from ...support.parameter_fields import field
 from ..chapman_jouguet import Detonation
 from ..gases import Gas
-from .reaction import Reacted, Reaction, react
+from .reaction import Reaction, ReactionResult, advance_reaction
 
 _NOTHING = 1e-8
 
@@ -49,10 +49,10 @@ class ConstantVolume(Reaction):
         ]
 
 
-@react.register(ConstantVolumeConstants)
-def _react(law, density, pressure, fraction, step):
+@advance_reaction.register(ConstantVolumeConstants)
+def _advance_reaction(law, density, pressure, fraction, step):
     new = 1.0 - (1.0 / density - law.initial_volume) / (law.burnt_volume - law.initial_volume)
     burns = 0.0 <= new and new <= 1.0 and fraction > _NOTHING
     new = 0.0 if fraction < new and new < 0.9 else new
     written = (1.0 - new) * law.burnt_pressure if new < 0.99 else pressure
-    return Reacted(new if burns else fraction, written if burns else pressure)
+    return ReactionResult(new if burns else fraction, written if burns else pressure)

@@ -7,7 +7,7 @@ from typing import Literal, NamedTuple
 from ...support.parameter_fields import field
 from ..chapman_jouguet import Detonation
 from ..gases import Gas
-from .reaction import Reacted, Reaction, react
+from .reaction import Reaction, ReactionResult, advance_reaction
 
 
 class InertConstants(NamedTuple):
@@ -24,6 +24,6 @@ class Inert(Reaction):
         return InertConstants()
 
 
-@react.register(InertConstants)
-def _react(law, density, pressure, fraction, step):
-    return Reacted(fraction, pressure)
+@advance_reaction.register(InertConstants)
+def _advance_reaction(law, density, pressure, fraction, step):
+    return ReactionResult(fraction, pressure)

@@ -15,7 +15,7 @@ from ...errors import ParameterError
 from ...support.parameter_fields import field
 from ..chapman_jouguet import Detonation
 from ..gases import Gas
-from .reaction import Reacted, Reaction, react
+from .reaction import Reaction, ReactionResult, advance_reaction
 
 # Measured at triggers of 0.1 to 0.3: from this product on the speed is that of Chapman and Jouguet within 0.4 %.
 _LEAST_PRODUCT = 0.3
@@ -64,8 +64,8 @@ class PressureBurn(Reaction):
         return self.trigger * front.burnt.pressure
 
 
-@react.register(PressureBurnConstants)
-def _react(law, density, pressure, fraction, step):
+@advance_reaction.register(PressureBurnConstants)
+def _advance_reaction(law, density, pressure, fraction, step):
     left = fraction - step * law.rate
     left = left if left > 0.0 else 0.0
-    return Reacted(left if pressure > law.trigger else fraction, pressure)
+    return ReactionResult(left if pressure > law.trigger else fraction, pressure)

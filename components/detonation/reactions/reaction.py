@@ -6,22 +6,22 @@ import math
 from abc import abstractmethod
 from typing import Any, NamedTuple
 
-from ...support.dispatch import dispatched
+from ...support.dispatch import dispatch_by_class
 from ...support.tagged_union import Named
 from ..chapman_jouguet import Detonation
 from ..gases import Gas
 
 
-class Reacted(NamedTuple):
+class ReactionResult(NamedTuple):
     """The unreacted fraction of the gas after a tick, and its pressure, which a law may overwrite [Pa]."""
 
     fraction: float
     pressure: float
 
 
-@dispatched
-def react(law, density, pressure, fraction, step):
-    """Return the `Reacted` of a cell.
+@dispatch_by_class
+def advance_reaction(law, density, pressure, fraction, step):
+    """Return the `ReactionResult` of a cell.
 
     Args:
         law: constants of the reaction.
@@ -35,7 +35,7 @@ def react(law, density, pressure, fraction, step):
 class Reaction(Named):
     """A law of the reaction, chosen by its `name`.
 
-    `constants` returns the law for kernels: a named tuple whose class selects `react`.
+    `constants` returns the law for kernels: a named tuple whose class selects `advance_reaction`.
     """
 
     @abstractmethod

@@ -34,12 +34,14 @@ class RiemannSolution:
     pressure: float
     velocity: float
 
-    def at(self, ratio: FloatArray) -> FloatArray:
+    def state(self, ratio: FloatArray) -> FloatArray:
         """Return density, velocity and pressure at x / t [m/s], shape (3, n)."""
         values = np.asarray(ratio, dtype=np.float64)
-        left = _side(self.left, self.gamma, self.pressure, self.velocity, values)
+        left = _left_state(self.left, self.gamma, self.pressure, self.velocity, values)
         # The right side is the mirror image of a left one.
-        mirrored = _side(self.right._replace(velocity=-self.right.velocity), self.gamma, self.pressure, -self.velocity, -values)
+        mirrored = _left_state(
+            self.right._replace(velocity=-self.right.velocity), self.gamma, self.pressure, -self.velocity, -values
+        )
         mirrored[1] *= -1.0
         return np.where(values < self.velocity, left, mirrored)
 
@@ -76,7 +78,7 @@ def _velocity_change(state: Flow, gamma: float, pressure: float) -> float:
     return 2.0 * sound / (gamma - 1.0) * ((pressure / ahead) ** ((gamma - 1.0) / (2.0 * gamma)) - 1.0)
 
 
-def _side(state: Flow, gamma: float, pressure: float, velocity: float, ratio: FloatArray) -> FloatArray:
+def _left_state(state: Flow, gamma: float, pressure: float, velocity: float, ratio: FloatArray) -> FloatArray:
     """Return the states to the left of the contact at x / t, shape (3, n)."""
     density, speed, ahead = state
     sound = math.sqrt(gamma * ahead / density)

@@ -10,7 +10,7 @@ import math
 from ..chapman_jouguet import Flow
 
 
-def behind_shock(ahead: Flow, gamma: float, mach: float) -> Flow:
+def state_behind_shock(ahead: Flow, gamma: float, mach: float) -> Flow:
     """Return the state behind a shock that runs to the right at Mach number `mach` relative to the gas ahead."""
     density, velocity, pressure = ahead
     square = mach * mach
@@ -20,11 +20,11 @@ def behind_shock(ahead: Flow, gamma: float, mach: float) -> Flow:
     return Flow(density * compression, velocity + sound * mach * (1.0 - 1.0 / compression), after)
 
 
-def reflected_pressure(coming: Flow, gamma: float) -> float:
+def reflected_pressure(incoming: Flow, gamma: float) -> float:
     """Return the pressure [Pa] on a rigid wall that stops a gas flow of velocity `coming.velocity`.
 
     The positive root of (P - p)^2 = rho u^2 ((gamma + 1) P + (gamma - 1) p) / 2.
     """
-    density, velocity, pressure = coming
+    density, velocity, pressure = incoming
     a = 0.25 * (gamma + 1.0) * density * velocity * velocity
     return pressure + a + math.sqrt(a * a + gamma * pressure * density * velocity * velocity)

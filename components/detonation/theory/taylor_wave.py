@@ -42,7 +42,7 @@ class TaylorWave:
         ratio = self.resting_sound_speed / self.front.sound_speed
         return self.front.burnt.pressure * ratio ** (2.0 * self.gamma / (self.gamma - 1.0))
 
-    def at(self, x: FloatArray, time: float | FloatArray) -> FloatArray:
+    def state(self, x: FloatArray, time: float | FloatArray) -> FloatArray:
         """Return density, velocity and pressure at positions [m] and times [s] after the start, shape (3, n)."""
         gamma, rest, sonic = self.gamma, self.resting_sound_speed, self.front.sound_speed
         ratio = np.asarray(x) / np.asarray(time)
@@ -64,16 +64,16 @@ class TaylorWave:
         """
         front, rest = x / self.front.speed, x / self.resting_sound_speed
         times = np.linspace(front, rest, 2001)[1:]
-        excess = (self.at(np.full(len(times), x), times)[2] - self.plateau) / (self.front.burnt.pressure - self.plateau)
+        excess = (self.state(np.full(len(times), x), times)[2] - self.plateau) / (self.front.burnt.pressure - self.plateau)
         return fit_decay(times - front, excess)
 
 
 def fit_decay(times: FloatArray, excess: FloatArray) -> float:
     """Return the T for which exp(-t / T) best fits `excess` at equidistant times, in the least-squares sense [s]."""
 
-    def misfit(logarithm: float) -> float:
+    def squared_error(logarithm: float) -> float:
         return float(((np.exp(-times / np.exp(logarithm)) - excess) ** 2).sum())
 
     bounds = (np.log(1e-3 * times[-1]), np.log(10.0 * times[-1]))
-    found: Any = minimize_scalar(misfit, bounds=bounds, options={"xatol": 1e-9})
+    found: Any = minimize_scalar(squared_error, bounds=bounds, options={"xatol": 1e-9})
     return float(np.exp(found.x))

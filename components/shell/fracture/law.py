@@ -12,7 +12,7 @@ import numpy as np
 
 from ...materials.thermoviscoplastic import FlowConstants
 from ...support.counter_random import uniform
-from ...support.dispatch import dispatched
+from ...support.dispatch import dispatch_by_class
 from ...support.float_arrays import FloatArray
 from ...support.parameter_fields import NotNegativeMagnitude, field
 from ...support.tagged_union import Named
@@ -34,12 +34,12 @@ class Point(NamedTuple):
     plastic_strain: float
 
 
-@dispatched
+@dispatch_by_class
 def decisive_value(law, point):
     """Return the value at a `Point` that a law compares with its limit."""
 
 
-@dispatched
+@dispatch_by_class
 def may_exceed(law, value, stress, plastic_strain):
     """Return False if a cheap bound shows that the decisive value is not above `value`.
 

@@ -32,7 +32,7 @@ class PrincipalStress(FractureLaw):
     quantity: ClassVar[str] = "the largest principal stress"
     name: Literal["principal_stress"] = field("principal_stress", "the largest principal stress decides", "1")
     factor: Magnitude = field(_FACTOR, "largest principal stress over the yield stress at which a point parts", "1")
-    stress: Magnitude | None = field(None, "that stress itself, in place of the factor", "Pa", without="none")
+    stress: Magnitude | None = field(None, "that stress itself, in place of the factor", "Pa", absent="none")
 
     @model_validator(mode="after")
     def _validate_one_limit(self) -> PrincipalStress:

@@ -49,7 +49,7 @@ class Plate(BodyShape):
     along: int = field(21, "planes of nodes along x", "1", ge=3, le=MOST_PLANES)
     across: int = field(11, "planes of nodes along y", "1", ge=3, le=MOST_PLANES)
     layers: int = field(3, f"planes of nodes along z, the two surfaces among them, {_AT_MOST}", "1", ge=2, le=MOST_LAYERS)
-    notch: Notch | None = field(None, "a slot in the upper surface", "1", without="none")
+    notch: Notch | None = field(None, "a slot in the upper surface", "1", absent="none")
 
     def lattice(self) -> Lattice:
         """Return its nodes."""
@@ -97,7 +97,7 @@ class Tube(BodyShape):
     )
     layers: int = field(3, f"nodes through the wall, on both surfaces and between, {_AT_MOST}", "1", ge=2, le=MOST_LAYERS)
     half: bool = field(False, "only y >= 0; y = 0 is a plane of symmetry", "1")
-    notch: Notch | None = field(None, "a slot in the outer surface", "1", without="none")
+    notch: Notch | None = field(None, "a slot in the outer surface", "1", absent="none")
 
     def lattice(self) -> Lattice:
         """Return its nodes."""

@@ -137,7 +137,7 @@ class ChainRows:
             raise ParameterError(
                 "a component of a batch is recorded", hint="restore its state in a single environment", at="record"
             )
-        if chain.follows_profile:
+        if chain.has_profile_input:
             raise ParameterError("an input follows a profile", hint="continue in a single environment", at="state")
         self._ticks[k] = chain.tick
         for side, name in self._names:
@@ -146,7 +146,7 @@ class ChainRows:
     def hand_out(self, k: int) -> None:
         """Write the batch's time and held inputs of chain k to the chain."""
         held = {name: float(self._inputs[k, _SIDES[side]]) for side, name in self._names}
-        self.components[k].adopt(int(self._ticks[k]), held)
+        self.components[k].set_progress(int(self._ticks[k]), held)
 
     def advance(self, inputs: Mapping[str, FloatArray], ticks: int, moving: npt.NDArray[np.bool_]) -> dict[int, str]:
         """Advance the moving chains; return the error messages of chains that failed and kept their states.

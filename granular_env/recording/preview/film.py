@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...colours import diverging
-from ...components.drawables import OUTPUT_FIELDS, Cells, Curve, Drawable, Links, Points, drawn_outputs, spatial
+from ...components.drawables import OUTPUT_FIELDS, Cells, Curve, Drawable, Links, Points, drawn_outputs, to_three_columns
 from ...components.variables import Variable
 from . import encoding
 from .displacement_scale import common_exaggeration
@@ -161,10 +161,10 @@ class _Clouds:
             if isinstance(one, Points) and one.displacement:
                 some = _some(one.radius)
                 moved = _displacements(pictures, one.displacement, some)
-                points.append((spatial(one.reference)[some], one.radius[some], moved))
+                points.append((to_three_columns(one.reference)[some], one.radius[some], moved))
             elif isinstance(one, Cells) and one.displacement:
                 some = _some(one.nodes)
-                cells.append((spatial(one.nodes)[some], _displacements(pictures, one.displacement, some)))
+                cells.append((to_three_columns(one.nodes)[some], _displacements(pictures, one.displacement, some)))
         self._factor = common_exaggeration(points, cells)
 
     def messages(self, nanoseconds: int, drawn: Mapping[str, np.ndarray]) -> Iterator[tuple[Topic, bytes]]:
@@ -196,14 +196,14 @@ class _Clouds:
         if isinstance(one, Links):
             points, state = self._points[one.points], drawn[one.state]
             places = self._moved(points.reference, drawn.get(points.displacement))
-            whole = np.flatnonzero((state != 0.0) & points.stays_inside(one.pairs))
+            whole = np.flatnonzero((state != 0.0) & points.is_unwrapped(one.pairs))
             first, second = places[one.pairs[whole, 0]], places[one.pairs[whole, 1]]
             parts = np.linspace(0.0, 1.0, _LINK_DOTS + 2)[1:-1]
             dots = np.concatenate([first + part * (second - first) for part in parts])
             return dots, colours_of(np.zeros(len(dots)), 1.0)
         field = drawn[one.field]
         if isinstance(one, Curve):
-            places = spatial(one.coordinate)
+            places = to_three_columns(one.coordinate)
             places[:, 2] = self._heights[cloud_topic(one)] * field / self._largest[one.field]
             return places, colours_of(field, self._largest[one.field])
         nodes = self._moved(one.nodes, drawn.get(one.displacement))
@@ -217,7 +217,9 @@ class _Clouds:
 
     def _moved(self, reference: np.ndarray, displacement: np.ndarray | None) -> np.ndarray:
         """Return positions in space; rest positions if no displacement was recorded."""
-        return spatial(reference) + (0.0 if displacement is None else self._factor * spatial(displacement.astype(np.float64)))
+        return to_three_columns(reference) + (
+            0.0 if displacement is None else self._factor * to_three_columns(displacement.astype(np.float64))
+        )
 
 
 def shown_drawables(drawables: Sequence[Drawable], variables: Mapping[str, Variable]) -> tuple[Drawable, ...]:
@@ -249,7 +251,9 @@ def picture_box(drawables: Sequence[Drawable]) -> tuple[np.ndarray, np.ndarray]:
     for one in drawables:
         if isinstance(one, Links):
             continue
-        places = spatial(one.reference if isinstance(one, Points) else one.nodes if isinstance(one, Cells) else one.coordinate)
+        places = to_three_columns(
+            one.reference if isinstance(one, Points) else one.nodes if isinstance(one, Cells) else one.coordinate
+        )
         margin = one.radius[:, None] if isinstance(one, Points) else 0.0
         lows.append((places - margin).min(axis=0))
         highs.append((places + margin).max(axis=0))
@@ -304,7 +308,7 @@ def _largest(pictures: Sequence[_Picture], name: str) -> float:
 
 def _displacements(pictures: Sequence[_Picture], name: str, some: slice) -> np.ndarray:
     """Return displacements as vectors, shape (pictures, n, 3), with 0 for values that are not finite."""
-    found = np.stack([spatial(drawn[name][some].astype(np.float64)) for _, drawn in pictures])
+    found = np.stack([to_three_columns(drawn[name][some].astype(np.float64)) for _, drawn in pictures])
     return np.nan_to_num(found, posinf=0.0, neginf=0.0)
 
 

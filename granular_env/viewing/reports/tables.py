@@ -12,7 +12,7 @@ import numpy as np
 from markupsafe import Markup
 
 from granular_env.components.errors import GranularError
-from granular_env.components.support.parameter_fields import left_out, unit_of
+from granular_env.components.support.parameter_fields import absent_meaning, field_unit
 from granular_env.documents import to_toml
 from granular_env.recording.event_places import event_table, listed_events
 
@@ -123,7 +123,7 @@ def _parameter_rows(prefix: str, values: Mapping[str, Any], model: Any) -> Itera
         else:
             unit, meaning, absent = "", "", "none"
             if name in fields:
-                unit, meaning, absent = unit_of(fields[name]), fields[name].description or "", left_out(fields[name])
+                unit, meaning, absent = field_unit(fields[name]), fields[name].description or "", absent_meaning(fields[name])
             yield [prefix + name, absent if value is None else _short(value), typeset(unit), meaning]
 
 

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from granular_env.components.chain import Chain, layout
-from granular_env.components.chain.adjoint import compiled_judge, value_and_slopes
+from granular_env.components.chain.adjoint import compiled_objective, value_and_slopes
 from granular_env.components.chain.laws import Dissipative
 from granular_env.components.chain.objective import Objective
-from granular_env.components.chain.state import state_of
+from granular_env.components.chain.state import python_chain_state
 from granular_env.components.errors import Fault, ParameterError
 from granular_env.components.support.float_arrays import FloatArray
 
@@ -43,8 +43,8 @@ def check_objective(objective: Objective, chain: Chain, *, steps: int = 8, toler
         ParameterError: a derivative is wrong, or `note` reads a row that has no derivative; the message names the entry.
     """
     refuse_without_gradients(chain)
-    objective.fit(chain.parameters.grains, steps)
-    compiled_judge(objective, chain)
+    objective.check_fit(chain.parameters.grains, steps)
+    compiled_objective(objective, chain)
     note, pullback = _by_table(chain, objective.note), _by_table(chain, objective.pullback)
     objective = replace(objective, note=note, value=objective.value, pullback=pullback)
     # Among a law's further constants, gradients cover only the dissipation.
@@ -71,9 +71,9 @@ def _by_table(chain: Chain, function: Callable[..., Any]) -> Callable[..., Any]:
     kind = chain.parameters.law.contacts
 
     def call(table: FloatArray, *rest: Any) -> Any:
-        states = [state_of(kind, table)]
+        states = [python_chain_state(kind, table)]
         if rest and isinstance(rest[0], np.ndarray) and rest[0].ndim == 2:  # the adjoint
-            states.append(state_of(kind, rest[0]))
+            states.append(python_chain_state(kind, rest[0]))
         return function(*states, *rest[len(states) - 1 :])
 
     return call

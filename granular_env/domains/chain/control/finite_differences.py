@@ -15,9 +15,9 @@ import numpy as np
 import numpy.typing as npt
 
 from granular_env.components.chain import Chain
-from granular_env.components.chain.adjoint import KNOWN, evaluate, natural_mass, validate_drive
+from granular_env.components.chain.adjoint import KNOWN, evaluate_objective, has_computed_mass, validate_drive
 from granular_env.components.chain.objective import Objective
-from granular_env.components.errors import ParameterError, nearest
+from granular_env.components.errors import ParameterError, spelling_hint
 from granular_env.components.materials.elastic import material
 from granular_env.components.number_arrays import number_array
 from granular_env.components.support.float_arrays import FloatArray
@@ -69,7 +69,7 @@ def central_differences(
     steps, quotients, size = [step / _FACTOR**level for level in range(_LEVELS)], [], 0.0
     for h in steps:
         ends = [_move(chain, base, direction, sign * h) for sign in (1.0, -1.0)]
-        plus, minus = (evaluate(other, inputs[None], ticks, judged)[0] for other, inputs in ends)
+        plus, minus = (evaluate_objective(other, inputs[None], ticks, judged)[0] for other, inputs in ends)
         quotients.append(float(plus - minus) / (2.0 * h))
         size = max(size, abs(plus), abs(minus))
     return Difference(*_extrapolate(quotients, [_ROUNDING * size / h for h in steps]))
@@ -99,7 +99,7 @@ def _move(chain: Chain, drive: FloatArray, direction: Mapping[str, npt.ArrayLike
     """Return a chain with changed parameters in the same state, and the changed drive."""
     for name in direction:
         if name not in KNOWN:
-            raise ParameterError(f"{name!r} has no gradient", hint=nearest(name, KNOWN), at="direction")
+            raise ParameterError(f"{name!r} has no gradient", hint=spelling_hint(name, KNOWN), at="direction")
     changes = {name: h * number_array(f"direction.{name}", way, "an array of numbers") for name, way in direction.items()}
     try:
         return _shift(chain, drive, changes)
@@ -133,7 +133,7 @@ def _parameters_with(chain: Chain, changes: Mapping[str, FloatArray]) -> dict[st
         given.pop("arrangement", None)
         given["material"] = p.arrangement.materials(host)
         given["radius"] = list(chain.geometry.radius + changes.get("radius", 0.0))
-        by_hand = np.flatnonzero(~natural_mass(chain) | ("mass" in changes))
+        by_hand = np.flatnonzero(~has_computed_mass(chain) | ("mass" in changes))
         given["mass"] = {int(i): float(masses[i]) for i in by_hand} or None
     settled = given if p.contact_stiffness is not None else {"contact_stiffness": chain.geometry.stiffness}
     for name in changes.keys() - {"radius", "mass"}:

@@ -220,7 +220,7 @@ def _row(chain: Chain, part: tuple[Quantity, int, float, int, int, int, float]) 
     if quantity.code == _CONTACT_FORCE:
         first = last = _place(quantity, first, parameters.contact_places)
         if not parameters.has_contact(first):
-            raise ParameterError(parameters.absent_contact(first), hint="name a contact of the chain", at=quantity.name)
+            raise ParameterError(parameters.missing_contact_reason(first), hint="name a contact of the chain", at=quantity.name)
     elif quantity.code != _APPLIED:
         first, last = _place(quantity, first, grains), _place(quantity, last, grains)
         if first > last:

@@ -11,7 +11,7 @@ import numpy as np
 from granular_env.components.chain import forces, layout
 from granular_env.components.chain.laws import Hertz, Law
 from granular_env.components.chain.laws.functions import energy as contact_energy
-from granular_env.components.chain.state import chain_state, state_of
+from granular_env.components.chain.state import chain_state, python_chain_state
 from granular_env.components.errors import LogError, ParameterError, one_line
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.jit import jit
@@ -239,7 +239,7 @@ def forces_and_energies(
     table[layout.LAW_CONSTANTS : layout.LAW_CONSTANTS + constants.shape[1], places] = constants.T
     table[layout.SCALARS, layout.GRAINS] = len(stiffness) - 1
     force, energy = np.empty_like(overlap), np.empty_like(overlap)
-    _fill(state_of(law.contacts, table).law, table, overlap, velocity, force, energy)
+    _fill(python_chain_state(law.contacts, table).law, table, overlap, velocity, force, energy)
     return force, energy
 
 
@@ -247,10 +247,10 @@ def forces_and_energies(
 def _fill(law, table, overlap, velocity, force, energy):
     """Write forces and energies; displacements stay 0, because each frame's overlaps are set as rest overlaps."""
     chain = chain_state(law, table)
-    forces.begin_histories(chain)
+    forces.initialise_histories(chain)
     for t in range(len(overlap)):
-        forces.copy(overlap[t], table[layout.REST_OVERLAP])
-        forces.copy(velocity[t], table[layout.V, 1:])
+        forces.copy_array(overlap[t], table[layout.REST_OVERLAP])
+        forces.copy_array(velocity[t], table[layout.V, 1:])
         forces.contact_forces(chain, force[t])
         for j in range(overlap.shape[1]):
-            energy[t, j] = contact_energy(chain.law, j, forces.pressed(overlap[t, j]))
+            energy[t, j] = contact_energy(chain.law, j, forces.positive_part(overlap[t, j]))

@@ -11,7 +11,7 @@ from granular_env.components.component import Component
 from granular_env.components.errors import ParameterError
 from granular_env.components.inputs import Held
 from granular_env.components.support.float_arrays import FloatArray
-from granular_env.components.support.memory_limits import refuse_beyond
+from granular_env.components.support.memory_limits import refuse_excess_memory
 from granular_env.components.support.validation import positive_number
 
 from .chain_history import History
@@ -67,7 +67,7 @@ class Watch:
         """Start a new history."""
         chain_geometry(component)
         self._variables = history_variables(component)
-        self._interval = component.ticks_in(self._every, "every")
+        self._interval = component.duration_ticks(self._every, "every")
         self._component = component
         self._forget()
         self.on_sample(component)
@@ -112,8 +112,8 @@ def observe(chain: Component, duration: float, every: float, **inputs: Any) -> H
     watch = Watch(every)
     chain_geometry(chain)
     numbers = sum(np.size(chain.get(name)) for name in history_variables(chain))
-    frames = chain.ticks_in(duration, "duration") // chain.ticks_in(every, "every") + 1
-    refuse_beyond(8 * numbers * frames, f"every: {frames:.6g} frames of {numbers} numbers, from duration / every,")
+    frames = chain.duration_ticks(duration, "duration") // chain.duration_ticks(every, "every") + 1
+    refuse_excess_memory(8 * numbers * frames, f"every: {frames:.6g} frames of {numbers} numbers, from duration / every,")
     watch.on_reset(chain)  # raises before the chain stores the observer
     chain.observe(watch)
     try:

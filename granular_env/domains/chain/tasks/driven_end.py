@@ -13,8 +13,8 @@ import numpy.typing as npt
 
 from granular_env.components.chain import Chain
 from granular_env.components.chain.laws.functions import ENERGY_ROOT
-from granular_env.components.chain.laws.law import lacks
-from granular_env.components.errors import ParameterError, StepError, caution, nearest, one_line
+from granular_env.components.chain.laws.law import missing_functions
+from granular_env.components.errors import ParameterError, StepError, issue_warning, one_line, spelling_hint
 from granular_env.components.support.jit import jit
 from granular_env.components.support.validation import positive_number, whole_number
 from granular_env.envs.factory import Options, refuse_early
@@ -162,7 +162,7 @@ def driven_end(
     options: dict[str, Any] = {**usual, "clock": CLOCK, **defaults, **given["options"]}
     radius, material, action, scale, step_size, chain = (options.pop(name) for name in usual)
     if not isinstance(action, str) or action not in ACTIONS:
-        raise ParameterError(f"got {one_line(action)}", hint=nearest(str(action), ACTIONS), at="action")
+        raise ParameterError(f"got {one_line(action)}", hint=spelling_hint(str(action), ACTIONS), at="action")
     boundary, quantity, largest = ACTIONS[action]
     scale = (scales or {}).get(action, largest) if scale is None else positive_number("action_scale", scale)
     own = {"grains": given["grains"], "radius": radius, "material": material, "step_size": step_size, side: boundary}
@@ -196,7 +196,7 @@ def hertz_chain(task: str, chain: Chain) -> tuple[float, float, float]:
     law, geometry = chain.parameters.law, chain.geometry
     if chain.parameters.grains < 2:
         raise ParameterError(f"got {chain.parameters.grains}", expected="at least 2", at="grains", source=f"task {task!r}")
-    if lacks(type(law), ENERGY_ROOT):
+    if missing_functions(type(law), ENERGY_ROOT):
         raise ParameterError(f"got {law.name!r}", expected="Hertz contacts", at="chain.law", source=f"task {task!r}")
     inner = slice(1, chain.parameters.grains)
     # Rest overlaps may differ between contacts (gravity, gaps); the mean represents them.
@@ -240,7 +240,7 @@ def refuse_too_early(
     reason = f"{drive} from the first one on brings nothing earlier" if drive else "the fastest wave comes no earlier"
     refuse_early(end.steps, step, end.duration, reason)
     if most < wanted and unit:
-        caution(
+        issue_warning(
             f"deadline: {end.steps} control steps of {end.duration:g} s are too few: with {drive} from the first on, "
             f"{most:.3g} {unit} of the wanted {wanted:g} {unit} arrive; give a later deadline, or a larger action_scale"
         )

@@ -22,7 +22,7 @@ from granular_env.components.chain.objective import Objective
 from granular_env.components.chain.state import chain_state
 from granular_env.components.chain.theory.lattice_wave import LatticeWave, lattice_wave
 from granular_env.components.errors import ParameterError
-from granular_env.components.support.elementary_functions import exponential, logarithm, root, spline_through
+from granular_env.components.support.elementary_functions import exponential, logarithm, natural_spline, root
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.jit import inlined, jit
 from granular_env.envs.factory import refuse_early
@@ -377,7 +377,7 @@ def wave_velocities(shapes: FloatArray, goal: FloatArray, left: float, grains: i
 def _velocity_shape(shapes: FloatArray, row: int) -> tuple[FloatArray, FloatArray]:
     """Return distances and velocities of a wave on a fine grid, from cubics through the points of the shape."""
     place, velocity = _velocity_table(shapes, row)
-    return np.linspace(place[0], place[-1], _FINER * (len(place) - 1) + 1), spline_through(velocity, _FINER)
+    return np.linspace(place[0], place[-1], _FINER * (len(place) - 1) + 1), natural_spline(velocity, _FINER)
 
 
 # -- refusals ---------------------------------------------------------------------------------------------------------

@@ -9,7 +9,7 @@ from typing import Any, Unpack
 import numpy as np
 
 from granular_env.components.component import Component
-from granular_env.components.detonation.gases import gas_at
+from granular_env.components.detonation.gases import gas_from_name
 from granular_env.components.detonation.theory import chapman_jouguet, reflected_pressure
 from granular_env.components.materials.thermoviscoplastic import Thermoviscoplastic
 from granular_env.components.shell.theory import static_hoop_stress
@@ -115,7 +115,7 @@ def safe_filling() -> float:
 
 def _returning_pressure(initial: float) -> float:
     """Return the pressure behind the reflected detonation at a rigid wall, for an initial pressure [Pa]."""
-    gas = gas_at("ethylene_oxygen", initial, _TEMPERATURE)
+    gas = gas_from_name("ethylene_oxygen", initial, _TEMPERATURE)
     front = chapman_jouguet(gas, initial, initial / (gas.gas_constant * _TEMPERATURE))
     return reflected_pressure(front.burnt, gas.gamma)
 

@@ -9,7 +9,7 @@ from numba.extending import intrinsic
 from .jit import JIT
 
 
-def _borrowed(typing_context: Any, array: Any) -> Any:
+def _unowned_array(typing_context: Any, array: Any) -> Any:
     """Return the array without its owner."""
 
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
@@ -20,6 +20,7 @@ def _borrowed(typing_context: Any, array: Any) -> Any:
     return array(array), generate
 
 
-# borrowed(array): numba counts references to the owner of an array, and of each view of it, atomically. In a tick of a hundred
-# grains the counting takes longer than the arithmetic. The caller must keep the owner alive; Python does so for its arguments.
-borrowed: Any = intrinsic(_borrowed) if JIT else lambda array: array
+# unowned_array(array): numba counts references to the owner of an array, and of each view of it, atomically. In a tick of a
+# hundred grains the counting takes longer than the arithmetic. The caller must keep the owner alive; Python does so for its
+# arguments.
+unowned_array: Any = intrinsic(_unowned_array) if JIT else lambda array: array

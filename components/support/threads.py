@@ -22,13 +22,13 @@ def thread_count() -> int:
     return os.cpu_count() or 1
 
 
-def split(size: int, parts: int) -> list[tuple[int, int]]:
+def split_range(size: int, parts: int) -> list[tuple[int, int]]:
     """Return the half-open ranges of contiguous parts of nearly equal size."""
     ends = [size * part // parts for part in range(parts + 1)]
     return list(zip(ends[:-1], ends[1:], strict=True))
 
 
-def call_in_parts(kernel: Callable[..., Any], arguments: Iterable[tuple[Any, ...]]) -> list[Any]:
+def call_in_threads(kernel: Callable[..., Any], arguments: Iterable[tuple[Any, ...]]) -> list[Any]:
     """Call a kernel that releases the GIL with each tuple of arguments, the first in this thread; return the results in order.
 
     All calls have finished when this returns or raises, so that no thread writes to a state that is being restored.
@@ -36,7 +36,7 @@ def call_in_parts(kernel: Callable[..., Any], arguments: Iterable[tuple[Any, ...
     first, *others = arguments
     if not others:
         return [kernel(*first)]
-    futures = [_pool(os.getpid(), len(others)).submit(kernel, *each) for each in others]
+    futures = [_thread_pool(os.getpid(), len(others)).submit(kernel, *each) for each in others]
     try:
         result = kernel(*first)
     finally:
@@ -45,6 +45,6 @@ def call_in_parts(kernel: Callable[..., Any], arguments: Iterable[tuple[Any, ...
 
 
 @cache
-def _pool(process: int, threads: int) -> ThreadPoolExecutor:
+def _thread_pool(process: int, threads: int) -> ThreadPoolExecutor:
     """Return the threads of this process; a forked process does not inherit those of its parent."""
     return ThreadPoolExecutor(threads, "component")
