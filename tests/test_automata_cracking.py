@@ -11,8 +11,8 @@ from support.automata_tools import BOTH, block
 
 import granular_env as ge
 from granular_env.components.automata import Automata, theory
-from granular_env.components.automata.breaking import CRITERIA
-from granular_env.components.automata.breaking.criterion import LinkStress, failure
+from granular_env.components.automata.laws import CRITERIA
+from granular_env.components.automata.laws.criterion import LinkStress, failure
 
 
 def confined(**laws: object) -> Automata:

@@ -13,7 +13,7 @@ from support.solid_tools import ALUMINIUM, nodes_at_cracks
 import granular_env as ge
 from granular_env.components.shell import ticks
 from granular_env.components.shell.fracture import force_recalculation
-from granular_env.components.shell.fracture.law import Point, decisive_value, may_exceed
+from granular_env.components.shell.fracture.laws.fracture_law import Point, decisive_value, may_exceed
 from granular_env.components.shell.fracture.outcome import (
     OUTCOMES,
     CutSides,

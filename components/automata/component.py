@@ -18,18 +18,18 @@ from ..profiles import CompiledProfile
 from ..support.float_arrays import FloatArray, norms, ordered_sum
 from ..support.round_numbers import round_down_to_125
 from ..variables import Variable
-from . import linked, loads
+from . import linked_specimen, loads
 from .conclusions import describe_links, describe_pieces
 from .contacts import no_contacts
-from .cracking import TOO_FAR, CrackingSpecimen, intact_medium
-from .edges import Conditions
+from .cracking_specimen import TOO_FAR, CrackingSpecimen, intact_medium
+from .edge_conditions import Conditions
+from .kernels import measure_medium
 from .lattice import MASS, Body, make_body
-from .linked import LinkedSpecimen
+from .linked_specimen import LinkedSpecimen
 from .materials import chosen_materials, lame_constants, material_numbers
 from .packing import LATTICES, Packing, pack
 from .parameters import AutomataParameters
 from .stability import ALLOWED_PART, DEFAULT_PART, largest_frequency, step_limit
-from .ticks import measure_medium
 
 # Largest displacement of an automaton in an internal step, as a fraction of its diameter.
 _LARGEST_MOVE = 0.1
@@ -43,7 +43,7 @@ class Automata(Component):
     """Movable cellular automata: equal discs in a packing, which act on pairs and on volume (Psakhie 2003).
 
     m u'' = sum of F_n n + F_t t over the pairs, J w'' = (r / 2) F_t; bulk and shear modulus are exact for both packings. See
-    `AutomataParameters`, `pair` and `linked`.
+    `AutomataParameters`, `pair_strains` and `linked_specimen`.
     """
 
     name = "automata"
@@ -99,7 +99,7 @@ class Automata(Component):
 
     def _compute_frequency(self) -> float:
         # The steps of this specimen use the same kernels, so that none is compiled for the frequency alone.
-        update = partial(linked.update_forces, self.body)
+        update = partial(linked_specimen.update_forces, self.body)
         if self._medium is not None:
             medium, contacts = self._medium, no_contacts()
             update = lambda motion, scratch: measure_medium(medium, motion, scratch, contacts)  # noqa: E731

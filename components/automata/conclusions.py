@@ -6,7 +6,7 @@ import numpy as np
 
 from ..drawables import Points
 from ..support.float_arrays import FloatArray
-from .cracking import CrackingSpecimen
+from .cracking_specimen import CrackingSpecimen
 from .materials import IntArray
 
 

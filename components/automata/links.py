@@ -1,7 +1,7 @@
 """Links that weaken, yield and break: strains, tractions, forces, and the ratio to their breaking limit.
 
-As in `linked`, with the weight w of each link (1 while it holds, decreasing to 0 during its release), the remaining fraction g
-of its stiffness, and its plastic strains:
+As in `linked_specimen`, with the weight w of each link (1 while it holds, decreasing to 0 during its release), the remaining
+fraction g of its stiffness, and its plastic strains:
 
     theta_i = sum_j c (w eps + (1 - w) eps_p) / (1 + a),      a = (c* + sum_j (1 - w) c / g) lambda / 2 G
     f_n = w S (2 G g (eps - eps_p) + (lambda_i theta_i + lambda_j theta_j) / 2),      f_t = w S 2 G g (gamma - gamma_p)
@@ -34,7 +34,6 @@ import numpy as np
 from ..support.dispatch import dispatched
 from ..support.float_arrays import FloatArray
 from ..support.jit import internal, internal_inlined, jit
-from .breaking.criterion import LinkStress, failure
 from .lattice import (
     COUNTED,
     DEVIATOR,
@@ -70,8 +69,9 @@ from .lattice import (
     copy_to_ghosts,
     update_ghosts,
 )
-from .pair import equivalent_stress, strain_links, sum_forces, sum_over_links, sum_shares, virial
-from .responses import Flows, History, NoFlow, flow_of, respond
+from .laws.criterion import LinkStress, failure
+from .laws.responses import Flows, History, NoFlow, flow_of, respond
+from .pair_strains import equivalent_stress, strain_links, sum_forces, sum_over_links, sum_shares, virial
 
 # Rows of moduli.
 ALONG, ACROSS = 0, 1
@@ -122,10 +122,10 @@ class Law(NamedTuple):
 
     Attributes:
         response: `Flows`, or `NoFlow`.
-        criterion: constants of a criterion, or `breaking.criterion.Weaker`.
+        criterion: constants of a criterion, or `laws.criterion.Weaker`.
         factors: of the strength of each link, shape (directions, m).
         release: number of internal steps in which a broken link is released, or a new one formed.
-        linking: see `welding.Relinking.constants`.
+        linking: see `relinking.Relinking.constants`.
         linking_ticks: number of internal steps between searches for pairs to link again; 0 for never.
     """
 

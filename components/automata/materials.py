@@ -9,11 +9,11 @@ import numpy.typing as npt
 
 from ..errors import ParameterError
 from ..materials.elastic import Material, material
-from .breaking.criterion import Weaker
 from .lattice import Layout
+from .laws.criterion import Weaker
+from .laws.responses import Flow, Flows, NoFlow
 from .packing import Packing
 from .parameters import AutomataParameters
-from .responses import Flow, Flows, NoFlow
 
 IntArray = npt.NDArray[np.int64]
 

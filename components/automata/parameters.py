@@ -14,10 +14,10 @@ from ..regions import ChosenArea
 from ..support.parameter_fields import Index, Magnitude, NotNegativeMagnitude, Pair, field, refuse_absurd, refuse_far
 from ..support.tagged_union import ByName
 from ..support.validation import Parameters
-from .breaking import ChosenCriteria, ChosenCriterion, Criterion, Unbreakable
-from .responses import ChosenResponses, Linear, Response
+from .laws import ChosenCriteria, ChosenCriterion, Criterion, Unbreakable
+from .laws.responses import ChosenResponses, Linear, Response
+from .relinking import ChosenRelinking, Never
 from .shapes import ChosenShape, Rectangle
-from .welding import ChosenRelinking, Never
 
 __all__ = ["BOUNDARIES", "AutomataParameters", "Place"]
 

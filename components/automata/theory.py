@@ -11,8 +11,8 @@ import numpy.typing as npt
 from ..errors import ParameterError
 from ..materials.elastic import Material
 from ..support.parameter_fields import MOST
-from .breaking import Criterion
-from .breaking.criterion import LinkStress, failure
+from .laws import Criterion
+from .laws.criterion import LinkStress, failure
 from .packing import LATTICES
 
 # -- waves ------------------------------------------------------------------------------------------------------------------

@@ -11,9 +11,9 @@ import numpy as np
 from ..automata.component import Automata
 from ..automata.conclusions import describe_pieces
 from ..automata.contacts import SKIN
-from ..automata.cracking import CrackingSpecimen
+from ..automata.cracking_specimen import CrackingSpecimen
 from ..automata.lattice import FORCE_Y, MASS, TORQUE, VX, X, Y, copy_to_ghosts
-from ..automata.linked import TOO_FAST as TOO_FAST_ALONE
+from ..automata.linked_specimen import TOO_FAST as TOO_FAST_ALONE
 from ..automata.loads import TALLY_ROWS, WORK
 from ..balances import Balance
 from ..component import Component
@@ -27,12 +27,14 @@ from ..parts import make_part, part_drawable, part_readers, part_values, part_va
 from ..state_block import Layout
 from ..support.float_arrays import FloatArray, ordered_sum
 from ..variables import Variable
+from .automaton_search import Places, common_sides, points_in_cells
+from .edge_loads import EdgeInputs
+from .energy_sums import Sums, leapfrog, sum_up
 from .exchange import EXCHANGE_TALLY, IMPULSE, WORK_ON_AUTOMATA, WORK_ON_GRID, Exchange, assemble
 from .interface import Interface, carried_mass, find_interface
-from .loads import EdgeInputs
+from .kernels import BREAK, DONE, INVERTED, MICRO, PROGRESS, ROW, SEARCH, TOO_FAST, Course, advance
 from .parameters import CoupledParameters
 from .parts import AutomataPart, Cracking, GridPart, Seam
-from .places import Places, common_sides, points_in_cells
 from .schemes import Impulses, Literal, Lockstep
 from .side_contacts import (
     Sides,
@@ -43,14 +45,12 @@ from .side_contacts import (
     make_sides,
 )
 from .step_sizes import choose_steps
-from .sums import Sums, leapfrog, sum_up
-from .ticks import BREAK, DONE, INVERTED, MICRO, PROGRESS, ROW, SEARCH, TOO_FAST, Course, advance
 
 # Largest displacement of an automaton in one of its steps, as a fraction of its diameter.
 _LARGEST_MOVE = 0.1
 # Energies of the parts, declared as outputs.
 _PART_ENERGIES = ("grid_kinetic_energy", "grid_elastic_energy", "automata_kinetic_energy", "automata_elastic_energy")
-# `_advance` returns this plus the status of the automata if they fail, and `ticks.INVERTED` if the grid fails.
+# `_advance` returns this plus the status of the automata if they fail, and `kernels.INVERTED` if the grid fails.
 _AUTOMATA_FAILED = 16
 
 

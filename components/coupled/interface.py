@@ -19,7 +19,7 @@ from ..boundaries import Boundary, Free, Traction
 from ..errors import ParameterError
 from ..grid.mesh import IntArray, Mesh
 from ..support.float_arrays import FloatArray
-from .places import Places, common_sides, points_in_cells
+from .automaton_search import Places, common_sides, points_in_cells
 
 
 class Interface(NamedTuple):

@@ -7,17 +7,17 @@ from typing import NamedTuple
 import numpy as np
 
 from ..automata.contacts import Contacts
+from ..automata.kernels import Specimen, add_forces
 from ..automata.lattice import Body, Motion, Scratch, update_ghost_velocities
-from ..automata.linked import link_forces
+from ..automata.linked_specimen import link_forces
 from ..automata.loads import kick
-from ..automata.ticks import Specimen, add_forces
 from ..grid import kernels as grid_kernels
 from ..grid.kernel_arrays import Conditions, Grid, State, Yields
 from ..support.float_arrays import FloatArray
 from ..support.jit import internal, spliced
+from .edge_loads import Edges, push_and_hold
 from .exchange import Exchange, gather_forces, take_rows
 from .interface import Interface
-from .loads import Edges, push_and_hold
 from .side_contacts import Sides
 
 # A literal 0 has another numba type and would compile the grid kernels a second time.
@@ -56,7 +56,7 @@ class Cracking(NamedTuple):
     """The histories and contacts of automata that break or yield; None where automata stay linked and elastic.
 
     Attributes:
-        specimen: an `automata.ticks.Specimen` with the same motion and scratch.
+        specimen: an `automata.kernels.Specimen` with the same motion and scratch.
         contacts: part of the state.
         most_travel: distance that the fastest automaton may move before contacts are searched again [m].
         sides: free sides of the grid that automata can touch; None without side contacts.

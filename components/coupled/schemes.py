@@ -21,8 +21,8 @@ from ..grid import kernels as grid_kernels
 from ..grid.kernel_arrays import BOUNDARY_ANGULAR, BOUNDARY_IMPULSE, WORK
 from ..support.dispatch import dispatched
 from ..support.jit import internal, spliced
+from .edge_loads import keep_before, settle_edges
 from .exchange import assemble, follow, follow_velocities, kicked, settle_kick, take_rows
-from .loads import keep_before, settle_edges
 from .parts import begin_grid, finish_cells, kick_automata
 
 

@@ -18,7 +18,7 @@ from . import energies, kernel_arrays, kernels
 from .boundaries import AT_REST, pattern_of, tick_signals
 from .fields import Fields
 from .fracture.breaking_body import KINDS, BreakingBody
-from .fracture.law import FractureLaw
+from .fracture.laws.fracture_law import FractureLaw
 from .fracture.outcome import BULGED, BULGED_STRAIN, OUTCOMES, WHOLE
 from .geometry.lattice import Lattice
 from .kernel_arrays import IntArray, Solid, State, Tables

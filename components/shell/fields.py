@@ -12,7 +12,7 @@ from . import kernels
 from .column_means import ColumnMeans, make_column_means, write_column_means
 from .energies import write_largest_principal
 from .fracture.breaking_body import BreakingBody
-from .fracture.principal_stress import PrincipalStress
+from .fracture.laws.principal_stress import PrincipalStress
 from .kernel_arrays import Tables
 from .kernel_setup import Assembly
 from .outputs import Output, output

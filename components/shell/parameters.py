@@ -11,7 +11,7 @@ from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, SignedPa
 from ..support.tagged_union import ByName, Named
 from ..support.validation import Parameters
 from .boundaries import BoundaryName, EdgeName
-from .fracture import ChosenFracture, NoFracture
+from .fracture.laws import ChosenFracture, NoFracture
 from .geometry.bodies import ChosenBody, Plate, Rod, Tube
 from .geometry.notch import edge_at
 from .quadrature import RuleName

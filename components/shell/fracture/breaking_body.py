@@ -25,8 +25,8 @@ from ..ticks import Failure, advance_tick, finish_tick, note_failure, write_forc
 from .cracks import ERODED, KINDS, LOOSENED, LOST_KINDS, PARTED, SPENT, TORN, Cause, Cracks, Parting
 from .facets import facet_rows
 from .force_recalculation import new_gradients, volume_ratios, work_of_half_kick, write_pull
-from .judgement import find_parting
-from .law import FractureLaw
+from .fracture_check import find_parting
+from .laws.fracture_law import FractureLaw
 from .open_area import crack_length, open_areas
 from .outcome import AXIAL, OUTCOMES, CutSides, connects_ends, crack_along, crack_around, outcome
 from .pieces import ACROSS, ALONG, Marks

@@ -15,8 +15,8 @@ from ..kernel_setup import Assembly
 from ..kernels import weigh_points
 from ..parameters import ShellParameters
 from .facets import mark_links
-from .judgement import UNBREAKABLE, Judgement, points_in_grips, write_judgements
-from .law import FractureLaw
+from .fracture_check import UNBREAKABLE, Judgement, points_in_grips, write_judgements
+from .laws.fracture_law import FractureLaw
 from .pieces import Marks, crack_lips, detached_columns, label_columns, severed_links
 from .visibility import Visibility
 

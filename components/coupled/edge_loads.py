@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..automata.edges import Conditions
+from ..automata.edge_conditions import Conditions
 from ..automata.lattice import FORCE_X, FORCE_Y, INERTIA, MASS, SPIN, TORQUE, VX, VY, X, Y
 from ..automata.loads import (
     ANGULAR_IMPULSE,

@@ -19,10 +19,10 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import SerializeAsAny
 
-from ..support.float_arrays import FloatArray
-from ..support.jit import internal_inlined
-from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, field
-from ..support.tagged_union import Named, OneOrEach
+from ...support.float_arrays import FloatArray
+from ...support.jit import internal_inlined
+from ...support.parameter_fields import Magnitude, NotNegativeMagnitude, field
+from ...support.tagged_union import Named, OneOrEach
 
 # Smallest remaining fraction of the shear modulus, kept by a worn-out pair. The decisive stress is the mean of both automata,
 # and their other pairs may keep it above the limit forever.

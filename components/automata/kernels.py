@@ -2,7 +2,7 @@
 
 The forces at a position are computed in two parts, `judge_links` and `add_forces`. In between, lists may have to grow for links
 that break or are formed again (`CrackingSpecimen.change_links`). A parent that moves the automata calls these parts directly.
-`advance` calls them between the halves of a drift, as `linked.advance` does with the forces of linked automata.
+`advance` calls them between the halves of a drift, as `linked_specimen.advance` does with the forces of linked automata.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from ..support.float_arrays import FloatArray
 from ..support.jit import jit, spliced
 from .contacts import add_contacts, dashpot_power
 from .lattice import Motion, Scratch, update_ghost_velocities
+from .link_release import DAMPING, FRICTION, INELASTIC, TRAVEL, lower_weights, settle_weights
 from .links import Medium, count_failing, force_medium, let_flow, pull_medium, strain_medium, stress_medium
 from .loads import count_fast, drift, kick_with_inputs, largest_speed
-from .release import DAMPING, FRICTION, INELASTIC, TRAVEL, lower_weights, settle_weights
 
 # Results of `advance`: all steps are done, or the reason for an interruption.
 DONE, TOO_FAST, SEARCH, BREAK = 0, 1, 2, 3
@@ -28,7 +28,7 @@ class Specimen(NamedTuple):
         medium: a `links.Medium`.
         motion: a `lattice.Motion`.
         scratch: a `lattice.Scratch`.
-        losses: see `release.FRACTURE`.
+        losses: see `link_release.FRACTURE`.
     """
 
     medium: Medium

@@ -10,7 +10,6 @@ from ..events import MOST_INDEX, EventDetail
 from ..state_block import Block
 from ..support.counter_random import uniform
 from ..support.float_arrays import FloatArray, norms
-from .breaking.criterion import Weaker
 from .contacts import (
     FIRST,
     SECOND,
@@ -24,16 +23,17 @@ from .contacts import (
     merge,
 )
 from .energies import stored_energies
+from .kernels import BREAK, SEARCH, TOO_FAST, Pace, Specimen, advance, measure_medium
 from .lattice import EPS, FACE, FIRST_SHARE, GAMMA, LAME, SECOND_SHARE, SHEAR, STRESS_XX, TORQUE, VOLUME, VX, VY, Body, X, Y
-from .linked import LinkedSpecimen
+from .laws.criterion import Weaker
+from .link_release import LOSSES, NEVER_FOUND, TRAVEL, rest_distances
+from .linked_specimen import LinkedSpecimen
 from .links import Histories, Law, Medium, make_mixture, measure_criteria
 from .materials import IntArray, chosen_materials, law_rows, make_criterion, make_response
 from .packing import Packing
 from .parameters import AutomataParameters
-from .release import LOSSES, NEVER_FOUND, TRAVEL, rest_distances
+from .relinking import linking_pressures, raise_weights
 from .stability import ALLOWED_PART, damping_limit
-from .ticks import BREAK, SEARCH, TOO_FAST, Pace, Specimen, advance, measure_medium
-from .welding import linking_pressures, raise_weights
 
 # Status of `advance` in addition to that of an automaton that is too fast.
 TOO_FAR = 2

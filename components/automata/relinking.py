@@ -48,8 +48,8 @@ from .lattice import (
     SHEAR,
     VX,
 )
-from .pair import strain_links
-from .release import LINKING, scheduled_weight
+from .link_release import LINKING, scheduled_weight
+from .pair_strains import strain_links
 
 # Relative rounding error of an energy.
 _ROUNDING = 1e-9
@@ -155,7 +155,7 @@ def raise_weights(specimen, contacts, tick, time, places):
     dissipated. Energy is never created; the link waits for the next step instead.
 
     Args:
-        specimen: a `ticks.Specimen`; its histories and losses are updated.
+        specimen: a `kernels.Specimen`; its histories and losses are updated.
         contacts: `contacts.Contacts`, updated in place.
         tick: number of the step.
         time: since the last force evaluation [s].

@@ -40,7 +40,7 @@ def lower_weights(layout, weight, contacts, tick, release):
         release: of the law of the links.
 
     Returns:
-        Whether weights of other links rise: see `welding.raise_weights`.
+        Whether weights of other links rise: see `relinking.raise_weights`.
     """
     rising = False
     for row in range(contacts.used):

@@ -15,7 +15,7 @@ from ...support.jit import internal, internal_inlined, jit
 from ..geometry.bodies import EDGES
 from ..kernel_setup import Assembly
 from ..parameters import ShellParameters
-from .law import Point, decisive_value, may_exceed
+from .laws.fracture_law import Point, decisive_value, may_exceed
 from .pieces import Marks
 
 # A point parts a second time if the cosine between the two crack normals is smaller than this.

@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..automata.contacts import dashpot_power
+from ..automata.kernels import judge_links
+from ..automata.link_release import DAMPING, TRAVEL
 from ..automata.loads import count_fast, largest_speed
-from ..automata.release import DAMPING, TRAVEL
-from ..automata.ticks import judge_links
 from ..grid.mesh import IntArray
 from ..support.jit import jit
 from .parts import update_automata_forces

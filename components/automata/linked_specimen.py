@@ -5,7 +5,7 @@
     U = sum over pairs S r G (eps^2 + gamma^2) + sum over automata (1/2) V lambda (1 + c* lambda / 2 G) theta^2
 
 c* is the share of the free faces of a whole cell. They carry no traction, 2 G eps* + lambda theta = 0, and deform accordingly.
-K and G are exact for a homogeneous strain, for both packings. See `pair` for the strains and the forces.
+K and G are exact for a homogeneous strain, for both packings. See `pair_strains` for the strains and the forces.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from ..events import EventDetail
 from ..state_block import Block, Layout
 from ..support.float_arrays import FloatArray, ordered_sum
 from ..support.jit import internal, jit
-from .edges import Conditions
+from .edge_conditions import Conditions
 from .lattice import (
     DILATION,
     EPS,
@@ -53,7 +53,7 @@ from .lattice import (
 )
 from .loads import Inputs, count_fast, drift, kick_with_inputs
 from .packing import Packing
-from .pair import strain_links, sum_forces, sum_shares, virial
+from .pair_strains import strain_links, sum_forces, sum_shares, virial
 
 # Results of `advance`.
 DONE, TOO_FAST = 0, 1
