@@ -22,7 +22,7 @@ ALLOWED_PART, DEFAULT_PART = 0.9, 0.7
 _found = {breakable: ResultCache() for breakable in (False, True)}
 
 
-def largest_frequency(body: Body, update: Callable[[Motion, Scratch], object], breakable: bool) -> float:
+def highest_frequency(body: Body, update: Callable[[Motion, Scratch], object], breakable: bool) -> float:
     """Return a lower estimate of the highest frequency of small motions of a linked packing [rad/s].
 
     Args:
@@ -33,11 +33,11 @@ def largest_frequency(body: Body, update: Callable[[Motion, Scratch], object], b
     return _found[breakable].get((*body.layout, *body[1:]), lambda: _compute_frequency(body, update, breakable))
 
 
-def _compute_frequency(body: Body, update: Callable[[Motion, Scratch], object], breakable: bool) -> float:
+def _compute_frequency(body: Body, update: Callable[[Motion, Scratch], object], has_histories: bool) -> float:
     place, length = body.layout.place, body.diameter
     mass, inertia = body.cells[MASS : INERTIA + 1, place]
     units, weights = np.array([length, length, 1.0]), np.stack([mass, mass, inertia])
-    scratch, motion = make_scratch(body, histories=breakable), np.zeros((6, body.layout.size))
+    scratch, motion = make_scratch(body, histories=has_histories), np.zeros((6, body.layout.size))
     vector = (uniform(1, 1, 3 * len(place)).reshape(len(place), 3) - 0.5).T
     square, rounds = 0.0, 0
     while rounds < _MOST_ROUNDS:

@@ -76,7 +76,7 @@ class Coupled(Component):
         # Both parts are first built alone: their frequencies bound the step, and their states must be sized.
         grid, automata = make_part(Grid, self, "grid"), make_part(Automata, self, "automata")
         self._find_interface(grid, automata)
-        chosen = choose_steps(self.parameters, 2.0 / grid.highest_frequency, 2.0 / automata.largest_frequency)
+        chosen = choose_steps(self.parameters, 2.0 / grid.highest_frequency, 2.0 / automata.highest_frequency)
         self.step_size, self.micro_steps = chosen.step, chosen.micro
         self.grid_step_part, self.automata_step_part = chosen.grid_part, chosen.automata_part
         self._lay_out_state(grid, automata)
@@ -126,16 +126,18 @@ class Coupled(Component):
         self._seam = Seam(self.interface, exchange)
         self._edge_inputs = EdgeInputs(automata.conditions, self.interface, self._block["tallies"])
         self._edge_inputs.refuse_free_nodes(self.grid.mesh, self.grid.tables()[2])
-        steps, body, place = automata.steps, automata.body, automata.body.layout.place
+        specimen, body, place = automata.specimen, automata.body, automata.body.layout.place
         cells = body.cells.copy()
         cells[X : Y + 1, place] = self.reference.T
         cells[MASS, place[self.interface.automata]] = np.inf
-        self._automata_part = AutomataPart(body._replace(cells=cells), steps.motion, steps.scratch, self._edge_inputs.edges)
+        self._automata_part = AutomataPart(
+            body._replace(cells=cells), specimen.motion, specimen.scratch, self._edge_inputs.edges
+        )
         limit = _LARGEST_MOVE * automata.packing.diameter / (self.step_size / self.micro_steps)
         scheme = self.parameters.scheme
         kind = Literal if scheme == "literal" else Lockstep if self.micro_steps == 1 else Impulses
         self._steps = kind(self.step_size, self.micro_steps, scheme == "momentum", limit)
-        self._cracking = steps if isinstance(steps, CrackingSpecimen) else None
+        self._cracking = specimen if isinstance(specimen, CrackingSpecimen) else None
         self._sides = self._make_sides()
         self._course = Course(np.zeros(PROGRESS, dtype=np.int64), np.zeros(2, dtype=np.int64))
         self._divided: Mapping[str, Held] | None = None
@@ -186,7 +188,7 @@ class Coupled(Component):
 
     def _part_energies(self) -> dict[str, float]:
         found = self._sums()
-        links = self.automata.steps.stored(0.0)
+        links = self.automata.specimen.stored_energies(0.0)
         amounts = found.kinetic, found.elastic, found.automata_kinetic, links["elastic_energy"]
         return dict(zip(_PART_ENERGIES, map(float, amounts), strict=True))
 
@@ -263,16 +265,16 @@ class Coupled(Component):
         if self._cracking is None or not self.automata.parameters.breakable:
             return []
         said = [f"automata: {self.automata.describe_links(self.reference, self.step_size, self.micro_steps)}"]
-        if len(self._cracking.breaks()):
-            said.append(f"grid and automata: {describe_pieces(self._held_pairs(), self.mass)}")
+        if len(self._cracking.break_events()):
+            said.append(f"grid and automata: {describe_pieces(self._connected_pairs(), self.mass)}")
         return said
 
-    def _held_pairs(self) -> IntArray:
+    def _connected_pairs(self) -> IntArray:
         """Return pairs of connected nodes and automata, shape (m, 2); automata are numbered after the nodes."""
         assert self._cracking is not None
         cells, nodes, face = self.grid.mesh.cells.astype(np.int64), len(self.grid.mesh.nodes), self.interface
         joined = self.grid.joined
-        held = [cells[:, k : k + 2] for k in range(3)] + [nodes + self._cracking.held_pairs()]
+        held = [cells[:, k : k + 2] for k in range(3)] + [nodes + self._cracking.linked_pairs()]
         held += [np.stack([face.automata + nodes, ends], axis=1) for ends in face.ends.T]
         held += [joined[joined[:, k] >= 0][:, [0, k]] for k in range(1, joined.shape[1])]
         return np.concatenate(held)
@@ -283,15 +285,15 @@ class Coupled(Component):
         for prefix, part in (("grid", self.grid), ("automata", self.automata)):
             part._start(seed, part_values(prefix, values))
         self._divided = None
-        self.automata.steps.load()
+        self.automata.specimen.load_motion()
         self._follow_nodes()
         if self._cracking is None:
-            self.automata.steps.update_forces()
+            self.automata.specimen.update_forces()
         else:
             # Initial contacts act from the first half kick on. If the search fails, the first step reports the reason.
-            self._cracking.store()
+            self._cracking.store_motion()
             self._find_contacts()
-            self._cracking.update_forces(begin=True)
+            self._cracking.update_forces(at_start=True)
         self._join_forces()
         self._store()
         found = self._sums()
@@ -328,13 +330,13 @@ class Coupled(Component):
 
     def _load(self) -> None:
         """Write the state of the automata, with their forces, to the fields."""
-        self.automata.steps.load()
+        self.automata.specimen.load_motion()
         cells, place = self._automata_part.scratch.cells, self.automata.body.layout.place
         cells[: FORCE_Y + 1, place], cells[TORQUE, place] = self._block["automata_force"].T, self._block["automata_torque"]
 
     def _store(self) -> None:
         """Write the fields of the automata to the state."""
-        self.automata.steps.store()
+        self.automata.specimen.store_motion()
         cells, place = self._automata_part.scratch.cells, self.automata.body.layout.place
         self._block["automata_force"].T[:], self._block["automata_torque"][:] = (
             cells[: FORCE_Y + 1, place],
@@ -351,10 +353,10 @@ class Coupled(Component):
 
     def _cracking_part(self) -> Cracking | None:
         """Return the histories and contacts of the automata, or None if links neither break nor yield."""
-        steps = self._cracking
-        if steps is None:
+        specimen = self._cracking
+        if specimen is None:
             return None
-        return Cracking(steps.specimen, steps.contacts(), steps.most_travel, self._present_sides())
+        return Cracking(specimen.specimen, specimen.contacts(), specimen.travel_limit, self._present_sides())
 
     def _present_sides(self) -> Sides | None:
         """Return the sides that automata can touch, with the current pairs, or None without side contacts."""
@@ -367,7 +369,7 @@ class Coupled(Component):
         assert self._cracking is not None
         status = self._cracking.find_contacts()
         if not status and self._sides is not None:
-            exposed = self._cracking.exposed()
+            exposed = self._cracking.exposed_automata()
             loose = exposed[self.interface.free[exposed] > 0]
             place, motion = self.automata.body.layout.place, self._automata_part.motion
             centres = self.reference + motion[X : Y + 1, place].T
@@ -401,7 +403,7 @@ class Coupled(Component):
 
     def _apply_to_automata(self, tick: int) -> None:
         """Fill the loads and grips of the tick."""
-        self.automata.conditions.apply(self.automata.held_inputs, tick, kick_in_the_middle=False)
+        self.automata.conditions.apply_inputs(self.automata.held_inputs, tick, has_central_kick=False)
         self._edge_inputs.fill_loads()
 
     def _advance_with(self, tick: int, ticks: int) -> int:
@@ -462,8 +464,8 @@ class Coupled(Component):
         with np.errstate(all="ignore"):
             return sum_up(self._grid_part(), self._automata_part, self._seam, self.grid.mass, self._in_lockstep)
 
-    def _stored(self, found: Sums) -> dict[str, float]:
-        links = self.automata.steps.stored(0.0)
+    def _stored_energies(self, found: Sums) -> dict[str, float]:
+        links = self.automata.specimen.stored_energies(0.0)
         elastic = found.elastic + links.pop("elastic_energy")
         sides = self._present_sides()
         if sides is not None:
@@ -479,13 +481,13 @@ class Coupled(Component):
             "leapfrog_energy": leapfrog(found, self.step_size, self.micro_steps),
         }
 
-    def _lost(self, found: Sums) -> dict[str, float]:
+    def _dissipated_energies(self, found: Sums) -> dict[str, float]:
         absorbed = {"absorbed_energy": float(self.grid.tally[kernel_arrays.ABSORBED])}
         plastic = {"plastic_work": found.plastic} if self.grid.event_kinds else {}
-        return {**absorbed, **plastic, **self.automata.steps.lost()}
+        return {**absorbed, **plastic, **self.automata.specimen.dissipated_energies()}
 
     def _energy(self, found: Sums) -> float:
-        return ordered_sum(*self._stored(found).values())
+        return ordered_sum(*self._stored_energies(found).values())
 
     def balances(self) -> tuple[Balance, ...]:
         """Return balances of energy, momentum, mass and, without periodic edges, angular momentum about the origin.
@@ -502,7 +504,7 @@ class Coupled(Component):
         }
         mass = float(self.mass.sum())
         balances = [
-            Balance("energy", "J", self._stored(found), work, self._lost(found), float(start[0])),
+            Balance("energy", "J", self._stored_energies(found), work, self._dissipated_energies(found), float(start[0])),
             Balance("momentum", "kg m/s", {"momentum": found.momentum}, impulse, initial=start[1:3]),
             Balance("mass", "kg", {"mass": mass}, initial=mass),
         ]

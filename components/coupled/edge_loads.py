@@ -22,8 +22,8 @@ from ..automata.loads import (
     WORK,
     Grip,
     Load,
-    keep_velocities,
     load_torque,
+    save_velocities,
 )
 from ..errors import ParameterError
 from ..grid import kernel_arrays
@@ -54,8 +54,8 @@ class Edges(NamedTuple):
 @internal
 def keep_before(edges, motion, forces):
     """Record velocities and forces before the first half kick."""
-    keep_velocities(edges.load.place, motion, edges.load.before)
-    keep_velocities(edges.grip.place, motion, edges.grip.before)
+    save_velocities(edges.load.place, motion, edges.load.before)
+    save_velocities(edges.grip.place, motion, edges.grip.before)
     for row in range(edges.grip.place.size):
         p = edges.grip.place[row]
         edges.grip_place[row, 0], edges.grip_place[row, 1] = motion[X, p], motion[Y, p]

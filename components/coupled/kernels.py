@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..automata.contacts import dashpot_power
-from ..automata.kernels import judge_links
+from ..automata.kernels import yield_and_check_links
 from ..automata.link_release import DAMPING, TRAVEL
-from ..automata.loads import count_fast, largest_speed
+from ..automata.loads import count_fast_automata, largest_speed
 from ..grid.mesh import IntArray
 from ..support.jit import jit
 from .parts import update_automata_forces
@@ -69,21 +69,21 @@ def advance(grid, automata, linked, cracking, seam, factors, steps, tick, course
             own_tick = (now - 1) * steps.micro + progress[MICRO]
             if progress[STAGE] == MOVE:
                 if cracking is not None:
-                    if cracking.specimen.losses[TRAVEL] > cracking.most_travel:
+                    if cracking.specimen.losses[TRAVEL] > cracking.travel_limit:
                         return SEARCH
                 move(steps, grid, automata, seam, factors, row)
                 progress[STAGE] = ACT
                 if cracking is not None:
                     cracking.specimen.losses[TRAVEL] += time * largest_speed(automata.motion)
                     cracking.specimen.losses[TRAVEL] += time * largest_speed_of_sides(cracking.sides, grid.state.velocity)
-                    if judge_links(cracking.specimen, cracking.contacts, time, own_tick):
+                    if yield_and_check_links(cracking.specimen, cracking.contacts, time, own_tick):
                         return BREAK
             update_automata_forces(automata, linked, cracking, seam, time, own_tick)
             if cracking is not None:
                 nodes = grid.grid.reference, grid.state.displacement
                 add_side_forces(cracking.sides, nodes, automata, seam.exchange.automata_force)
             failed = act(steps, grid, automata, seam, now, again)
-            fast += count_fast(automata.motion, steps.speed_limit * steps.speed_limit)
+            fast += count_fast_automata(automata.motion, steps.speed_limit * steps.speed_limit)
             if cracking is not None:
                 if cracking.specimen.medium.ground.damping > 0.0:
                     # Between the two halves of the kick, where the velocities are the mean velocities.

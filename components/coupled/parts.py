@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..automata.contacts import Contacts
-from ..automata.kernels import Specimen, add_forces
+from ..automata.kernels import Specimen, write_forces
 from ..automata.lattice import Body, Motion, Scratch, update_ghost_velocities
-from ..automata.linked_specimen import link_forces
+from ..automata.linked_specimen import write_link_forces
 from ..automata.loads import kick
 from ..grid import kernels as grid_kernels
 from ..grid.kernel_arrays import Conditions, Grid, State, Yields
@@ -58,13 +58,13 @@ class Cracking(NamedTuple):
     Attributes:
         specimen: an `automata.kernels.Specimen` with the same motion and scratch.
         contacts: part of the state.
-        most_travel: distance that the fastest automaton may move before contacts are searched again [m].
+        travel_limit: distance that the fastest automaton may move before contacts are searched again [m].
         sides: free sides of the grid that automata can touch; None without side contacts.
     """
 
     specimen: Specimen
     contacts: Contacts
-    most_travel: float
+    travel_limit: float
     sides: Sides | None
 
 
@@ -91,9 +91,9 @@ def update_automata_forces(automata, linked, cracking, seam, time, tick):
         tick: number of the step of the automata.
     """
     if linked is not None:
-        link_forces(linked, automata.motion, automata.scratch)
+        write_link_forces(linked, automata.motion, automata.scratch)
     if cracking is not None:
-        add_forces(cracking.specimen, cracking.contacts, time, tick)
+        write_forces(cracking.specimen, cracking.contacts, time, tick)
     gather_forces(seam.interface, automata.body.layout.place, automata.scratch.cells, seam.exchange.automata_force)
 
 

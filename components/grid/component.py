@@ -83,7 +83,7 @@ class Grid(Component):
         self._laws = {number: p.plastic_laws[number].constants() for number in np.unique(self.cell_material).tolist()}
         self._plastic = any(law is not None for law in self._laws.values())
         self.attach(None)
-        self._refuse_held_forces()
+        self._refuse_ineffective_forces()
         self.mass: FloatArray = self._assembly.mass
         self.highest_frequency: float = highest_frequency(self._grid, self._conditions, self._corner)
         self.step_size = p.step_size or suggest_step(
@@ -121,7 +121,7 @@ class Grid(Component):
                 raise ParameterError(f"node {found[-1]} is there already", hint="give each node once", at=f"{name}[{index}]")
         return np.array(found, dtype=np.int64)
 
-    def _refuse_held_forces(self) -> None:
+    def _refuse_ineffective_forces(self) -> None:
         """Refuse forces on nodes whose motion is prescribed along both axes: they would have no effect."""
         held = self._conditions.prescribed[self._assembly.places[self._forced]].all(axis=1)
         for index in np.flatnonzero(held).tolist():
