@@ -27,21 +27,21 @@ from ..parts import make_part, part_drawable, part_readers, part_values, part_va
 from ..state_block import Layout
 from ..support.float_arrays import FloatArray, ordered_sum
 from ..variables import Variable
-from .automaton_search import Places, common_sides, points_in_cells
+from .automaton_search import AutomatonSearch, common_sides, points_in_cells
 from .edge_loads import EdgeInputs
-from .energy_sums import Sums, leapfrog, sum_up
-from .exchange import EXCHANGE_TALLY, IMPULSE, WORK_ON_AUTOMATA, WORK_ON_GRID, Exchange, assemble
+from .energy_sums import EnergySums, leapfrog_energy, make_energy_sums
+from .exchange import EXCHANGE_TALLY, IMPULSE, WORK_ON_AUTOMATA, WORK_ON_GRID, Exchange, assemble_interface_forces
 from .interface import Interface, carried_mass, find_interface
-from .kernels import BREAK, DONE, INVERTED, MICRO, PROGRESS, ROW, SEARCH, TOO_FAST, Course, advance
+from .kernels import BREAK, DONE, INVERTED, MICRO, PROGRESS, ROW, SEARCH, TOO_FAST, CallProgress, advance
 from .parameters import CoupledParameters
-from .parts import AutomataPart, Cracking, GridPart, Seam
+from .parts import AutomataPart, CrackingPart, GridPart, Seam
 from .schemes import Impulses, Literal, Lockstep
 from .side_contacts import (
     Sides,
     add_side_forces,
-    find_near,
+    extend_interface,
+    find_close_pairs,
     free_sides,
-    include_nodes,
     make_sides,
 )
 from .step_sizes import choose_steps
@@ -82,21 +82,21 @@ class Coupled(Component):
         self._lay_out_state(grid, automata)
         self.carried_mass: FloatArray = carried_mass(self.interface, len(self.grid.mesh.nodes), self._automata_mass)
         self.mass: FloatArray = np.concatenate([self.grid.mass, self._automata_mass])
-        self.grid.attach(self.carried_mass, self.interface.nodes.tolist())
+        self.grid.attach_mass(self.carried_mass, self.interface.nodes.tolist())
         self._make_parts()
 
     def _find_interface(self, grid: Grid, automata: Automata) -> None:
         """Find the interface."""
         mesh, packing, shape = grid.mesh, automata.packing, automata.parameters.shape
         origin = np.array(self.parameters.origin)
-        places = Places(packing, shape, origin, automata.parameters.periodic)
+        search = AutomatonSearch(packing, shape, origin, automata.parameters.periodic)
         self.interface: Interface = find_interface(
-            mesh, grid.parameters.boundaries, grid.joined, packing, automata.mass, shape, origin, places
+            mesh, grid.parameters.boundaries, grid.joined_nodes, packing, automata.mass, shape, origin, search
         )
         self._automata_mass: FloatArray = automata.mass
         if self.parameters.side_contacts:
             self._free_sides: IntArray = free_sides(mesh, common_sides(mesh, shape, origin))
-            self.interface = include_nodes(self.interface, self._free_sides.reshape(-1))
+            self.interface = extend_interface(self.interface, self._free_sides.reshape(-1))
 
     def _lay_out_state(self, grid: Grid, automata: Automata) -> None:
         n, rows = automata.count, len(self.interface.nodes)
@@ -138,11 +138,11 @@ class Coupled(Component):
         kind = Literal if scheme == "literal" else Lockstep if self.micro_steps == 1 else Impulses
         self._steps = kind(self.step_size, self.micro_steps, scheme == "momentum", limit)
         self._cracking = specimen if isinstance(specimen, CrackingSpecimen) else None
-        self._sides = self._make_sides()
-        self._course = Course(np.zeros(PROGRESS, dtype=np.int64), np.zeros(2, dtype=np.int64))
+        self._sides = self._make_free_sides()
+        self._call = CallProgress(np.zeros(PROGRESS, dtype=np.int64), np.zeros(2, dtype=np.int64))
         self._divided: Mapping[str, Held] | None = None
 
-    def _make_sides(self) -> Sides | None:
+    def _make_free_sides(self) -> Sides | None:
         """Return the free sides of the grid that automata can touch, or None without side contacts."""
         if self._cracking is None or not self.parameters.side_contacts:
             return None
@@ -187,7 +187,7 @@ class Coupled(Component):
         return found
 
     def _part_energies(self) -> dict[str, float]:
-        found = self._sums()
+        found = self._energies_and_momenta()
         links = self.automata.specimen.stored_energies(0.0)
         amounts = found.kinetic, found.elastic, found.automata_kinetic, links["elastic_energy"]
         return dict(zip(_PART_ENERGIES, map(float, amounts), strict=True))
@@ -213,26 +213,26 @@ class Coupled(Component):
             "interface: works of both sides, their sum over the larger": difference / largest if largest > 0.0 else 0.0,
         }
         if self._cracking is not None:
-            found["automata: pieces inside cells of the grid"] = float(len(self._strays()))
+            found["automata: pieces inside cells of the grid"] = float(len(self._stray_automata()))
         return found
 
-    def _strays(self) -> IntArray:
+    def _stray_automata(self) -> IntArray:
         """Return automata with broken links whose centres lie inside cells."""
         if self._cracking is None:
             return np.zeros(0, dtype=np.int64)
         loose = np.flatnonzero((self._cracking.damage() > 0.0) & (self.interface.free > 0))
-        nodes, centres = self._places()
+        nodes, centres = self._positions()
         return loose[points_in_cells(nodes, self.grid.mesh.cells, centres[loose])[0]]
 
-    def _places(self) -> tuple[FloatArray, FloatArray]:
+    def _positions(self) -> tuple[FloatArray, FloatArray]:
         """Return the positions of nodes and automata, shape (nodes, 2) and (n, 2) [m]."""
         return self.grid.mesh.nodes + self.grid.peek("displacement"), self.reference + self.automata.peek("displacement")
 
     def cautions(self) -> list[str]:
         """Return the cautions of the parts, and one if broken-off automata lie inside the grid."""
         said = [f"grid: {text}" for text in self.grid.cautions()] + [f"automata: {text}" for text in self.automata.cautions()]
-        if len(strays := self._strays()):
-            x, y = self._places()[1][strays[0]]
+        if len(strays := self._stray_automata()):
+            x, y = self._positions()[1][strays[0]]
             said.append(
                 f"{len(strays)} automata with broken links lie inside cells of the grid, automaton {strays[0]} at ({x:.6g}, "
                 f"{y:.6g}) m: pieces fly through the free sides of the grid unless side_contacts = true"
@@ -273,7 +273,7 @@ class Coupled(Component):
         """Return pairs of connected nodes and automata, shape (m, 2); automata are numbered after the nodes."""
         assert self._cracking is not None
         cells, nodes, face = self.grid.mesh.cells.astype(np.int64), len(self.grid.mesh.nodes), self.interface
-        joined = self.grid.joined
+        joined = self.grid.joined_nodes
         held = [cells[:, k : k + 2] for k in range(3)] + [nodes + self._cracking.linked_pairs()]
         held += [np.stack([face.automata + nodes, ends], axis=1) for ends in face.ends.T]
         held += [joined[joined[:, k] >= 0][:, [0, k]] for k in range(1, joined.shape[1])]
@@ -286,7 +286,7 @@ class Coupled(Component):
             part._start(seed, part_values(prefix, values))
         self._divided = None
         self.automata.specimen.load_motion()
-        self._follow_nodes()
+        self._move_interface_automata()
         if self._cracking is None:
             self.automata.specimen.update_forces()
         else:
@@ -294,13 +294,13 @@ class Coupled(Component):
             self._cracking.store_motion()
             self._find_contacts()
             self._cracking.update_forces(at_start=True)
-        self._join_forces()
-        self._store()
-        found = self._sums()
-        self._block["start"][:] = self._energy(found), *found.momentum, found.angular_momentum
+        self._write_interface_forces()
+        self._store_automata()
+        found = self._energies_and_momenta()
+        self._block["start"][:] = self._total_energy(found), *found.momentum, found.angular_momentum
         return {}
 
-    def _follow_nodes(self) -> None:
+    def _move_interface_automata(self) -> None:
         """Give the interface automata the positions and velocities of their nodes, and record the forces of the cells."""
         state, face, motion, layout = (
             self.grid.tables()[1],
@@ -314,27 +314,27 @@ class Coupled(Component):
         copy_to_ghosts(layout, motion)
         self._seam.exchange.grid_force[:] = state.force[face.nodes]
 
-    def _join_forces(self) -> None:
+    def _write_interface_forces(self) -> None:
         """Write the first forces of the automata on interface nodes; in lockstep also the sum of both parts for half a kick."""
         grid, face, exchange, steps = self._grid_part(), self.interface, self._seam.exchange, self._steps
         forces = self._automata_part.scratch.cells[: FORCE_Y + 1, self.automata.body.layout.place].T
         exchange.automata_force[:] = 0.0
         rows = np.repeat(np.arange(len(face.nodes)), np.diff(face.first))
         np.add.at(exchange.automata_force, rows, face.shares[:, None] * forces[face.automata[face.acting]])
-        sides = self._present_sides()
+        sides = self._current_sides()
         if sides is not None:
             nodes = grid.grid.reference, grid.state.displacement
             add_side_forces(sides, nodes, self._automata_part, exchange.automata_force)
-        if self._in_lockstep:
-            assemble(self._seam, grid.state, grid.conditions, 0.5 * steps.step, steps.by_momentum)
+        if self._is_lockstep:
+            assemble_interface_forces(self._seam, grid.state, grid.conditions, 0.5 * steps.step, steps.by_momentum)
 
-    def _load(self) -> None:
+    def _load_automata(self) -> None:
         """Write the state of the automata, with their forces, to the fields."""
         self.automata.specimen.load_motion()
         cells, place = self._automata_part.scratch.cells, self.automata.body.layout.place
         cells[: FORCE_Y + 1, place], cells[TORQUE, place] = self._block["automata_force"].T, self._block["automata_torque"]
 
-    def _store(self) -> None:
+    def _store_automata(self) -> None:
         """Write the fields of the automata to the state."""
         self.automata.specimen.store_motion()
         cells, place = self._automata_part.scratch.cells, self.automata.body.layout.place
@@ -344,21 +344,21 @@ class Coupled(Component):
         )
 
     @property
-    def _in_lockstep(self) -> bool:
+    def _is_lockstep(self) -> bool:
         return self.micro_steps == 1 or self.parameters.scheme == "literal"
 
     def _grid_part(self) -> GridPart:
         grid, state, conditions, corner = self.grid.tables()
-        return GridPart(grid, state, conditions, corner, self.grid.tally, self.grid.event_room())
+        return GridPart(grid, state, conditions, corner, self.grid.tally, self.grid.free_event_rows())
 
-    def _cracking_part(self) -> Cracking | None:
+    def _cracking_part(self) -> CrackingPart | None:
         """Return the histories and contacts of the automata, or None if links neither break nor yield."""
         specimen = self._cracking
         if specimen is None:
             return None
-        return Cracking(specimen.specimen, specimen.contacts(), specimen.travel_limit, self._present_sides())
+        return CrackingPart(specimen.specimen, specimen.contacts(), specimen.travel_limit, self._current_sides())
 
-    def _present_sides(self) -> Sides | None:
+    def _current_sides(self) -> Sides | None:
         """Return the sides that automata can touch, with the current pairs, or None without side contacts."""
         if self._sides is None:
             return None
@@ -373,7 +373,7 @@ class Coupled(Component):
             loose = exposed[self.interface.free[exposed] > 0]
             place, motion = self.automata.body.layout.place, self._automata_part.motion
             centres = self.reference + motion[X : Y + 1, place].T
-            pairs = find_near(self._sides, self._places()[0], centres, loose, SKIN * self.automata.packing.diameter)
+            pairs = find_close_pairs(self._sides, self._positions()[0], centres, loose, SKIN * self.automata.packing.diameter)
             self._block.set_count("side_pairs", 0)
             self._block.room("side_pairs", len(pairs))[: len(pairs)] = pairs
             self._block.set_count("side_pairs", len(pairs))
@@ -382,16 +382,16 @@ class Coupled(Component):
     def _advance(self, ticks: int) -> int:
         if self._held is not self._divided:
             self._divide_inputs()
-        self._load()
+        self._load_automata()
         status, pieces = 0, [(self._tick, ticks)]
         if self._automata_follow_profile:
             pieces = [(tick, 1) for tick in range(self._tick, self._tick + ticks)]
         for tick, count in pieces:
-            self._apply_to_automata(tick)
-            status = self._advance_with(tick, count)
+            self._apply_automata_inputs(tick)
+            status = self._advance_ticks(tick, count)
             if status:
                 break
-        self._store()
+        self._store_automata()
         return status
 
     def _divide_inputs(self) -> None:
@@ -401,31 +401,31 @@ class Coupled(Component):
         self._automata_follow_profile = self.automata.follows_profile
         self._divided = self._held
 
-    def _apply_to_automata(self, tick: int) -> None:
+    def _apply_automata_inputs(self, tick: int) -> None:
         """Fill the loads and grips of the tick."""
         self.automata.conditions.apply_inputs(self.automata.held_inputs, tick, has_central_kick=False)
         self._edge_inputs.fill_loads()
 
-    def _advance_with(self, tick: int, ticks: int) -> int:
-        factors = self.grid.factors(tick, ticks)
+    def _advance_ticks(self, tick: int, ticks: int) -> int:
+        factors = self.grid.drive_factors(tick, ticks)
         grid = self._grid_part()
         loads = self._edge_inputs.loads_on_nodes(grid.conditions, self._seam.exchange.places)
         if loads is not None:
             drive = np.concatenate([grid.conditions.drive, loads[None]])
             grid = grid._replace(conditions=grid.conditions._replace(drive=drive))
             factors = np.concatenate([factors, np.ones((ticks, 1))], axis=1)
-        status = self._run(grid, factors, tick)
-        self.grid.keep_events(grid.yields)
+        status = self._run_kernel(grid, factors, tick)
+        self.grid.set_event_count(grid.yields)
         return status
 
-    def _run(self, grid: GridPart, factors: FloatArray, tick: int) -> int:
+    def _run_kernel(self, grid: GridPart, factors: FloatArray, tick: int) -> int:
         """Advance by one tick per row of `factors`; return 0 or a status."""
-        progress, failure = self._course
+        progress, failure = self._call
         progress[:] = 0
         while True:
             cracking, linked = self._cracking_part(), None if self._cracking else self.automata.body
             parts = grid, self._automata_part, linked, cracking, self._seam
-            status = advance(*parts, factors, self._steps, tick, self._course)
+            status = advance(*parts, factors, self._steps, tick, self._call)
             if status in (DONE, INVERTED):
                 return int(status)
             if status == TOO_FAST or self._cracking is None:
@@ -438,13 +438,13 @@ class Coupled(Component):
 
     def _explain(self, status: int) -> StepError:
         if status == INVERTED:
-            self.grid.failed_at[:] = self._course.failure
+            self.grid.failed_at[:] = self._call.failure
             return self.grid._explain(1).of_part("grid")
         return self._explain_automata(status - _AUTOMATA_FAILED)
 
     def _explain_automata(self, status: int) -> StepError:
         """Return the error of the automata as an error of the coupled body."""
-        self.automata.adopt(max(int(self._course.failure[1]) - 1, 0) * self.micro_steps, {})
+        self.automata.adopt(max(int(self._call.failure[1]) - 1, 0) * self.micro_steps, {})
         return self.automata._explain(status).of_part("automata")
 
     # -- reading ----------------------------------------------------------------------------------------------------
@@ -459,35 +459,35 @@ class Coupled(Component):
         """Return the forces [N] and torques [N m] of the links on the automata, shape (n, 2) and (n,)."""
         return self._block["automata_force"].copy(), self._block["automata_torque"].copy()
 
-    def _sums(self) -> Sums:
-        self._load()
+    def _energies_and_momenta(self) -> EnergySums:
+        self._load_automata()
         with np.errstate(all="ignore"):
-            return sum_up(self._grid_part(), self._automata_part, self._seam, self.grid.mass, self._in_lockstep)
+            return make_energy_sums(self._grid_part(), self._automata_part, self._seam, self.grid.mass, self._is_lockstep)
 
-    def _stored_energies(self, found: Sums) -> dict[str, float]:
+    def _stored_energies(self, sums: EnergySums) -> dict[str, float]:
         links = self.automata.specimen.stored_energies(0.0)
-        elastic = found.elastic + links.pop("elastic_energy")
-        sides = self._present_sides()
+        elastic = sums.elastic + links.pop("elastic_energy")
+        sides = self._current_sides()
         if sides is not None:
             grid, forces = self._grid_part(), self._seam.exchange.automata_force.copy()
             nodes = grid.grid.reference, grid.state.displacement
             links["contact_energy"] += add_side_forces(sides, nodes, self._automata_part, forces)
         return {
-            "kinetic_energy": found.kinetic + found.automata_kinetic,
-            "rotational_energy": found.rotational,
+            "kinetic_energy": sums.kinetic + sums.automata_kinetic,
+            "rotational_energy": sums.rotational,
             "elastic_energy": elastic,
-            "hourglass_energy": found.hourglass,
+            "hourglass_energy": sums.hourglass,
             **links,
-            "leapfrog_energy": leapfrog(found, self.step_size, self.micro_steps),
+            "leapfrog_energy": leapfrog_energy(sums, self.step_size, self.micro_steps),
         }
 
-    def _dissipated_energies(self, found: Sums) -> dict[str, float]:
+    def _dissipated_energies(self, sums: EnergySums) -> dict[str, float]:
         absorbed = {"absorbed_energy": float(self.grid.tally[kernel_arrays.ABSORBED])}
-        plastic = {"plastic_work": found.plastic} if self.grid.event_kinds else {}
+        plastic = {"plastic_work": sums.plastic} if self.grid.event_kinds else {}
         return {**absorbed, **plastic, **self.automata.specimen.dissipated_energies()}
 
-    def _energy(self, found: Sums) -> float:
-        return ordered_sum(*self._stored_energies(found).values())
+    def _total_energy(self, sums: EnergySums) -> float:
+        return ordered_sum(*self._stored_energies(sums).values())
 
     def balances(self) -> tuple[Balance, ...]:
         """Return balances of energy, momentum, mass and, without periodic edges, angular momentum about the origin.
@@ -495,7 +495,7 @@ class Coupled(Component):
         Each part counts its own share of the mass of interface nodes. `leapfrog_energy` is -h^2/8 times the sum of
         force^2 / mass. With it, lockstep conserves the energy to rounding.
         """
-        found, start = self._sums(), self._block["start"].copy()
+        found, start = self._energies_and_momenta(), self._block["start"].copy()
         tally, (load, grip) = self.grid.tally.copy(), self._block["tallies"].copy()
         work = {"input_work": float(tally[kernel_arrays.WORK] + load[WORK] + grip[WORK])}
         impulse = {
@@ -508,7 +508,7 @@ class Coupled(Component):
             Balance("momentum", "kg m/s", {"momentum": found.momentum}, impulse, initial=start[1:3]),
             Balance("mass", "kg", {"mass": mass}, initial=mass),
         ]
-        if not len(self.grid.joined) and not any(self.automata.parameters.periodic):
+        if not len(self.grid.joined_nodes) and not any(self.automata.parameters.periodic):
             turning = {
                 "angular_impulse": float(tally[kernel_arrays.ANGULAR] + load[3]),
                 "boundary_angular_impulse": float(tally[kernel_arrays.BOUNDARY_ANGULAR] + grip[3]),

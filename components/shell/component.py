@@ -177,7 +177,7 @@ class Shell(Component):
             self._write_start("nodal_velocity", state.velocity, values)
         measure_wall(solid, state, self._block["tally"])
         kernels.write_areas(solid.surface, state.displacement, state.area)
-        sums = self._sums()
+        sums = self._energies_and_momenta()
         self._block["start"][:] = sums["energy"], *sums["momentum"]
         return {}
 
@@ -212,7 +212,7 @@ class Shell(Component):
     # -- reading ----------------------------------------------------------------------------------------------------
 
     @np.errstate(all="ignore")
-    def _sums(self) -> dict[str, Any]:
+    def _energies_and_momenta(self) -> dict[str, Any]:
         """Return the present energies and momentum."""
         return energies.measure(self.tables())
 
@@ -222,7 +222,7 @@ class Shell(Component):
         `leapfrog_energy` is -h^2/8 times the sum of force^2 / mass; with it, the scheme conserves the energy of a linear body.
         The remainder is of second order in the step.
         """
-        sums, tally, start = self._sums(), self._block["tally"].copy(), self._block["start"].copy()
+        sums, tally, start = self._energies_and_momenta(), self._block["tally"].copy(), self._block["start"].copy()
         stored = {name: sums[name] for name in energies.STORED}
         supplied = {
             "pressure_work": float(tally[kernel_arrays.PRESSURE_WORK]),
@@ -243,7 +243,7 @@ class Shell(Component):
 
     def report(self) -> dict[str, float]:
         """Return the step over the largest stable one, and the largest loads and strains of the body."""
-        sums = self._sums()
+        sums = self._energies_and_momenta()
         stored = sums["elastic_energy"] + sums["kinetic_energy"] + sums["plastic_work"]
         found = {
             "step over the largest stable one, at rest": 0.5 * self.highest_frequency * self.step_size,
