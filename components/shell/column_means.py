@@ -43,7 +43,7 @@ class ColumnMeans(NamedTuple):
 def make_column_means(lattice: Lattice, points: IntegrationPoints) -> ColumnMeans:
     """Return the tables of a body without cracks."""
     along, across, through = (len(line.at) for line in points.lines)
-    around, own = column_neighbours(along, across, lattice.axes[1].closed).T, np.arange(along * across)
+    around, own = column_neighbours(along, across, lattice.axes[1].is_closed).T, np.arange(along * across)
     # Below a notch the points have other heights.
     lowest = points.heights.reshape(-1, through)[:, 0]
     alike = np.where(lowest[around] == lowest, around, own).astype(np.int32)

@@ -24,7 +24,7 @@ from .kernel_arrays import Hourglass, IntArray, Tables
 
 
 @internal
-def misfit(tied, u, h, c, d):
+def tie_misfit(tied, u, h, c, d):
     """Return r of the tie from column c to column d [m]: x, y, z."""
     dx, dy, dz = distance(tied.place, c, d)
     x, y, z = 0.0, 0.0, 0.0
@@ -51,7 +51,7 @@ def distance(place, c, d):
 
 
 @internal
-def least_flow_stress(law, plastic_strain, temperature, column, count):
+def smallest_flow_stress(law, plastic_strain, temperature, column, count):
     """Return the smallest flow stress of the points of a column [Pa]."""
     least = np.inf
     for p in range(column * count, (column + 1) * count):
@@ -60,7 +60,7 @@ def least_flow_stress(law, plastic_strain, temperature, column, count):
 
 
 @jit
-def hold_columns(tied, points, law, plastic, state, scratch, columns):
+def write_tie_forces(tied, points, law, plastic, state, scratch, columns):
     """Write forces and energies of the ties of some columns, and add to the pull of their points.
 
     Half of the energy of a tie belongs to each of its columns; beyond the largest force the energy is that of a constant force.
@@ -83,13 +83,13 @@ def hold_columns(tied, points, law, plastic, state, scratch, columns):
             d = np.int64(tied.partner[c, side])
             energy = 0.0
             if d >= 0:
-                x, y, z = misfit(tied, state.displacement, state.gradient, c, d)
+                x, y, z = tie_misfit(tied, state.displacement, state.gradient, c, d)
                 stiffness, long = tied.stiffness[c, side], sqrt(x * x + y * y + z * z)
                 size, scale, most = stiffness * long, stiffness, np.inf
                 if plastic and size > tied.section[c, side] * law.yield_stress * LEAST_FLOW:
                     if own == 0.0:
-                        own = least_flow_stress(law, state.plastic_strain, state.temperature, c, count)
-                    other = least_flow_stress(law, state.plastic_strain, state.temperature, d, count)
+                        own = smallest_flow_stress(law, state.plastic_strain, state.temperature, c, count)
+                    other = smallest_flow_stress(law, state.plastic_strain, state.temperature, d, count)
                     most = min(own, other) * tied.section[c, side]
                 if size > most:
                     scale = scale * most / size
@@ -125,7 +125,7 @@ def tie_energy(tables: Tables, columns: IntArray) -> float:
     The kernel of a tick computes it, in the scratch of the tick.
     """
     solid, state, scratch, _ = tables
-    hold_columns(solid.hourglass, solid.points, solid.law, solid.plastic, state, scratch, columns)
+    write_tie_forces(solid.hourglass, solid.points, solid.law, solid.plastic, state, scratch, columns)
     return ordered_sum(scratch.tie_energy[columns])
 
 
@@ -147,9 +147,9 @@ def make_hourglass(lattice: Lattice, points: int, young: float, alpha: float) ->
     volumes = lattice.volumes.reshape(n * m, layers)
     shares = volumes / volumes.sum(axis=1)[:, None] if lattice.hollow else np.tile(volumes[0] / volumes[0].sum(), (n * m, 1))
     place = (lattice.nodes.reshape(n * m, layers, 3) * shares[..., None]).sum(axis=1)
-    around = column_neighbours(n, m, lattice.axes[1].closed)
+    around = column_neighbours(n, m, lattice.axes[1].is_closed)
     along, across = np.divmod(np.arange(n * m), m)
-    inner = np.stack([(along > 0) & (along < n - 1), lattice.axes[1].closed | ((across > 0) & (across < m - 1))], axis=1)
+    inner = np.stack([(along > 0) & (along < n - 1), lattice.axes[1].is_closed | ((across > 0) & (across < m - 1))], axis=1)
     inner = np.repeat(inner, 2, axis=1)
     partner = np.where(inner & inner[around, np.arange(4)], around, -1)
     apart = place[partner] - place[:, None]

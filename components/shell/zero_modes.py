@@ -12,7 +12,7 @@ import numpy as np
 from ..support.float_arrays import FloatArray
 from .geometry.axis import even_axis
 from .geometry.lattice import Lattice
-from .kernel_arrays import entries_of
+from .kernel_arrays import support_entries
 from .quadrature import IntegrationPoints, RuleName, integration_points
 from .shape_functions import BasisName
 from .stencils import Stencils, make_stencils
@@ -41,7 +41,7 @@ def zero_mode_count(layers: int, rule: RuleName, through: int, basis: BasisName,
 def gradient_matrices(nodes: int, points: IntegrationPoints, stencils: Stencils) -> FloatArray:
     """Return the derivatives along x, y and z at the points by the parameters of the nodes, shape (3, m, n) [1/m]."""
     count = len(points.volume)
-    owner, seen, rows = entries_of(stencils, np.arange(count))
+    owner, seen, rows = support_entries(stencils, np.arange(count))
     along, around, out = stencils.gradients[rows].T
     sine, cosine, found = points.sine[owner], points.cosine[owner], np.zeros((3, count, nodes))
     found[:, owner, seen] = stencils.along[owner] * along, cosine * around + sine * out, cosine * out - sine * around

@@ -19,13 +19,13 @@ def crack_length(assembly: Assembly, cracks: Cracks) -> float:
     """Return the length of all facets in the surface, each weighted by its share of the thickness [m]."""
     if not len(cracks.facets):
         return 0.0
-    judged, through = cracks.judged, len(assembly.points.lines[2].at)
+    check, through = cracks.check, len(assembly.points.lines[2].at)
     point = cracks.facets[:, 0].astype(np.int64)
-    a, b, layer = point // through // len(judged.across), point // through % len(judged.across), point % through
+    a, b, layer = point // through // len(check.across), point // through % len(check.across), point % through
     # The part of the line inside the cell of the point, along both axes.
     line = np.stack([-cracks.facets[:, 5], cracks.facets[:, 4]], axis=1)
     line = line / np.maximum(np.abs(line).max(axis=1), 1e-300)[:, None]
-    x, y = line[:, 0] * judged.along[a], line[:, 1] * judged.across[b] * judged.radius[layer]
+    x, y = line[:, 0] * check.along[a], line[:, 1] * check.across[b] * check.radius[layer]
     straight = cracks.facets[:, 6] == 0.0
     return float((np.sqrt(x * x + y * y) * straight).sum() / through)
 
@@ -40,22 +40,22 @@ def open_areas(lattice: Lattice, cracks: Cracks, displacement: FloatArray) -> Fl
     inner = (lattice.nodes + displacement)[::layers].reshape(n, m, 3)
     rest = lattice.nodes[::layers].reshape(n, m, 3)
     along, across, _ = lattice.axes
-    cut, severed = _marks(cracks, (n, m), ACROSS)
-    areas = openings(cut, severed, inner, rest, across.closed).sum(axis=1) * along.widths
-    cut, severed = _marks(cracks, (n, m), ALONG)
-    opening = openings(cut.T, severed.T, inner.swapaxes(0, 1), rest.swapaxes(0, 1), along.closed).T
+    cut, severed = _cut_masks(cracks, (n, m), ACROSS)
+    areas = crack_openings(cut, severed, inner, rest, across.is_closed).sum(axis=1) * along.widths
+    cut, severed = _cut_masks(cracks, (n, m), ALONG)
+    opening = crack_openings(cut.T, severed.T, inner.swapaxes(0, 1), rest.swapaxes(0, 1), along.is_closed).T
     radius = lattice.axes[2].positions[0] if lattice.bent else 1.0
     half = 0.5 * (opening * (across.widths * radius)).sum(axis=1)
     return areas + half + np.roll(half, 1)
 
 
-def _marks(cracks: Cracks, shape: tuple[int, int], way: int) -> tuple[Marks, Marks]:
+def _cut_masks(cracks: Cracks, shape: tuple[int, int], way: int) -> tuple[Marks, Marks]:
     """Return which columns are not linked to the next one in a direction, and which are severed by a crack through the wall."""
     borne, severed = cracks.borne.reshape(shape), cracks.severed[:, way].reshape(shape)
     return severed | ~borne | ~np.roll(borne, -1, axis=way), severed
 
 
-def openings(cut: Marks, severed: Marks, inner: FloatArray, rest: FloatArray, closed: bool) -> FloatArray:
+def crack_openings(cut: Marks, severed: Marks, inner: FloatArray, rest: FloatArray, closed: bool) -> FloatArray:
     """Return the opening of each severed link, for rows of successive columns, shape (rows, k) [m].
 
     Args:
@@ -68,17 +68,17 @@ def openings(cut: Marks, severed: Marks, inner: FloatArray, rest: FloatArray, cl
     cut, severed = cut.copy(), severed.copy()
     if not closed:
         cut[:, -1] = severed[:, -1] = False
-    runs = [(int(row), run) for row in np.flatnonzero(severed.any(axis=1)) for run in _runs(cut[row])]
+    runs = [(int(row), run) for row in np.flatnonzero(severed.any(axis=1)) for run in _cut_runs(cut[row])]
     runs = [(row, run) for row, run in runs if severed[row, run].any()]
     ends = [(int(run[0]), int(run[0]) + len(run)) for _, run in runs]
     opening = np.zeros(cut.shape)
-    for (row, run), gap in zip(runs, _gaps(inner, rest, [row for row, _ in runs], ends, closed), strict=True):
+    for (row, run), gap in zip(runs, _gap_widths(inner, rest, [row for row, _ in runs], ends, closed), strict=True):
         links = run[severed[row, run]]
         opening[row, links] = gap / len(links)
     return opening
 
 
-def _runs(cut: Marks) -> list[IntArray]:
+def _cut_runs(cut: Marks) -> list[IntArray]:
     """Return the cut links as runs of neighbours, at most a few links long."""
     count = len(cut)
     # Start at an intact link, so that no run is divided at the beginning of the row.
@@ -88,7 +88,7 @@ def _runs(cut: Marks) -> list[IntArray]:
     return [run[begin : begin + _LONGEST] % count for run in runs for begin in range(0, len(run), _LONGEST)]
 
 
-def _gaps(places: FloatArray, rest: FloatArray, rows: list[int], ends: list[tuple[int, int]], closed: bool) -> FloatArray:
+def _gap_widths(places: FloatArray, rest: FloatArray, rows: list[int], ends: list[tuple[int, int]], closed: bool) -> FloatArray:
     """Return the increase of the distance between pairs of columns, at least 0 [m].
 
     Crack lips supported by few points may swing back: if the columns beyond them have moved apart less, these are used.

@@ -10,7 +10,7 @@ from pydantic import SerializeAsAny
 
 from ...support.parameter_fields import Magnitude, field
 from ...support.tagged_union import ByName, Named
-from .axis import Axis, closed_axis, even_axis, refuse_coinciding
+from .axis import Axis, closed_axis, even_axis, refuse_coinciding_planes
 from .lattice import Lattice
 from .notch import Notch, notched_lattice
 
@@ -105,7 +105,7 @@ class Tube(BodyShape):
         along = even_axis(self.length, self.along)
         part = np.arange(self.layers) / (self.layers - 1)
         wall = Axis(self.inner_radius + self.wall * part)
-        refuse_coinciding(wall, self.wall, "wall")
+        refuse_coinciding_planes(wall, self.wall, "wall")
         if self.notch is not None:
             return notched_lattice(self.notch, (along, ring), self.inner_radius, self.wall, self.layers, bent=True)
         return Lattice((along, ring, wall), bent=True)

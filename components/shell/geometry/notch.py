@@ -10,7 +10,7 @@ import numpy.typing as npt
 from ...errors import ParameterError
 from ...support.parameter_fields import Magnitude, NotNegativeMagnitude, field
 from ...support.validation import Parameters
-from .axis import Axis, graded_axis, refuse_coinciding
+from .axis import Axis, graded_axis, refuse_coinciding_planes
 from .lattice import Hollow, Lattice
 
 # Relative tolerance, as a fraction of the notch, for positions that count as equal.
@@ -55,25 +55,25 @@ def notched_lattice(notch: Notch, even: tuple[Axis, Axis], inner: float, wall: f
         ParameterError: the notch lies outside the body, or the planes do not resolve it.
     """
     radius, (name, unit) = (inner + wall, ("around", "rad")) if bent else (1.0, ("across", "m"))
-    (measure, length), (other, width) = measures(notch)
+    (measure, length), (other, width) = notch_sizes(notch)
     position = 0.5 * even[0].positions[-1] if notch.position is None else notch.position
     along = graded_axis(even[0], position, length, notch_spacing(notch, "hoop", even[0], 1.0), "along", "m")
     across = graded_axis(even[1], notch.around, width / radius, notch_spacing(notch, "axial", even[1], radius), name, unit)
-    refuse_coinciding(along, length, "notch", measure)
-    refuse_coinciding(across, width, "notch", other)
-    through, bottom = planes_through(notch, inner, wall, layers)
+    refuse_coinciding_planes(along, length, "notch", measure)
+    refuse_coinciding_planes(across, width, "notch", other)
+    through, bottom = thickness_planes(notch, inner, wall, layers)
     columns = planes_inside(along, position, length)[:, None] & planes_inside(across, notch.around, width / radius)
     return Lattice((along, across, through), bent, Hollow(columns, bottom))
 
 
-def edge_at(middle: float | None, length: float, start: str, end: str) -> str | None:
+def notch_edge(middle: float | None, length: float, start: str, end: str) -> str | None:
     """Return the edge at or beyond which the middle of a notch lies, or None if it lies inside a body of that length."""
     if middle is None or _ROUNDING * length < middle < (1.0 - _ROUNDING) * length:
         return None
     return start if middle < 0.5 * length else end
 
 
-def measures(notch: Notch) -> tuple[tuple[str, float], tuple[str, float]]:
+def notch_sizes(notch: Notch) -> tuple[tuple[str, float], tuple[str, float]]:
     """Return names and sizes [m] of the notch's measures along the body, and across or around it."""
     length, width = ("length", notch.length), ("width", notch.width)
     return (length, width) if notch.direction == "axial" else (width, length)
@@ -94,7 +94,7 @@ def notch_spacing(notch: Notch, narrow: str, axis: Axis, radius: float) -> float
     return even if notch.spacing is None else min(even, notch.spacing / radius)
 
 
-def planes_through(notch: Notch, inner: float, wall: float, layers: int) -> tuple[Axis, int]:
+def thickness_planes(notch: Notch, inner: float, wall: float, layers: int) -> tuple[Axis, int]:
     """Return the planes through a wall, one of them at the bottom of the notch, and the number of this plane.
 
     Raises:
@@ -118,7 +118,7 @@ def planes_through(notch: Notch, inner: float, wall: float, layers: int) -> tupl
         )  # fmt: skip
     lower, upper = left * np.arange(below + 1) / below, left + notch.depth * np.arange(1, above + 1) / above
     through = Axis(inner + np.concatenate([lower, upper]))
-    refuse_coinciding(through, notch.depth, "notch", "depth")
+    refuse_coinciding_planes(through, notch.depth, "notch", "depth")
     return through, below
 
 
@@ -127,6 +127,6 @@ def planes_inside(axis: Axis, middle: float, extent: float) -> npt.NDArray[np.bo
     if axis.is_covered(middle, extent):
         return np.ones(axis.count, dtype=bool)
     distance = np.abs(axis.positions - middle)
-    if axis.closed:
+    if axis.is_closed:
         distance = np.minimum(distance, axis.period - distance)
     return distance < 0.5 * extent * (1.0 + _ROUNDING)
