@@ -96,8 +96,8 @@ class Cracks:
         self.check = FractureCheck(
             law.constants(whole.law), limits, along.slope(lines[0].at), across.slope(lines[1].at),
             thickness.slope(lines[2].at),
-            thickness.coordinates(lines[2].at) if lattice.bent else np.ones(self._through), points.sine, points.cosine, np.zeros((count, 3)), np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.int64),
-            self._ticks_to_unload(whole),
+            thickness.coordinates(lines[2].at) if lattice.bent else np.ones(self._through), points.sine, points.cosine,
+            np.zeros((count, 3)), np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.int64), self._ticks_to_unload(whole),
         )  # fmt: skip
         self.means = make_column_means(lattice, points)
         self._hold = self._node_weights(np.arange(lattice.node_count))
