@@ -147,10 +147,10 @@ def _series_stiffness(stiffness, i, j):
 
 
 @internal_inlined
-def _weight_before_kick(release, start, weight):
+def _weight_before_kick(release_ticks, start, weight):
     """Return the weight of a contact before the present kick; its link may have the mean weight of this step."""
     if 0.0 < weight < 1.0:
-        return weight - 0.5 / release if start >= 0 else weight + 0.5 / release
+        return weight - 0.5 / release_ticks if start >= 0 else weight + 0.5 / release_ticks
     return weight
 
 
@@ -307,27 +307,27 @@ def dashpot_power(place, contacts, motion):
 
 
 def find_pairs(
-    positions: FloatArray, exposed: npt.NDArray[np.int64], reach: float, period: tuple[float, float]
+    positions: FloatArray, automata: npt.NDArray[np.int64], reach: float, period: tuple[float, float]
 ) -> npt.NDArray[np.int64]:
     """Return the pairs of these automata that are closer than `reach`, first < second, sorted, shape (m, 2).
 
     Args:
         positions: of all automata, shape (n, 2) [m]; finite, and at most 2^30 `reach` from the origin.
-        exposed: automata to include, in increasing order, shape (k,).
+        automata: automata to include, in increasing order, shape (k,).
         reach: [m].
         period: of a periodic specimen along x and y, 0 if not periodic [m].
     """
     from scipy.spatial import cKDTree  # type: ignore[attr-defined]
 
-    if not len(exposed):
+    if not len(automata):
         return np.zeros((0, 2), np.int64)
-    points, lengths = positions[exposed], np.array(period)
+    points, lengths = positions[automata], np.array(period)
     closed = lengths > 0.0
     points[:, closed] %= lengths[closed]
     # The modulo of a position a rounding error below 0 can be the whole period.
     points[:, closed] *= points[:, closed] < lengths[closed]
     pairs = cKDTree(points, boxsize=lengths).query_pairs(reach, output_type="ndarray")
-    found = exposed[np.sort(pairs.astype(np.int64), axis=1)]
+    found = automata[np.sort(pairs.astype(np.int64), axis=1)]
     return found[np.lexsort(found.T[::-1])]
 
 
@@ -337,7 +337,7 @@ def is_within_search_range(positions: FloatArray, reach: float) -> bool:
 
 
 def merge_contacts(
-    old: tuple[npt.NDArray[np.int64], FloatArray, FloatArray],
+    known_contacts: tuple[npt.NDArray[np.int64], FloatArray, FloatArray],
     is_releasing: npt.NDArray[np.bool_],
     present_pairs: npt.NDArray[np.int64],
     count: int,
@@ -345,12 +345,12 @@ def merge_contacts(
     """Return the present contacts: pairs found, and pairs whose link is being released, with their histories.
 
     Args:
-        old: pairs, slid and rest, see `Contacts`, shapes (m, 4), (m,) and (m,).
+        known_contacts: pairs, slid and rest, see `Contacts`, shapes (m, 4), (m,) and (m,).
         is_releasing: mask of old pairs that are being released, shape (m,).
         present_pairs: present pairs, see `Contacts`, sorted, shape (k, 4).
         count: number of automata.
     """
-    old_pairs, old_slid, old_rest = old
+    old_pairs, old_slid, old_rest = known_contacts
     keys, old_keys = present_pairs[:, 0] * count + present_pairs[:, 1], old_pairs[:, 0] * count + old_pairs[:, 1]
     is_releasing = is_releasing & ~np.isin(old_keys, keys)
     rows, keys = np.concatenate([present_pairs, old_pairs[is_releasing]]), np.concatenate([keys, old_keys[is_releasing]])

@@ -18,16 +18,16 @@ NEVER_FOUND = 1e300
 
 
 @internal_inlined
-def scheduled_weight(pairs, row, tick, release):
+def scheduled_weight(pairs, row, tick, release_ticks):
     """Return the weight of a link after an internal step: decreasing after a break, increasing after relinking."""
     start = pairs[row, START]
     if start >= 0:
-        return max(0.0, 1.0 - (tick - start + 1) / release)
-    return min(1.0, (tick + start + 2) / release)
+        return max(0.0, 1.0 - (tick - start + 1) / release_ticks)
+    return min(1.0, (tick + start + 2) / release_ticks)
 
 
 @internal
-def apply_mean_weights(layout, weight, contacts, tick, release):
+def apply_mean_weights(layout, weight, contacts, tick, release_ticks):
     """Give links in release the mean of their weights before and after an internal step.
 
     The kick of a step belongs to both of its halves. Afterwards `apply_end_weights` writes the weight at the end of the step.
@@ -37,7 +37,7 @@ def apply_mean_weights(layout, weight, contacts, tick, release):
         weight: of `links.Histories`, updated.
         contacts: `contacts.Contacts`.
         tick: number of the internal step.
-        release: of the law of the links.
+        release_ticks: of the law of the links.
 
     Returns:
         Whether weights of other links rise: see `relinking.raise_link_weights`.
@@ -47,7 +47,7 @@ def apply_mean_weights(layout, weight, contacts, tick, release):
         before = link_weight(layout, weight, contacts.pairs, row)
         if 0.0 < before < 1.0:
             if contacts.pairs[row, START] >= 0:
-                after = scheduled_weight(contacts.pairs, row, tick, release)
+                after = scheduled_weight(contacts.pairs, row, tick, release_ticks)
                 write_link_value(weight, layout, contacts.pairs, row, 0.5 * (before + after))
             else:
                 rising = True

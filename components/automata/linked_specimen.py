@@ -168,12 +168,12 @@ class LinkedSpecimen:
     event_kinds: Mapping[str, str] = {}
     event_details: Mapping[str, EventDetail] = {}
 
-    def __init__(self, packing: Packing, body: Body, conditions: Conditions, step: float, limit: float) -> None:
+    def __init__(self, packing: Packing, body: Body, conditions: Conditions, step_size: float, speed_limit: float) -> None:
         """Build from the packing, its body, the inputs, the step [s] and the speed limit [m/s]."""
         self.packing, self.body, self.conditions = packing, body, conditions
         self.scratch: Scratch = make_scratch(body, histories=self.has_histories)
         self.motion: Motion = make_motion(body.layout.size)
-        self.step_size, self.speed_limit = step, limit
+        self.step_size, self.speed_limit = step_size, speed_limit
         self.place = body.layout.place
         self.count = len(self.place)
         self._pairs = packing.pairs()

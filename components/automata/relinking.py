@@ -254,14 +254,14 @@ def _raise_without_dissipation(medium, motion, scratch, contacts, pair, dissipat
 
 
 @internal_inlined
-def _nearest_root(before, at, after, unit):
+def _nearest_root(left, middle, right, unit):
     """Return the root nearest to 0 of a parabola given at -unit, 0 and unit; NaN if there is none in this interval."""
-    slope, curvature = 0.5 * (after - before) / unit, (0.5 * (after + before) - at) / (unit * unit)
-    under = slope * slope - 4.0 * curvature * at
+    slope, curvature = 0.5 * (right - left) / unit, (0.5 * (right + left) - middle) / (unit * unit)
+    under = slope * slope - 4.0 * curvature * middle
     if not (under >= 0.0 and slope != 0.0):
         return np.nan
     root = np.sqrt(under)
-    strain = -2.0 * at / (slope + (root if slope > 0.0 else -root))
+    strain = -2.0 * middle / (slope + (root if slope > 0.0 else -root))
     return strain if abs(strain) <= unit else np.nan
 
 

@@ -119,11 +119,11 @@ def tally_edges(edges, cells, motion, forces, time):
 
 
 @internal
-def _tally_grip(mass, before, given, force, time, tally):
+def _tally_grip(mass, before, prescribed, force, time, tally):
     """Add the work of a grip to a tally; return its impulses in the first and in the second half of the tick [N s]."""
     old, new = force
-    tally[WORK] += 0.5 * mass * (given * given - before * before) - 0.5 * time * given * (old + new)
-    return mass * (given - before) - 0.5 * time * old, -0.5 * time * new
+    tally[WORK] += 0.5 * mass * (prescribed * prescribed - before * before) - 0.5 * time * prescribed * (old + new)
+    return mass * (prescribed - before) - 0.5 * time * old, -0.5 * time * new
 
 
 class EdgeInputs:

@@ -55,13 +55,13 @@ def gather_forces(interface, place, forces, out):
 
 
 @internal
-def interpolate_to_automata(interface, place, nodal, x, y):
+def interpolate_to_automata(interface, place, nodal_values, x, y):
     """Interpolate nodal values, shape (nodes, 2), to two fields of the interface automata: W times the values."""
     for row in range(interface.automata.size):
         p, a, b = place[interface.automata[row]], interface.ends[row, 0], interface.ends[row, 1]
         first, second = interface.weights[row, 0], interface.weights[row, 1]
-        x[p] = first * nodal[a, 0] + second * nodal[b, 0]
-        y[p] = first * nodal[a, 1] + second * nodal[b, 1]
+        x[p] = first * nodal_values[a, 0] + second * nodal_values[b, 0]
+        y[p] = first * nodal_values[a, 1] + second * nodal_values[b, 1]
 
 
 @internal

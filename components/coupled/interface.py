@@ -188,10 +188,10 @@ def _side_automata(mesh: Mesh, packing: Packing, search: AutomatonSearch, side: 
     return list(zip(automata.tolist(), parts.tolist(), strict=True))
 
 
-def _refuse_shared_nodes(hanging: dict[int, tuple[int, int, float]], leader: IntArray) -> None:
+def _refuse_shared_nodes(interface_automata: dict[int, tuple[int, int, float]], leader: IntArray) -> None:
     """Refuse two automata at one node, or at nodes that periodic edges join: the automata could only move together."""
     on: dict[int, int] = {}
-    for automaton, (first, second, _) in hanging.items():
+    for automaton, (first, second, _) in interface_automata.items():
         if first == second and (other := on.setdefault(int(leader[first]), automaton)) != automaton:
             raise ParameterError(
                 f"automata {other} and {automaton} both move with node {leader[first]} of the grid, which periodic edges join",
@@ -208,10 +208,12 @@ def _group_leaders(count: int, node_groups: IntArray) -> IntArray:
     return leader
 
 
-def _make_interface(hanging: dict[int, tuple[int, int, float]], node_groups: IntArray, mass: FloatArray) -> Interface:
-    automata = np.array(sorted(hanging), dtype=np.int64)
-    ends = np.array([hanging[one][:2] for one in automata.tolist()], dtype=np.int64)
-    part = np.array([hanging[one][2] for one in automata.tolist()])
+def _make_interface(
+    interface_automata: dict[int, tuple[int, int, float]], node_groups: IntArray, mass: FloatArray
+) -> Interface:
+    automata = np.array(sorted(interface_automata), dtype=np.int64)
+    ends = np.array([interface_automata[one][:2] for one in automata.tolist()], dtype=np.int64)
+    part = np.array([interface_automata[one][2] for one in automata.tolist()])
     weights = np.stack([1.0 - part, part], axis=1)
     acts: dict[int, list[tuple[int, float]]] = {}
     for place, (nodes, both) in enumerate(zip(ends.tolist(), weights.tolist(), strict=True)):

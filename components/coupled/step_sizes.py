@@ -79,7 +79,7 @@ def choose_steps(parameters: CoupledParameters, grid_limit: float, automata_limi
     return StepSizes(step, micro, step / grid_limit, step / (micro * automata_limit))
 
 
-def _micro_step_limits(micro: int) -> tuple[float, float]:
+def _micro_step_limits(micro_steps: int) -> tuple[float, float]:
     """Return the allowed and the suggested step with micro-steps, in largest stable steps of the automata."""
-    longest = micro * float(sine_of_pi(0.5 / micro))
+    longest = micro_steps * float(sine_of_pi(0.5 / micro_steps))
     return ALLOWED * longest, _SUGGESTED_KICK * longest

@@ -158,10 +158,10 @@ def hourglass_stiffness(mesh: Mesh, moduli: FloatArray, fraction: float) -> Floa
 
 
 def _prescribed_flags(
-    prescribed: Mapping[int, Mapping[int, Any]], places: IntArray, groups: IntArray, count: int
+    prescribing_edges: Mapping[int, Mapping[int, Any]], places: IntArray, groups: IntArray, count: int
 ) -> np.ndarray:
     flags = np.zeros((count, 2))
-    for node, components in prescribed.items():
+    for node, components in prescribing_edges.items():
         flags[places[node], list(components)] = 1.0
     return (nodal_conditions.sum_joined_rows(flags, places, groups) > 0.0).astype(np.uint8)
 

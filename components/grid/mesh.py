@@ -177,9 +177,9 @@ def rectangle_mesh(columns: int, rows: int, size: tuple[float, float], centre: t
     return Mesh(nodes, cells, edges)
 
 
-def mesh_without_cells(mesh: Mesh, removed: npt.NDArray[np.bool_]) -> Mesh:
+def mesh_without_cells(mesh: Mesh, is_removed: npt.NDArray[np.bool_]) -> Mesh:
     """Return a mesh without some of its cells, and without the nodes that no remaining cell uses."""
-    cells = mesh.cells[~removed]
+    cells = mesh.cells[~is_removed]
     used = np.zeros(len(mesh.nodes), dtype=bool)
     used[cells] = True
     number = np.cumsum(used) - 1

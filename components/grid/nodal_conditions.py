@@ -154,14 +154,14 @@ def prescribed_components(mesh: Mesh, boundaries: Mapping[str, Boundary]) -> dic
 
 
 def held_edges(
-    mesh: Mesh, boundaries: Mapping[str, Boundary], prescribed: Mapping[int, Mapping[int, str]]
+    mesh: Mesh, boundaries: Mapping[str, Boundary], prescribing_edges: Mapping[int, Mapping[int, str]]
 ) -> dict[str, tuple[IntArray, npt.NDArray[np.bool_]]]:
     """Return the nodes on velocity-controlled edges, shape (k,), and a mask of the prescribed components, shape (k, 2)."""
     found = {}
     for name, boundary in boundaries.items():
         if isinstance(boundary, (Fixed, PrescribedVelocity, Symmetry)):
             nodes = mesh.edge_nodes(name)
-            found[name] = nodes, np.array([[prescribed[node].get(k) == name for k in (0, 1)] for node in nodes.tolist()])
+            found[name] = nodes, np.array([[prescribing_edges[node].get(k) == name for k in (0, 1)] for node in nodes.tolist()])
     return found
 
 
@@ -255,7 +255,7 @@ def sum_joined_rows(rows: FloatArray, places: IntArray, groups: IntArray) -> Flo
 
 
 def leader_rows(
-    prescribed: Mapping[int, Mapping[int, str]], places: IntArray, groups: IntArray, count: int
+    prescribing_edges: Mapping[int, Mapping[int, str]], places: IntArray, groups: IntArray, count: int
 ) -> npt.NDArray[np.int64]:
     """Return, per special node and component, the row of the node whose prescribed velocity it follows, shape (count, 2).
 
@@ -265,7 +265,7 @@ def leader_rows(
     for group in groups:
         members = group[group >= 0]
         for component in (0, 1):
-            own = [node for node in members.tolist() if component in prescribed.get(node, {})]
+            own = [node for node in members.tolist() if component in prescribing_edges.get(node, {})]
             if own:
                 leaders[places[members], component] = places[own[0]]
     return leaders

@@ -61,14 +61,14 @@ def write_column_means(stress: FloatArray, means: ColumnMeans) -> None:
 
 
 @jit
-def write_means(stress, before, after, sound, cosine, sine, out):
+def write_means(stress, before, after, is_sound, cosine, sine, out):
     """Write stress means over three columns, the middle one with twice the weight, in a frame rotated about x.
 
     Args:
         stress: shape (m, 6).
         before: the column before each one, shape (c,).
         after: the column after it.
-        sound: whether no crack has parted a point, shape (m,).
+        is_sound: whether no crack has parted a point, shape (m,).
         cosine: of the angle of rotation at each point, shape (m,).
         sine: of the same angle, shape (m,).
         out: shape (m, 6).
@@ -77,7 +77,7 @@ def write_means(stress, before, after, sound, cosine, sine, out):
     for p in range(stress.shape[0]):
         column, layer = p // through, p % through
         q, r = before[column] * through + layer, after[column] * through + layer
-        if not (sound[p] and sound[q] and sound[r]):
+        if not (is_sound[p] and is_sound[q] and is_sound[r]):
             q, r = p, p
         # At an end the only neighbour counts twice.
         if r == p:

@@ -96,9 +96,9 @@ class Shell(Component):
             bounce=stiffness if wall[1] else np.zeros(0),
         )  # fmt: skip
 
-    def _lay_out_state(self, whole: Solid) -> None:
-        n, m, s = len(self.nodes), self.point_count, len(whole.surface.nodes)
-        plastic = m if whole.plastic else 0
+    def _lay_out_state(self, intact_solid: Solid) -> None:
+        n, m, s = len(self.nodes), self.point_count, len(intact_solid.surface.nodes)
+        plastic = m if intact_solid.plastic else 0
         growing, fields = ({}, {}) if self._breaking is None else (self._breaking.growing, self._breaking.fields)
         self._lay_out(
             growing,
@@ -108,8 +108,8 @@ class Shell(Component):
             **fields,
         )  # fmt: skip
         self._state = State(*(self._block[name] for name in _STATE))
-        self._scratch = kernel_arrays.make_scratch(m, len(whole.hourglass.partner), s)
-        self._whole = Tables(whole, self._state, self._scratch, self._block["tally"])
+        self._scratch = kernel_arrays.make_scratch(m, len(intact_solid.hourglass.partner), s)
+        self._whole = Tables(intact_solid, self._state, self._scratch, self._block["tally"])
         self._failed = np.zeros(2, dtype=np.int64)
         self._fields = Fields(self.assembly, self._whole, self._breaking, self.parameters.initial_temperature)
         if self._breaking is not None:

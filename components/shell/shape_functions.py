@@ -140,7 +140,7 @@ def solve_ldl(lower: list[list[FloatArray]], pivots: list[FloatArray], right: li
 
 
 @jit
-def least_squares_rows(offsets, weights, slopes, size, values, gradients, sound):
+def least_squares_rows(offsets, weights, slopes, size, values, gradients, is_spanned):
     """Write moving-least-squares functions and their gradients, point by point, in a fixed order of sums.
 
     Like `moving_least_squares`, whose sums however depend on the number of points per call.
@@ -152,7 +152,7 @@ def least_squares_rows(offsets, weights, slopes, size, values, gradients, sound)
         size: number of basis functions, 4 or 10.
         values: written, shape (s, k).
         gradients: written, shape (s, k, 3) [1/m].
-        sound: written: whether the neighbours span the basis, shape (s,).
+        is_spanned: written: whether the neighbours span the basis, shape (s,).
     """
     moment, factor = np.zeros((10, 10)), np.zeros((10, 10))
     p, x, change = np.zeros(10), np.zeros(10), np.zeros(10)
@@ -162,8 +162,8 @@ def least_squares_rows(offsets, weights, slopes, size, values, gradients, sound)
         for j in range(weights.shape[1]):
             if weights[s, j] > 0.0:
                 length = max(length, abs(offsets[s, j, 0]), abs(offsets[s, j, 1]), abs(offsets[s, j, 2]))
-        sound[s] = length > 0.0
-        if not sound[s]:
+        is_spanned[s] = length > 0.0
+        if not is_spanned[s]:
             continue
         moment[:] = 0.0
         for j in range(weights.shape[1]):
@@ -172,8 +172,8 @@ def least_squares_rows(offsets, weights, slopes, size, values, gradients, sound)
                 for row in range(size):
                     for column in range(row + 1):
                         moment[row, column] += p[row] * p[column] * weights[s, j]
-        sound[s] = decompose_in_place(moment, factor, size)
-        if not sound[s]:
+        is_spanned[s] = decompose_in_place(moment, factor, size)
+        if not is_spanned[s]:
             continue
         x[:] = 0.0
         x[0] = 1.0

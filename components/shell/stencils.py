@@ -86,7 +86,7 @@ class _LineStencils(NamedTuple):
     stretch: FloatArray
 
 
-def _make_line_stencils(axis: Axis, index: FloatArray, radius: float, shared: bool, scaled: bool) -> _LineStencils:
+def _make_line_stencils(axis: Axis, index: FloatArray, radius: float, is_shared: bool, is_scaled: bool) -> _LineStencils:
     found = [axis.neighbours(float(one), radius) for one in index]
     for point, some in enumerate(found):
         if not some:
@@ -98,10 +98,10 @@ def _make_line_stencils(axis: Axis, index: FloatArray, radius: float, shared: bo
     # Points whose planes look alike, to rounding, are of one kind; if the axis may be scaled, also points whose planes differ
     # by a factor. Through the thickness of a bent body no two points are alike.
     slope = axis.slope(index)
-    scale = slope[:, None] if scaled else float(np.abs(slope).min())
+    scale = slope[:, None] if is_scaled else float(np.abs(slope).min())
     seen = np.concatenate([axis.plane_coordinates(planes) - axis.coordinates(index)[:, None], slope[:, None]], axis=1)
     rounded = np.rint(np.concatenate([seen / scale, planes - index[:, None], present], axis=1) * 1e9)
-    if not shared:
+    if not is_shared:
         rounded = np.concatenate([rounded, np.arange(len(index))[:, None]], axis=1)
     _, kept, kinds = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
     stretch = slope[kept[kinds.ravel()]] / slope
@@ -137,23 +137,23 @@ def make_stencils(
 
 
 def _replace_stencils(
-    even: Stencils, picked: IntArray, nodes: IntArray, there: _Marks, values: FloatArray, gradients: FloatArray
+    stencils: Stencils, point_numbers: IntArray, nodes: IntArray, is_valid: _Marks, values: FloatArray, gradients: FloatArray
 ) -> Stencils:
     """Return stencils with individual stencils for some points."""
-    counts, own = np.diff(even.begin.astype(np.int64)), there.sum(axis=1)
+    counts, own = np.diff(stencils.begin.astype(np.int64)), is_valid.sum(axis=1)
     is_own = np.zeros(len(counts), dtype=bool)
-    is_own[picked] = True
-    kept = even.nodes[np.repeat(~is_own, counts)]
-    counts[picked] = own
+    is_own[point_numbers] = True
+    kept = stencils.nodes[np.repeat(~is_own, counts)]
+    counts[point_numbers] = own
     mixed = np.empty(counts.sum(), dtype=np.uint32)
     entries = np.repeat(is_own, counts)
-    mixed[~entries], mixed[entries] = kept, nodes[there]
-    kind = even.kind.copy()
-    kind[picked] = len(even.first) - 1 + np.arange(len(picked))
-    first = np.concatenate([even.first[:-1], even.first[-1] + _row_starts(own)]).astype(np.uint32)
-    values, gradients = np.concatenate([even.values, values]), np.concatenate([even.gradients, gradients])
+    mixed[~entries], mixed[entries] = kept, nodes[is_valid]
+    kind = stencils.kind.copy()
+    kind[point_numbers] = len(stencils.first) - 1 + np.arange(len(point_numbers))
+    first = np.concatenate([stencils.first[:-1], stencils.first[-1] + _row_starts(own)]).astype(np.uint32)
+    values, gradients = np.concatenate([stencils.values, values]), np.concatenate([stencils.gradients, gradients])
     begin = _row_starts(counts)
-    return Stencils(begin, mixed, kind, first, values, gradients, np.where(is_own, 1.0, even.along))
+    return Stencils(begin, mixed, kind, first, values, gradients, np.where(is_own, 1.0, stencils.along))
 
 
 def _individual_stencils(
@@ -190,9 +190,9 @@ def _product_arrays(lines: list[Any]) -> list[Any]:
 
 def _least_squares_functions(
     lattice: Lattice,
-    own: list[FloatArray],
-    seen: list[Any],
-    present: _Marks,
+    point_indices: list[FloatArray],
+    neighbour_indices: list[Any],
+    is_valid: _Marks,
     radii: tuple[float, float, float | FloatArray],
     basis: BasisName,
 ) -> tuple[FloatArray, FloatArray]:
@@ -204,20 +204,20 @@ def _least_squares_functions(
 
     Args:
         lattice: the nodes.
-        own: indices of the points along each axis, each of shape (m, 1).
-        seen: indices of the neighbours along each axis, counted on beyond a seam, fractional through the thickness, each of
-            shape (m, k).
-        present: mask of valid neighbours, shape (m, k).
+        point_indices: indices of the points along each axis, each of shape (m, 1).
+        neighbour_indices: indices of the neighbours along each axis, counted on beyond a seam, fractional through the
+            thickness, each of shape (m, k).
+        is_valid: mask of valid neighbours, shape (m, k).
         radii: support radii along each axis, in planes; the third may differ per point, shape (m, 1).
         basis: of the shape functions.
 
     Raises:
         UnspannedBasisError: the neighbours of a point do not span the basis; the error names its position.
     """
-    offsets, weights, slopes = point_weights(lattice, own, seen, present, radii)
-    at_point = [axis.coordinates(one) for axis, one in zip(lattice.axes, own, strict=True)]
-    even = [at_point[k] + lattice.axes[k].slope(own[k]) * (seen[k] - own[k]) for k in range(2)]
-    by_index = local_offsets(lattice, [*even, lattice.axes[2].coordinates(seen[2])], at_point)
+    offsets, weights, slopes = point_weights(lattice, point_indices, neighbour_indices, is_valid, radii)
+    at_point = [axis.coordinates(one) for axis, one in zip(lattice.axes, point_indices, strict=True)]
+    even = [at_point[k] + lattice.axes[k].slope(point_indices[k]) * (neighbour_indices[k] - point_indices[k]) for k in range(2)]
+    by_index = local_offsets(lattice, [*even, lattice.axes[2].coordinates(neighbour_indices[2])], at_point)
     try:
         values, _ = moving_least_squares(offsets.swapaxes(0, 1), weights.T, slopes.swapaxes(0, 1), basis)
         _, gradients = moving_least_squares(by_index.swapaxes(0, 1), weights.T, slopes.swapaxes(0, 1), basis)
@@ -285,33 +285,37 @@ def _neighbours(lattice: Lattice, rows: Sequence[_LineStencils]) -> tuple[npt.ND
     return nodes, _product_values([row.present for row in rows], np.logical_and)
 
 
-def _product_values(parts: list[npt.NDArray[Any]], join: np.ufunc) -> npt.NDArray[Any]:
-    """Return the values of product points along the three axes, joined by `join`, shape (m, k)."""
-    first, second, third = parts
-    plane = join(second[:, None, :, None], third[None, :, None, :])
-    joined = join(first[:, None, None, :, None, None], plane[None, :, :, None])
+def _product_values(axis_values: list[npt.NDArray[Any]], operation: np.ufunc) -> npt.NDArray[Any]:
+    """Return the values of product points along the three axes, joined by `operation`, shape (m, k)."""
+    first, second, third = axis_values
+    plane = operation(second[:, None, :, None], third[None, :, None, :])
+    joined = operation(first[:, None, None, :, None, None], plane[None, :, :, None])
     return joined.reshape(len(first) * len(second) * len(third), -1)
 
 
 def point_weights(
     lattice: Lattice,
-    own: list[FloatArray],
-    seen: list[Any],
-    present: _Marks,
+    point_indices: list[FloatArray],
+    neighbour_indices: list[Any],
+    is_valid: _Marks,
     radii: tuple[float, float, float | FloatArray],
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return offsets (m, k, 3), weights (m, k) and gradients of the weights (m, k, 3) of points at indices `own` (m, 1).
+    """Return offsets (m, k, 3), weights (m, k) and gradients of the weights (m, k, 3) of points at `point_indices` (m, 1).
 
     The arguments are as in `_least_squares_functions`.
     """
-    parts = [quartic_spline((own[k] - seen[k]) / radii[k]) for k in range(3)]
-    there = present.astype(np.float64)
+    parts = [quartic_spline((point_indices[k] - neighbour_indices[k]) / radii[k]) for k in range(3)]
+    there = is_valid.astype(np.float64)
     weights = parts[0][0] * parts[1][0] * parts[2][0] * there
     by_index = [parts[k][1] * parts[(k + 1) % 3][0] * parts[(k + 2) % 3][0] * there / radii[k] for k in range(3)]
-    stretch = [axis.slope(one) for axis, one in zip(lattice.axes, own, strict=True)]
+    stretch = [axis.slope(one) for axis, one in zip(lattice.axes, point_indices, strict=True)]
     along, across, through = lattice.axes
-    at_planes = [along.plane_coordinates(seen[0]), across.plane_coordinates(seen[1]), through.coordinates(seen[2])]
-    at_point = [axis.coordinates(one) for axis, one in zip(lattice.axes, own, strict=True)]
+    at_planes = [
+        along.plane_coordinates(neighbour_indices[0]),
+        across.plane_coordinates(neighbour_indices[1]),
+        through.coordinates(neighbour_indices[2]),
+    ]
+    at_point = [axis.coordinates(one) for axis, one in zip(lattice.axes, point_indices, strict=True)]
     if lattice.bent:
         stretch[1] = stretch[1] * at_point[2]
     offsets = local_offsets(lattice, at_planes, at_point)
@@ -319,16 +323,16 @@ def point_weights(
     return offsets, weights, slopes
 
 
-def local_offsets(lattice: Lattice, seen: list[FloatArray], own: list[FloatArray]) -> FloatArray:
+def local_offsets(lattice: Lattice, nodes: list[FloatArray], points: list[FloatArray]) -> FloatArray:
     """Return the positions of nodes in the frames of the points with these neighbours, shape (m, k, 3) [m].
 
     Args:
         lattice: straight or bent.
-        seen: coordinates of the nodes along each axis, shape (m, k).
-        own: coordinates of the points, shape (m, 1).
+        nodes: coordinates of the nodes along each axis, shape (m, k).
+        points: coordinates of the points, shape (m, 1).
     """
-    along = seen[0] - own[0]
+    along = nodes[0] - points[0]
     if not lattice.bent:
-        return np.stack([along, seen[1] - own[1], seen[2] - own[2]], axis=-1)
-    sine, cosine = lattice.frame_rotation(seen[1] - own[1])
-    return np.stack([along, seen[2] * sine, seen[2] * cosine - own[2]], axis=-1)
+        return np.stack([along, nodes[1] - points[1], nodes[2] - points[2]], axis=-1)
+    sine, cosine = lattice.frame_rotation(nodes[1] - points[1])
+    return np.stack([along, nodes[2] * sine, nodes[2] * cosine - points[2]], axis=-1)

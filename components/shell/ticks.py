@@ -29,7 +29,7 @@ class Failure(NamedTuple):
     limit: float
 
 
-def advance(tables: Tables, signals: FloatArray, pressures: FloatArray, first_tick: int, failed: IntArray) -> int:
+def advance(tables: Tables, signals: FloatArray, pressures: FloatArray, first_tick: int, failure_out: IntArray) -> int:
     """Advance by one tick per row of `signals`; return 0 or a status of `kernel_arrays`.
 
     Args:
@@ -37,12 +37,12 @@ def advance(tables: Tables, signals: FloatArray, pressures: FloatArray, first_ti
         signals: means over each tick: the factor of the pressure, then velocities of edges, shape (ticks, k).
         pressures: pressure that the factor scales at each station of the inner surface, shape (stations,) [Pa].
         first_tick: number at the beginning of the first of these ticks.
-        failed: written: point and tick of a failure, shape (2,).
+        failure_out: written: point and tick of a failure, shape (2,).
     """
     for row in range(len(signals)):
         failures = advance_tick(tables, signals[row], pressures, lambda _: False)
         if failures:
-            return record_failure(failures[0], tables.scratch, first_tick + row, failed)
+            return record_failure(failures[0], tables.scratch, first_tick + row, failure_out)
     return 0
 
 
@@ -112,10 +112,10 @@ def write_wall_force(solid: Solid, state: State, tally: FloatArray) -> None:
         tally[WALL_FORCE] = ordered_sum(solid.wall[1] * solid.bounce * wall_depths(solid, state))
 
 
-def update_forces(solid: Solid, state: State, scratch: Scratch, failed: IntArray) -> int:
+def update_forces(solid: Solid, state: State, scratch: Scratch, failure_out: IntArray) -> int:
     """Advance stresses elastically to the present displacements, and write the forces; return 0 or a status."""
     elastic = solid._replace(plastic=False)
-    status = _update_stresses(elastic, state, scratch, 0, len(solid.points.volume), failed)
+    status = _update_stresses(elastic, state, scratch, 0, len(solid.points.volume), failure_out)
     if status == 0:
         write_forces(elastic, state, scratch)
     return status
@@ -139,13 +139,13 @@ def update_point_range(
     return found
 
 
-def _update_stresses(solid: Solid, state: State, scratch: Scratch, begin: int, end: int, failed: IntArray) -> int:
-    return int(kernels.update_stresses(solid.points, solid.law, solid.plastic, state, scratch.pull, begin, end, failed))
+def _update_stresses(solid: Solid, state: State, scratch: Scratch, begin: int, end: int, failure_out: IntArray) -> int:
+    return int(kernels.update_stresses(solid.points, solid.law, solid.plastic, state, scratch.pull, begin, end, failure_out))
 
 
-def record_failure(failure: Failure, scratch: Scratch, tick: int, failed: IntArray) -> int:
-    """Write a failure in the tick after `tick` to `failed` and to the scratch row of its point; return its status."""
-    failed[:] = failure.point, tick + 1
+def record_failure(failure: Failure, scratch: Scratch, tick: int, failure_out: IntArray) -> int:
+    """Write a failure in the tick after `tick` to `failure_out` and to the scratch row of its point; return its status."""
+    failure_out[:] = failure.point, tick + 1
     scratch.pull[failure.point, :2] = failure.value, failure.limit
     return failure.status
 

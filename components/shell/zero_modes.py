@@ -24,7 +24,7 @@ _POISSON = 0.3
 
 
 @lru_cache(maxsize=32)
-def zero_mode_count(layers: int, rule: RuleName, through: int, basis: BasisName, radius: float) -> int:
+def zero_mode_count(layers: int, rule: RuleName, thickness_count: int, basis: BasisName, radius: float) -> int:
     """Return the number of zero-energy modes of a free patch of cubes.
 
     Raises:
@@ -32,7 +32,7 @@ def zero_mode_count(layers: int, rule: RuleName, through: int, basis: BasisName,
     """
     side, depth = even_axis(_COLUMNS - 1.0, _COLUMNS), even_axis(layers - 1.0, layers)
     lattice = Lattice((side, side, depth), bent=False)
-    points = integration_points(lattice, rule, through, radius)
+    points = integration_points(lattice, rule, thickness_count, radius)
     stencils = make_stencils(lattice, points.lines, radius, basis)
     stiffnesses = np.linalg.eigvalsh(stiffness_matrix(lattice.node_count, points, stencils, 1.0, _POISSON))
     return int((stiffnesses < _NONE * stiffnesses[-1]).sum())

@@ -46,13 +46,13 @@ AddEvent = Callable[[int, str, int, float, float], None]
 class BreakingBody:
     """The cracks of a component, in its state and in the tables of its kernels."""
 
-    def __init__(self, parameters: ShellParameters, law: FractureLaw, assembly: Assembly, whole: Solid) -> None:
+    def __init__(self, parameters: ShellParameters, law: FractureLaw, assembly: Assembly, intact_solid: Solid) -> None:
         """Build from the body without cracks.
 
         Raises:
             ParameterError: the law requires a material with plastic flow.
         """
-        if law.needs_flow and not whole.plastic:
+        if law.needs_flow and not intact_solid.plastic:
             raise ParameterError(
                 f"got the law {law.name!r} with an elastic material", expected="one that flows",
                 hint="choose material = 'thermoviscoplastic', or fracture = {name = 'principal_stress', stress = ...}",
@@ -64,7 +64,7 @@ class BreakingBody:
             SPENT: EventDetail(law.unit, "points"), TORN: EventDetail("1", "points"),
             LOOSENED: EventDetail("", "nodes"),
         }  # fmt: skip
-        self.cracks = Cracks(parameters, law, assembly, whole)
+        self.cracks = Cracks(parameters, law, assembly, intact_solid)
         points, nodes = len(assembly.points.volume), assembly.lattice.node_count
         self.growing: Layout = {
             "facets": facet_rows(points, assembly.lattice.shape),
@@ -94,7 +94,7 @@ class BreakingBody:
 
     # -- ticks ------------------------------------------------------------------------------------------------------
 
-    def advance(self, signals: FloatArray, pressures: FloatArray, first_tick: int, failed: IntArray) -> int:
+    def advance(self, signals: FloatArray, pressures: FloatArray, first_tick: int, failure_out: IntArray) -> int:
         """Advance like `ticks.advance`, and at the end of each tick part the points beyond their limit."""
         tables, cracks, block = self.tables(), self.cracks, self._block
         state = tables.state
@@ -103,7 +103,7 @@ class BreakingBody:
             failures = advance_tick(tables, signals[row], pressures, cracks.is_beside_crack)
             for failure in failures:
                 if not cracks.is_beside_crack(failure.point):
-                    return record_failure(failure, tables.scratch, tick, failed)
+                    return record_failure(failure, tables.scratch, tick, failure_out)
             if failures:
                 tables = self._erode_failed_points(failures, tick + 1)
                 finish_tick(tables, signals[row], pressures)
@@ -164,11 +164,11 @@ class BreakingBody:
         state.stress[points] = state.gradient[points] = 0.0
         state.gradient[new_cracks.changed] = displacement_gradients(self.cracks.points, state.displacement, new_cracks.changed)
 
-    def _affected_parts(self, changed: IntArray) -> tuple[IntArray, IntArray, IntArray]:
+    def _affected_parts(self, changed_points: IntArray) -> tuple[IntArray, IntArray, IntArray]:
         """Return the points, tied columns, and nodes whose forces change with some points."""
-        tied, points, columns = self._assembly.solid.hourglass, changed, np.zeros(0, dtype=np.int64)
+        tied, points, columns = self._assembly.solid.hourglass, changed_points, np.zeros(0, dtype=np.int64)
         if len(tied.partner):
-            own = np.unique(changed // tied.points)
+            own = np.unique(changed_points // tied.points)
             columns = np.unique(np.concatenate([own, tied.partner[own].ravel()])).astype(np.int64)
             columns = columns[columns >= 0]
             points = (columns[:, None] * tied.points + np.arange(tied.points)).ravel()
@@ -376,11 +376,11 @@ class BreakingBody:
         """Return the sides that a crack cuts through the whole wall."""
         return self._neighbour_sides(self.cracks.severed)
 
-    def _neighbour_sides(self, cut: Marks) -> CutSides:
+    def _neighbour_sides(self, is_cut: Marks) -> CutSides:
         """Return which of the cut links, shape (columns, 4), lie between neighbouring columns."""
         around, (n, m, _) = self._assembly.solid.surface.around, self._assembly.lattice.shape
         own = np.arange(len(around))
-        return CutSides(*((cut[:, way] & (around[:, side] != own)).reshape(n, m) for way, side in ((ALONG, 1), (ACROSS, 3))))
+        return CutSides(*((is_cut[:, way] & (around[:, side] != own)).reshape(n, m) for way, side in ((ALONG, 1), (ACROSS, 3))))
 
     def outcome(self) -> int:
         """Return the number of the outcome in `OUTCOMES`."""

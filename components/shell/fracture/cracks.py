@@ -82,22 +82,23 @@ class NewCracks(NamedTuple):
 class Cracks:
     """The cracks and the tables derived from them, which are rebuilt if the state has other cracks."""
 
-    def __init__(self, parameters: ShellParameters, law: FractureLaw, assembly: Assembly, whole: Solid) -> None:
+    def __init__(self, parameters: ShellParameters, law: FractureLaw, assembly: Assembly, intact_solid: Solid) -> None:
         """Build from a body without cracks."""
-        self._lattice, self._points, self._whole = assembly.lattice, assembly.points, whole
+        self._lattice, self._points, self._whole = assembly.lattice, assembly.points, intact_solid
         lattice, points = self._lattice, self._points
         along, across, thickness = lattice.axes
         lines, count = points.lines, len(points.volume)
         self._through = len(lines[2].at)
         self._shift = _BESIDE_NODES if len(lines[0].at) == along.count else _BESIDE_POINTS
         self.visibility = Visibility(lattice, points.indices, assembly.stencils, parameters.chosen_radius, parameters.basis)
-        limits = law.limits(whole.law, count // self._through, self._through)
+        limits = law.limits(intact_solid.law, count // self._through, self._through)
         limits[points_in_grips(parameters, assembly, law.grip_length)] = UNBREAKABLE
         self.check = FractureCheck(
-            law.constants(whole.law), limits, along.slope(lines[0].at), across.slope(lines[1].at),
+            law.constants(intact_solid.law), limits, along.slope(lines[0].at), across.slope(lines[1].at),
             thickness.slope(lines[2].at),
             thickness.coordinates(lines[2].at) if lattice.bent else np.ones(self._through), points.sine, points.cosine,
-            np.zeros((count, 3)), np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.int64), self._ticks_to_unload(whole),
+            np.zeros((count, 3)), np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.int64),
+            self._ticks_to_unload(intact_solid),
         )  # fmt: skip
         self.means = make_column_means(lattice, points)
         self._hold = self._node_weights(np.arange(lattice.node_count))
@@ -124,19 +125,19 @@ class Cracks:
         self.means.sound[:] = True
         self._update_tables()
 
-    def load_state(self, facets: FloatArray, eroded: FloatArray, loosened: FloatArray) -> None:
+    def load_state(self, facets: FloatArray, eroded_points: FloatArray, loosened_nodes: FloatArray) -> None:
         """Update the tables to the facets, eroded points and loosened nodes of the state if they differ."""
-        given, known = (facets, eroded, loosened), (self.facets, self.eroded, self.loosened)
+        given, known = (facets, eroded_points, loosened_nodes), (self.facets, self.eroded, self.loosened)
         if all(np.array_equal(one, other) for one, other in zip(given, known, strict=True)):
             return
         self.clear()
-        changed = [self._add_facet(facet) for facet in facets] + [self._hide_node(int(node)) for node in loosened]
-        blind = eroded.astype(np.int64)
+        changed = [self._add_facet(facet) for facet in facets] + [self._hide_node(int(node)) for node in loosened_nodes]
+        blind = eroded_points.astype(np.int64)
         if changed:
             points = np.unique(np.concatenate(changed))
             self.visibility.rebuild_stencils(points[~np.isin(points, blind)])
         self.visibility.remove_neighbours(blind)
-        self.facets, self.eroded, self.loosened = facets.copy(), eroded.copy(), loosened.copy()
+        self.facets, self.eroded, self.loosened = facets.copy(), eroded_points.copy(), loosened_nodes.copy()
         self._update_tables()
 
     # -- parting ----------------------------------------------------------------------------------------------------
@@ -180,16 +181,16 @@ class Cracks:
         """Return the fracture ratio of each point, by the means written last, shape (m,)."""
         return self._fracture_values(state, self.means.stress, np.arange(len(self.check.limit)))[:, 0] / self.check.limit
 
-    def _rebuild_supports(self, changed: set[int], points_to_erode: dict[int, Cause]) -> NewCracks:
+    def _rebuild_supports(self, changed_points: set[int], points_to_erode: dict[int, Cause]) -> NewCracks:
         """Rebuild supports, erode points with too few neighbours, and loosen nodes with hardly any weight, until all is sound.
 
         Args:
-            changed: points that have lost neighbours.
+            changed_points: points that have lost neighbours.
             points_to_erode: points to be eroded.
         """
         seen, loosened, gone = self.visibility, list[int](), {int(p) for p in self.eroded}
         eroded: dict[int, Cause | None] = {**points_to_erode}
-        fresh = changed - gone - set(points_to_erode)
+        fresh = changed_points - gone - set(points_to_erode)
         if points_to_erode:
             points = np.array(list(points_to_erode), dtype=np.int64)
             seen.remove_neighbours(points)
@@ -207,14 +208,14 @@ class Cracks:
         self._update_tables()
         return NewCracks([], eroded, loosened, np.array(sorted(concerned), dtype=np.int64))
 
-    def _loosen_nodes(self, points: IntArray, loosened: list[int]) -> set[int]:
+    def _loosen_nodes(self, points: IntArray, loosened_nodes: list[int]) -> set[int]:
         """Hide nodes near some points that have hardly any weight left; return the points that lose them as neighbours."""
         nodes = np.unique(support_entries(self.points, points)[1]).astype(np.int64)
         losing = set[int]()
-        known = {int(j) for j in self.loosened} | set(loosened)
+        known = {int(j) for j in self.loosened} | set(loosened_nodes)
         for node in nodes[self._node_weights(nodes) < _LOOSE * self._hold[nodes]].tolist():
             if node not in known:
-                loosened.append(node)
+                loosened_nodes.append(node)
                 losing |= set(self._hide_node(node).tolist())
         return losing
 
@@ -366,10 +367,10 @@ class Cracks:
         """Number of pieces; columns in no point's support do not count."""
         return len(np.unique(self.labels[self.borne]))
 
-    def _cut_sides(self, cut: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    def _cut_sides(self, is_cut: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
         """Return whether each column is cut from its neighbours before and after along and across, shape (columns, 4)."""
         n, m, _ = self._lattice.shape
-        along, across = cut[:, 0].reshape(n, m), cut[:, 1].reshape(n, m)
+        along, across = is_cut[:, 0].reshape(n, m), is_cut[:, 1].reshape(n, m)
         sides = (np.roll(along, 1, axis=0), along, np.roll(across, 1, axis=1), across)
         return np.stack([one.ravel() for one in sides], axis=1)
 

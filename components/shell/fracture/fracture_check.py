@@ -59,7 +59,7 @@ class FractureCheck(NamedTuple):
 
 
 @jit
-def find_cracking_points(check, stress, gradient, plastic_strain, points_out, nearest, tick):
+def find_cracking_points(check, stress, gradient, plastic_strain, points_out, largest_ratio, tick):
     """Write the points that pass their limit, ascending, and return their number.
 
     A parted point passes its limit if its stress has another direction, or after the time for unloading.
@@ -70,20 +70,20 @@ def find_cracking_points(check, stress, gradient, plastic_strain, points_out, ne
         gradient: of the displacement, shape (m, 9).
         plastic_strain: shape (m,); (0,) for an elastic body.
         points_out: written, shape (m,).
-        nearest: largest ratio to the limit so far of intact points, from one half on, with its point and its tick; updated,
-            shape (3,).
+        largest_ratio: largest ratio to the limit so far of intact points, from one half on, with its point and its tick;
+            updated, shape (3,).
         tick: number of the tick.
     """
     count = 0
     for p in range(check.limit.size):
-        largest = min(max(nearest[0], _NOTED), 1.0)
+        largest = min(max(largest_ratio[0], _NOTED), 1.0)
         if not may_exceed(
             check.law, largest * check.limit[p], load_symmetric(stress, p), point_plastic_strain(plastic_strain, p)
         ):
             continue
         value, nx, ny, nz = fracture_value(check.law, stress, gradient, plastic_strain, p)
-        if check.cracks[p] == 0 and value > nearest[0] * check.limit[p] and value > _NOTED * check.limit[p]:
-            nearest[0], nearest[1], nearest[2] = value / check.limit[p], p, tick
+        if check.cracks[p] == 0 and value > largest_ratio[0] * check.limit[p] and value > _NOTED * check.limit[p]:
+            largest_ratio[0], largest_ratio[1], largest_ratio[2] = value / check.limit[p], p, tick
         if value > check.limit[p]:
             if check.cracks[p] > 0 and tick < check.since[p] + check.wait:
                 if check.cracks[p] > 1:

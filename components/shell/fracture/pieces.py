@@ -67,25 +67,25 @@ def severed_links(links: npt.NDArray[np.uint8]) -> Marks:
     return np.all(links > 0, axis=2)
 
 
-def crack_lips(lattice: Lattice, severed: Marks) -> Marks:
+def crack_lips(lattice: Lattice, is_severed: Marks) -> Marks:
     """Return the columns next to cracks through the whole wall."""
     n, m, _ = lattice.shape
     lips = np.zeros((n, m), dtype=bool)
     for way, axis in ((ALONG, 0), (ACROSS, 1)):
-        cut = severed[:, way].reshape(n, m).copy()
+        cut = is_severed[:, way].reshape(n, m).copy()
         if not lattice.axes[axis].is_closed:
             cut[(-1,) if axis == 0 else (slice(None), -1)] = False
         lips |= cut | np.roll(cut, 1, axis=axis)
     return lips.ravel()
 
 
-def detached_columns(lattice: Lattice, severed: Marks, labels: IntArray) -> Marks:
+def detached_columns(lattice: Lattice, is_severed: Marks, labels: IntArray) -> Marks:
     """Return the columns of detached pieces: all but the largest piece and, for a tube, pieces that form closed rings."""
     n, m, _ = lattice.shape
     sizes = np.bincount(labels, minlength=n * m)
     held = {int(sizes.argmax())}
     if lattice.axes[1].is_closed:
         rows = labels.reshape(n, m)
-        whole = (rows == rows[:, :1]).all(axis=1) & ~severed[:, ACROSS].reshape(n, m).any(axis=1)
+        whole = (rows == rows[:, :1]).all(axis=1) & ~is_severed[:, ACROSS].reshape(n, m).any(axis=1)
         held |= {int(one) for one in rows[whole, 0]}
     return ~np.isin(labels, sorted(held))

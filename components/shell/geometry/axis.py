@@ -112,31 +112,31 @@ def closed_axis(period: float, count: int) -> Axis:
     return Axis(period * np.arange(count) / count, period)
 
 
-def refuse_coinciding_planes(axis: Axis, given: float, *name: str) -> None:
+def refuse_coinciding_planes(axis: Axis, measure: float, *name: str) -> None:
     """Raise `ParameterError` if rounding errors could make planes of an axis coincide.
 
     Args:
         axis: with its planes in ascending order.
-        given: the measure of the body that determines their distances [m].
+        measure: the measure of the body that determines their distances [m].
         name: of this measure, in the body.
     """
     x = axis.positions
     distance, largest = float(np.diff(x).min()), float(np.abs(x).max())
     if not distance >= _LEAST_DISTANCE * largest:
         raise ParameterError(
-            f"got {given:g} m: two planes of nodes would lie {distance:g} apart at {largest:g}",
+            f"got {measure:g} m: two planes of nodes would lie {distance:g} apart at {largest:g}",
             expected=f"distances of at least {_LEAST_DISTANCE:g} of the coordinate", at=("body", *name),
         )  # fmt: skip
 
 
-def graded_axis(even: Axis, middle: float, extent: float, spacing: float, name: str, unit: str) -> Axis:
+def graded_axis(base_axis: Axis, middle: float, extent: float, spacing: float, name: str, unit: str) -> Axis:
     """Return an axis with the same number of planes as an even one, closer together in an interval.
 
     Each plane has the part of the axis nearest to it; the parts of the planes in the interval together make up the interval.
     The middle of the interval may be an end of the axis, which is then a plane of symmetry.
 
     Args:
-        even: planes at equal distances, from 0.
+        base_axis: planes at equal distances, from 0.
         middle: of the interval.
         extent: of the interval.
         spacing: largest distance of planes in the interval.
@@ -146,10 +146,10 @@ def graded_axis(even: Axis, middle: float, extent: float, spacing: float, name: 
     Raises:
         ParameterError: the interval lies outside the axis, or the planes do not resolve it.
     """
-    refuse_outside_interval(even, middle, extent, name, unit)
-    if even.is_covered(middle, extent):
-        return even
-    if not extent / spacing < even.count:
+    refuse_outside_interval(base_axis, middle, extent, name, unit)
+    if base_axis.is_covered(middle, extent):
+        return base_axis
+    if not extent / spacing < base_axis.count:
         raise unresolved_notch_error(
             name, f"it takes {extent / spacing:.3g} of them at the distances of its spacing or columns"
         )
@@ -158,18 +158,18 @@ def graded_axis(even: Axis, middle: float, extent: float, spacing: float, name: 
     step = extent / count
     inner: FloatArray = step * (np.arange(count, dtype=np.float64) - (count - 1) // 2)
     reach = 0.5 * (extent - step)
-    if even.is_closed:
-        steps = closing_steps(even.period - 2.0 * reach, even.count - count + 1, step, name)
+    if base_axis.is_closed:
+        steps = closing_steps(base_axis.period - 2.0 * reach, base_axis.count - count + 1, step, name)
         places: FloatArray = middle + np.concatenate([inner, reach + np.cumsum(steps)[:-1]])
-        places = places + np.where(places < 0.0, even.period, np.where(places >= even.period, -even.period, 0.0))
-        return Axis(np.sort(places), even.period)
-    length = even.length
+        places = places + np.where(places < 0.0, base_axis.period, np.where(places >= base_axis.period, -base_axis.period, 0.0))
+        return Axis(np.sort(places), base_axis.period)
+    length = base_axis.length
     below, above = middle - reach, length - middle - reach
     if middle <= _ROUNDING * length:
         below, inner = 0.0, inner[inner >= 0.0]
     if middle >= (1.0 - _ROUNDING) * length:
         above, inner = 0.0, inner[inner <= 0.0]
-    cells = even.count - len(inner)
+    cells = base_axis.count - len(inner)
     first, second = divide_cells(below, above, cells, step, name)
     lower, upper = growing_steps(below, first, step, name), growing_steps(above, second, step, name)
     places = np.concatenate([-reach - np.cumsum(lower)[::-1], inner, reach + np.cumsum(upper)]) + middle
@@ -177,10 +177,10 @@ def graded_axis(even: Axis, middle: float, extent: float, spacing: float, name: 
     return Axis(places)
 
 
-def refuse_outside_interval(even: Axis, middle: float, extent: float, name: str, unit: str) -> None:
+def refuse_outside_interval(base_axis: Axis, middle: float, extent: float, name: str, unit: str) -> None:
     """Raise `ParameterError` for an interval off the axis; half of it may lie beyond an end that is its middle."""
-    length, low, high, small = even.length, middle - 0.5 * extent, middle + 0.5 * extent, _ROUNDING * even.length
-    if even.is_closed:
+    length, low, high, small = base_axis.length, middle - 0.5 * extent, middle + 0.5 * extent, _ROUNDING * base_axis.length
+    if base_axis.is_closed:
         inside = middle <= length + small and extent <= length + small
     elif min(middle, abs(length - middle)) <= small:
         inside = 0.5 * extent <= length + small
@@ -249,10 +249,10 @@ def ratio_powers(ratio: float, count: int) -> FloatArray:
     return np.multiply.accumulate(np.concatenate([[1.0], np.full(count - 1, ratio)]))
 
 
-def unresolved_notch_error(name: str, why: str) -> ParameterError:
+def unresolved_notch_error(name: str, reason: str) -> ParameterError:
     """Return the error for a lattice that does not resolve a notch."""
     return ParameterError(
-        f"too few nodes for the notch: {why}",
+        f"too few nodes for the notch: {reason}",
         expected=f"ratios of at most {LARGEST_GROWTH:g}", at=("body", name),
         hint="give more nodes, a larger spacing or width of the notch, or fewer columns of it",
     )  # fmt: skip

@@ -55,7 +55,7 @@ class Plate(BodyShape):
         """Return its nodes."""
         along, across = even_axis(self.length, self.along), even_axis(self.width, self.across)
         if self.notch is not None:
-            return notched_lattice(self.notch, (along, across), 0.0, self.thickness, self.layers, bent=False)
+            return notched_lattice(self.notch, (along, across), 0.0, self.thickness, self.layers, is_bent=False)
         return Lattice((along, across, even_axis(self.thickness, self.layers)), bent=False)
 
     @property
@@ -107,7 +107,7 @@ class Tube(BodyShape):
         wall = Axis(self.inner_radius + self.wall * part)
         refuse_coinciding_planes(wall, self.wall, "wall")
         if self.notch is not None:
-            return notched_lattice(self.notch, (along, ring), self.inner_radius, self.wall, self.layers, bent=True)
+            return notched_lattice(self.notch, (along, ring), self.inner_radius, self.wall, self.layers, is_bent=True)
         return Lattice((along, ring, wall), bent=True)
 
     @property

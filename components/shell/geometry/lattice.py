@@ -151,17 +151,17 @@ class Lattice:
         return (along * m + across % m) * k + through
 
 
-def column_neighbours(n: int, m: int, closed: bool) -> IntArray:
+def column_neighbours(n: int, m: int, is_closed: bool) -> IntArray:
     """Return the columns before and after each one along and across, itself if there is none, shape (n m, 4).
 
     Args:
         n: columns along the body.
         m: columns across it.
-        closed: whether the first column across follows the last one.
+        is_closed: whether the first column across follows the last one.
     """
     along, across = np.meshgrid(np.arange(n), np.arange(m), indexing="ij")
     before, after = np.maximum(along - 1, 0), np.minimum(along + 1, n - 1)
     left, right = across - 1, across + 1
-    left, right = (left % m, right % m) if closed else (np.maximum(left, 0), np.minimum(right, m - 1))
+    left, right = (left % m, right % m) if is_closed else (np.maximum(left, 0), np.minimum(right, m - 1))
     found = (before * m + across, after * m + across, along * m + left, along * m + right)
     return np.stack([one.ravel() for one in found], axis=1)

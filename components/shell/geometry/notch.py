@@ -40,30 +40,34 @@ class Notch(Parameters):
     )
 
 
-def notched_lattice(notch: Notch, even: tuple[Axis, Axis], inner: float, wall: float, layers: int, bent: bool) -> Lattice:
+def notched_lattice(
+    notch: Notch, base_axes: tuple[Axis, Axis], inner: float, wall: float, layers: int, is_bent: bool
+) -> Lattice:
     """Return a lattice with the same number of planes as the even axes, graded towards the notch.
 
     Args:
         notch: the slot.
-        even: planes at equal distances along the body, and across or around it.
+        base_axes: planes at equal distances along the body, and across or around it.
         inner: coordinate of the inner surface; for a tube its radius [m].
         wall: thickness [m].
         layers: number of planes through the wall.
-        bent: whether the second axis is an angle.
+        is_bent: whether the second axis is an angle.
 
     Raises:
         ParameterError: the notch lies outside the body, or the planes do not resolve it.
     """
-    radius, (name, unit) = (inner + wall, ("around", "rad")) if bent else (1.0, ("across", "m"))
+    radius, (name, unit) = (inner + wall, ("around", "rad")) if is_bent else (1.0, ("across", "m"))
     (measure, length), (other, width) = notch_sizes(notch)
-    position = 0.5 * even[0].positions[-1] if notch.position is None else notch.position
-    along = graded_axis(even[0], position, length, notch_spacing(notch, "hoop", even[0], 1.0), "along", "m")
-    across = graded_axis(even[1], notch.around, width / radius, notch_spacing(notch, "axial", even[1], radius), name, unit)
+    position = 0.5 * base_axes[0].positions[-1] if notch.position is None else notch.position
+    along = graded_axis(base_axes[0], position, length, notch_spacing(notch, "hoop", base_axes[0], 1.0), "along", "m")
+    across = graded_axis(
+        base_axes[1], notch.around, width / radius, notch_spacing(notch, "axial", base_axes[1], radius), name, unit
+    )
     refuse_coinciding_planes(along, length, "notch", measure)
     refuse_coinciding_planes(across, width, "notch", other)
     through, bottom = thickness_planes(notch, inner, wall, layers)
     columns = planes_inside(along, position, length)[:, None] & planes_inside(across, notch.around, width / radius)
-    return Lattice((along, across, through), bent, Hollow(columns, bottom))
+    return Lattice((along, across, through), is_bent, Hollow(columns, bottom))
 
 
 def notch_edge(middle: float | None, length: float, start: str, end: str) -> str | None:
@@ -79,10 +83,10 @@ def notch_sizes(notch: Notch) -> tuple[tuple[str, float], tuple[str, float]]:
     return (length, width) if notch.direction == "axial" else (width, length)
 
 
-def notch_spacing(notch: Notch, narrow: str, axis: Axis, radius: float) -> float:
+def notch_spacing(notch: Notch, narrow_direction: str, axis: Axis, radius: float) -> float:
     """Return the largest distance of planes in the notch: that of the even axis or, across the notch, a part of its width."""
     even = float(axis.slope(np.zeros(1))[0])
-    if notch.direction == narrow:
+    if notch.direction == narrow_direction:
         return min(even, notch.width / (notch.columns * radius))
     if notch.length * (1.0 + _ROUNDING) < _FEWEST_ALONG * min(even * radius, notch.spacing or np.inf):
         raise ParameterError(
