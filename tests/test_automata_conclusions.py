@@ -53,7 +53,7 @@ def test_a_whole_body_is_one_piece(make: Callable[..., Coupled]) -> None:
     criterion = {"name": "strain", "tensile": 1e6, "shear": 1e6}
     automata = {**medium.parameters.automata.model_dump(), "criterion": criterion}
     medium = Coupled(**{**medium.parameters.model_dump(), "automata": automata})
-    assert describe_pieces(medium._held_pairs(), medium.mass) == "1 piece"
+    assert describe_pieces(medium._connected_pairs(), medium.mass) == "1 piece"
     assert medium.conclusions()[0].startswith("automata: none of ")
 
 

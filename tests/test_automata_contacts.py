@@ -51,12 +51,12 @@ def test_a_contact_is_at_rest_where_its_link_would_be(response: dict[str, Any], 
     edges = {"left": "periodic", "right": "periodic", "bottom": "fixed", "top": "velocity"}
     automata = block(columns=4, rows=4, boundaries=edges, response=response, criterion={"name": "strain", "tensile": 1.0})
     automata.step(2000.0, top_velocity=[0.0, -4e-6])
-    steps: Any = automata.steps
-    steps.medium.law.factors[1, automata.body.layout.place[5]] = 0.0  # break this link at any shear angle
-    steps.load()
-    steps.update_forces()
+    specimen: Any = automata.specimen
+    specimen.medium.law.factors[1, automata.body.layout.place[5]] = 0.0  # break this link at any shear angle
+    specimen.load_motion()
+    specimen.update_forces()
     strain = 1.0 - (automata.get("displacement")[9, 1] - automata.get("displacement")[5, 1] + 1.0)
-    steps.change_links(automata.tick)
+    specimen.change_links(automata.tick)
     assert automata._block["contacts"].tolist() == [[5, 9, 1, automata.tick]]
     assert automata._block["rest"][0] == pytest.approx(1.0 - strain + overlap * strain, abs=0.01 * strain)
 
@@ -82,7 +82,7 @@ def loose_pair(step: float, **parameters: Any) -> tuple[Automata, int, int]:
     """Return two unlinked whole automata far from the others, the second to the right of the first."""
     law = {"name": "strain", "tensile": 10.0}
     automata = block(columns=6, rows=6, criterion=law, step_size=step, **parameters)
-    first, second = (automata.packing.nearest(x, 3.0) for x in (2.0, 4.0))
+    first, second = (automata.packing.nearest_automaton(x, 3.0) for x in (2.0, 4.0))
     automata.reset(displacement={first: (0.0, 20.0), second: (-0.9, 20.0)})
     automata._block["weight"][:] = 0.0  # remove all links
     return automata, first, second
@@ -92,7 +92,7 @@ def loose_pair(step: float, **parameters: Any) -> tuple[Automata, int, int]:
 def test_a_collision_has_the_restitution_of_its_dashpot(ratio: float) -> None:
     automata, first, second = loose_pair(0.01, contact_damping=ratio)
     automata._block["velocity"][first] = (0.01, 0.0)
-    automata._block["start"][:] = automata.steps.momenta()[3], *automata.steps.momenta()[:3]
+    automata._block["start"][:] = automata.specimen.momenta_and_energies()[3], *automata.specimen.momenta_and_energies()[:3]
     automata.step(120.0)
     velocity = automata.get("velocity")
     found = (velocity[second, 0] - velocity[first, 0]) / 0.01

@@ -11,8 +11,8 @@ from support.automata_tools import BOTH, block
 
 import granular_env as ge
 from granular_env.components.automata import Automata, theory
-from granular_env.components.automata.breaking import CRITERIA
-from granular_env.components.automata.breaking.criterion import LinkStress, failure
+from granular_env.components.automata.laws import CRITERIA
+from granular_env.components.automata.laws.criterion import LinkStress, failure_measure
 
 
 def confined(**laws: object) -> Automata:
@@ -132,7 +132,7 @@ def test_every_criterion_agrees_with_its_formula() -> None:
         squares = (normal - side) ** 2 + (side - depth) ** 2 + (depth - normal) ** 2
         equivalent = math.sqrt(0.5 * squares + 3.0 * tangential**2)
         found = {
-            name: failure(one.law(), LinkStress(eps, gamma, normal, tangential, equivalent, mean, 1.0, 0))
+            name: failure_measure(one.constants(), LinkStress(eps, gamma, normal, tangential, equivalent, mean, 1.0, 0))
             for name, one in tables.items()
         }
         assert found["von_mises"] == (equivalent, 4e-3, 0)
@@ -193,7 +193,7 @@ def test_a_crack_starts_at_the_toughness(packing: str, part: float) -> None:
     def forces(motion: np.ndarray) -> np.ndarray:
         motion = motion.reshape(-1, 3)
         automata._block["displacement"][:], automata._block["rotation"][:] = motion[:, :2], motion[:, 2]
-        force, torque = automata.steps.forces(), automata.steps.torques()
+        force, torque = automata.specimen.forces(), automata.specimen.torques()
         return np.where(held[:, None], 0.0, np.column_stack([force, torque])).reshape(-1)
 
     way = np.zeros_like(start).reshape(-1)
@@ -238,7 +238,10 @@ def loose_pair(friction: float) -> tuple[Automata, int, int]:
 def collide(automata: Automata, first: int, second: int, velocity: tuple[float, float], spin: float = 0.0) -> None:
     automata._block["velocity"][first] = velocity
     automata._block["spin"][first] = spin
-    automata._block["start"][:] = automata.steps.momenta()[3] + automata.steps.momenta()[4], *automata.steps.momenta()[:3]
+    automata._block["start"][:] = (
+        automata.specimen.momenta_and_energies()[3] + automata.specimen.momenta_and_energies()[4],
+        *automata.specimen.momenta_and_energies()[:3],
+    )
     automata.step(120.0)
 
 
@@ -386,7 +389,7 @@ def test_each_pair_tells_how_near_to_breaking_it_is(criterion: dict[str, object]
     automata = confined(criterion=criterion)
     stretch(automata, 1e-3, rate=1e-5)
     ratio = automata.get("criterion_ratio")
-    across = automata.steps._pairs[:, 2] == 1
+    across = automata.specimen._pairs[:, 2] == 1
     assert automata.events() == [] and ratio.shape == (len(across),)
     assert ratio[across] == pytest.approx(np.full(across.sum(), per_strain * 1e-3), rel=0.02)
 

@@ -55,7 +55,7 @@ def test_each_episode_draws_its_strengths() -> None:
 
     def strengths(seed: int | None) -> np.ndarray:
         env.reset(seed=seed)
-        return env.component.steps.medium.law.factors
+        return env.component.specimen.medium.law.factors
 
     first, second = strengths(1), strengths(2)
     assert (first != second).any() and (first == strengths(1)).all() and (first != strengths(None)).any()
@@ -64,7 +64,7 @@ def test_each_episode_draws_its_strengths() -> None:
     state = env.save()
     env.reset(seed=2)
     env.restore(state)
-    np.testing.assert_array_equal(env.component.steps.medium.law.factors, first)
+    np.testing.assert_array_equal(env.component.specimen.medium.law.factors, first)
     one = make_confinement(strength_seed=3, deadline=4, internal_steps=2)
     one.reset(seed=1)
     assert not one.randomization.parameters and one.component.parameters.strength_seed == 3

@@ -34,7 +34,7 @@ def residual(automata: Automata, gradient: np.ndarray) -> tuple[np.ndarray, np.n
     """Return forces and torques on all automata under a homogeneous displacement gradient with its rotation."""
     turn = 0.5 * (gradient[1, 0] - gradient[0, 1])
     automata.reset(displacement=automata.packing.reference @ gradient.T, rotation=turn)
-    return automata.steps.forces(), automata.steps.torques()
+    return automata.specimen.forces(), automata.specimen.torques()
 
 
 # -- homogeneous strains ------------------------------------------------------------------------------------------------
@@ -236,12 +236,12 @@ def test_waves_in_a_closed_packing_have_the_frequencies_of_the_lattice(packing: 
 def test_the_largest_stable_step_of_a_specimen_with_surfaces(ratio: float, limit: float) -> None:
     automata = block("square", 12, 12, material=solid(ratio))
     speed = math.sqrt(2.0 * automata.shear_modulus + automata.lame_modulus)
-    assert speed * 2.0 / automata.largest_frequency == pytest.approx(limit, abs=1e-3)
+    assert speed * 2.0 / automata.highest_frequency == pytest.approx(limit, abs=1e-3)
 
 
 @BOTH
 def test_a_step_above_the_limit_is_refused_and_one_far_above_would_blow_up(packing: str) -> None:
-    largest = 0.9 * 2.0 / block(packing).largest_frequency
+    largest = 0.9 * 2.0 / block(packing).highest_frequency
     with pytest.raises(ParameterError, match=r"step_size: got .* expected at most .* 0\.9 x 2 / omega_max"):
         block(packing, step_size=1.001 * largest)
     automata = block(packing, step_size=0.999 * largest)

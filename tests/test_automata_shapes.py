@@ -34,7 +34,7 @@ def middles(automata: Automata) -> Any:
 def test_a_hole_takes_its_area_and_leaves_half_cells() -> None:
     automata = plate(box(4.0, 8.0, 6.0, 10.0))
     assert automata.mass.sum() == pytest.approx(16.0 * 16.0 - 4.0 * 4.0, rel=1e-12)
-    edge, corner = automata.packing.nearest(6.0, 6.0), automata.packing.nearest(4.0, 6.0)
+    edge, corner = automata.packing.nearest_automaton(6.0, 6.0), automata.packing.nearest_automaton(4.0, 6.0)
     assert automata.mass[[edge, corner]].tolist() == pytest.approx([0.5, 0.75])
     assert automata.count == 17 * 17 - 3 * 3
 

@@ -171,7 +171,7 @@ def bend_and_turn(plasticity: object, angle: float, steps: int) -> np.ndarray:
     state, yields = grid._state, Yields(np.zeros((steps, 5)), np.zeros(1, dtype=np.int64))
     for tick, (before, after) in enumerate(pairwise(places)):
         state.velocity[:], state.displacement[:] = after - before, after - nodes
-        kernels.advance_part_of_cells(grid.tables(), 1.0, tick, yields, 0, 1)
+        kernels.advance_cell_range(grid.tables(), 1.0, tick, yields, 0, 1)
     assert isinstance(plasticity, str) or grid.get("plastic_strain")[0] > 1e-3
     (xx, yy, zz, xy), turned = state.stress[0], rotation(angle)
     plane = turned.T @ np.array([[xx, xy], [xy, yy]]) @ turned

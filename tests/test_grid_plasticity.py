@@ -10,7 +10,7 @@ import pytest
 from support.grid_tools import MEDIUM, bar, block
 
 from granular_env.components.grid import Grid
-from granular_env.components.grid.yielding import CellStep, NoYield, Skipped, Yielding, plastic_step
+from granular_env.components.grid.yielding import CellStep, ElasticEntry, NoYield, YieldingEntry, plastic_step
 from granular_env.components.materials.drucker_prager import DruckerPragerConstants
 from granular_env.components.materials.elastic import Material
 from granular_env.components.materials.hypoelastic import PlaneTensor
@@ -149,7 +149,7 @@ def test_a_law_is_a_named_tuple_with_two_functions_and_materials_mix() -> None:
     """Kernels apply each material's law, and elastic materials keep their trial stress."""
     trial = PlaneTensor(0.0, 0.0, 0.0, 2.0)
     step = CellStep(Moduli(1.0, 1.0), 0.0, 1.0, PlaneTensor(0.0, 0.0, 0.0, 0.0), trial)
-    laws = Skipped(Yielding(Tresca(1.0), NoYield()))
+    laws = ElasticEntry(YieldingEntry(Tresca(1.0), NoYield()))
     first, second, third = steps_of_materials(laws, step)
     assert first.stress == third.stress == trial and first.strain == third.strain == 0.0
     assert second.equivalent == pytest.approx(2.0 * math.sqrt(3.0)) and second.limit == 1.0

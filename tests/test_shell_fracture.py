@@ -13,13 +13,13 @@ from support.solid_tools import ALUMINIUM, nodes_at_cracks
 import granular_env as ge
 from granular_env.components.shell import ticks
 from granular_env.components.shell.fracture import force_recalculation
-from granular_env.components.shell.fracture.law import Point, decisive_value, may_exceed
+from granular_env.components.shell.fracture.laws.fracture_law import Point, decisive_value, may_exceed
 from granular_env.components.shell.fracture.outcome import (
     OUTCOMES,
     CutSides,
+    axial_crack_extent,
+    circumferential_crack_part,
     connects_ends,
-    crack_along,
-    crack_around,
     outcome,
 )
 from granular_env.components.shell.kernels import write_areas
@@ -124,25 +124,25 @@ def test_outcomes_have_the_words_of_what_is_cut() -> None:
     assert word(none, none) == "whole" and word(none, none, strain=flowed) == "bulged"
     assert word(none, straight) == "axial crack" and word(half, straight) == "hoop crack"
     assert word(ring, none, is_severed=True) == "severed"
-    assert crack_along(lattice, CutSides(none, straight)) == pytest.approx(2 * 0.0025)
-    assert crack_around(lattice, CutSides(half, none)) == pytest.approx(0.5)
+    assert axial_crack_extent(lattice, CutSides(none, straight)) == pytest.approx(2 * 0.0025)
+    assert circumferential_crack_part(lattice, CutSides(half, none)) == pytest.approx(0.5)
     # Twelve axial cracks that each step aside by one column are not a hoop crack; one continuous crack is.
     along, across = none.copy(), none.copy()
     along[4, ::2], across[:5, 1::2], across[5:, ::2] = True, True, True
-    assert crack_around(lattice, CutSides(along, none)) == pytest.approx(1 / 24)
+    assert circumferential_crack_part(lattice, CutSides(along, none)) == pytest.approx(1 / 24)
     assert word(along, across) == "axial crack"
     # Two columns of a coarse tube count as a step aside, for any fraction of the circumference.
     aside = none.copy()
     aside[4, :2] = True
-    assert crack_around(lattice, CutSides(aside, none)) == pytest.approx(2 / 24)
+    assert circumferential_crack_part(lattice, CutSides(aside, none)) == pytest.approx(2 / 24)
     assert word(aside, straight) == "axial crack"
     # There is no axial crack here.
     assert word(aside, none) == "hoop crack"
     split = half.copy()
     split[4, 5] = False
-    assert crack_around(lattice, CutSides(split, none)) == pytest.approx(6 / 24)
+    assert circumferential_crack_part(lattice, CutSides(split, none)) == pytest.approx(6 / 24)
     split[4, [0, 1, 23, 22]] = True
-    assert crack_around(lattice, CutSides(split, none)) == pytest.approx(7 / 24)
+    assert circumferential_crack_part(lattice, CutSides(split, none)) == pytest.approx(7 / 24)
     pieces = np.repeat(np.arange(9) > 4, 24).astype(np.int64)
     borne = np.ones(9 * 24, dtype=bool)
     assert not connects_ends(pieces, borne, (9, 24)) and connects_ends(0 * pieces, borne, (9, 24))
@@ -213,7 +213,9 @@ def test_points_beside_cracks_still_see_even_deformations() -> None:
     solid, state, _, _ = plate.tables()
     slope = np.array([[1e-3, 2e-4, 0.0], [0.0, -1e-3, 1e-4], [3e-4, 0.0, 5e-4]])
     state.displacement[:] = plate.nodes @ slope
-    state.gradient[:] = force_recalculation.new_gradients(solid.points, state.displacement, np.arange(plate.point_count))
+    state.gradient[:] = force_recalculation.displacement_gradients(
+        solid.points, state.displacement, np.arange(plate.point_count)
+    )
     bears = np.ones(plate.point_count, dtype=bool)
     for kind in ("point_eroded", "point_spent", "point_torn"):
         bears[[event.index for event in plate.events(kind)]] = False

@@ -55,9 +55,9 @@ def test_the_quadratic_basis_gives_a_quadratic_field_its_value_and_gradient() ->
     points = integration_points(lattice, "cell", 2, 1.7)
     stencils = make_stencils(lattice, points.lines, 2.7, "quadratic")
     along, across, through = np.meshgrid(
-        *(axis.at(line.at) for axis, line in zip(lattice.axes, points.lines, strict=True)), indexing="ij"
+        *(axis.coordinates(line.at) for axis, line in zip(lattice.axes, points.lines, strict=True)), indexing="ij"
     )
-    place = lattice.place(along.ravel(), across.ravel(), through.ravel())
+    place = lattice.positions(along.ravel(), across.ravel(), through.ravel())
 
     def field(x: np.ndarray) -> np.ndarray:
         return x[:, 0] ** 2 - 3.0 * x[:, 0] * x[:, 2] + 2.0 * x[:, 1]
@@ -88,7 +88,7 @@ def test_gradients_are_derivatives_of_the_shape_functions() -> None:
 
     _, stencils, lines = at((0.0, 0.0, 0.0))
     local = np.array([stencils.gradients[:, k] @ field[stencils.nodes] for k in range(3)])
-    radius = float(lattice.axes[2].at(lines[2].at)[0])
+    radius = float(lattice.axes[2].coordinates(lines[2].at)[0])
     for k, scale in enumerate((1.0, radius, 1.0)):
         step = 1e-4
         shift = tuple(step if k == place else 0.0 for place in range(3))

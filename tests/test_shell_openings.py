@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from granular_env.components.shell.fracture.open_area import openings
+from granular_env.components.shell.fracture.open_area import crack_openings
 
 
 def row(moved: list[float], cut: set[int], severed: set[int]) -> Any:
@@ -17,7 +17,7 @@ def row(moved: list[float], cut: set[int], severed: set[int]) -> Any:
     rest[0, :, 0] = np.arange(count)
     marks: Any = [np.array([[link in some for link in range(count)]]) for some in (cut | severed, severed)]
     places: Any = rest + np.array(moved)[:, None] * [1.0, 0.0, 0.0]
-    return openings(marks[0], marks[1], places, rest, closed=False)[0]
+    return crack_openings(marks[0], marks[1], places, rest, is_closed=False)[0]
 
 
 def test_a_gap_is_how_far_its_sides_have_moved_apart() -> None:
@@ -50,6 +50,6 @@ def test_a_ring_in_pieces_gapes_by_what_it_has_grown(holding: list[int]) -> None
     """All distances grow by half, and each broken link has opened by the same amount."""
     rest = ring()
     cut = np.array([[link not in holding for link in range(48)]])
-    found = openings(cut, cut, 1.5 * rest, rest, closed=True)
+    found = crack_openings(cut, cut, 1.5 * rest, rest, is_closed=True)
     assert found.sum() == pytest.approx(np.sin(np.pi / 48.0) * cut.sum(), rel=0.02)
     assert not found[~cut].any()

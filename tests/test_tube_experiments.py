@@ -76,7 +76,7 @@ def test_the_papers_notches_tear_farther_the_higher_the_tube_was_filled(inches: 
         }  # fmt: skip
         tube: Any = ge.run(f"gato-shie-2010/notch-{inches}-inch", overrides=changes).component
         first, assembly = tube.events("shell_point_parted")[0], tube.shell.assembly
-        along = float(assembly.lattice.axes[0].at(assembly.points.places(np.array([first.index]))[0, 0]))
+        along = float(assembly.lattice.axes[0].coordinates(assembly.points.indices(np.array([first.index]))[0, 0]))
         assert abs(along - 0.06) < 0.5 * LENGTHS[inches] + 0.005
         assert abs(tube.get("exchange_difference")) < 1e-12 * tube.balances()[0].supplied["pressure_work"]
         energy, _, mass = tube.balances()

@@ -18,18 +18,18 @@ from ..profiles import CompiledProfile
 from ..support.float_arrays import FloatArray, norms, ordered_sum
 from ..support.round_numbers import round_down_to_125
 from ..variables import Variable
-from . import linked, loads
+from . import linked_specimen, loads
 from .conclusions import describe_links, describe_pieces
-from .contacts import no_contacts
-from .cracking import TOO_FAR, CrackingSpecimen, intact_medium
-from .edges import Conditions
+from .contacts import empty_contacts
+from .cracking_specimen import TOO_FAR, CrackingSpecimen, intact_medium
+from .edge_conditions import Conditions
+from .kernels import measure_at_rest
 from .lattice import MASS, Body, make_body
-from .linked import LinkedSpecimen
+from .linked_specimen import LinkedSpecimen
 from .materials import chosen_materials, lame_constants, material_numbers
-from .packing import LATTICES, Packing, pack
+from .packing import LATTICES, Packing, pack_shape
 from .parameters import AutomataParameters
-from .stability import ALLOWED_PART, DEFAULT_PART, largest_frequency, step_limit
-from .ticks import measure_medium
+from .stability import ALLOWED_PART, DEFAULT_PART, highest_frequency, step_limit
 
 # Largest displacement of an automaton in an internal step, as a fraction of its diameter.
 _LARGEST_MOVE = 0.1
@@ -43,7 +43,7 @@ class Automata(Component):
     """Movable cellular automata: equal discs in a packing, which act on pairs and on volume (Psakhie 2003).
 
     m u'' = sum of F_n n + F_t t over the pairs, J w'' = (r / 2) F_t; bulk and shear modulus are exact for both packings. See
-    `AutomataParameters`, `pair` and `linked`.
+    `AutomataParameters`, `pair_strains` and `linked_specimen`.
     """
 
     name = "automata"
@@ -58,32 +58,32 @@ class Automata(Component):
         """Return the memory for the automata that fit into the rectangle around the shape, in bytes."""
         left, right, low, high = parameters.shape.bounds
         cells = (right - left) * (high - low) / (parameters.diameter**2 * LATTICES[parameters.packing].volume)
-        return int(min(cells, 1e15)) * (_BYTES + _HISTORY_BYTES * parameters.has_bonds)
+        return int(min(cells, 1e15)) * (_BYTES + _HISTORY_BYTES * parameters.has_individual_links)
 
     def _build(self) -> None:
         p = self.parameters
-        self.packing: Packing = pack(p.packing, p.shape, p.diameter, p.periodic)
+        self.packing: Packing = pack_shape(p.packing, p.shape, p.diameter, p.periodic)
         self.reference: FloatArray = self.packing.reference
         self.count = len(self.packing.places)
         self._make_body()
         self.conditions = Conditions(p, self.packing, self.body.layout)
-        self._medium = intact_medium(self.packing, self.body, p, self.automaton_material) if p.has_bonds else None
-        self._largest_frequency = self._compute_frequency()
-        self.step_size = self._fitting_step_size()
+        self._medium = intact_medium(self.packing, self.body, p, self.automaton_material) if p.has_individual_links else None
+        self._highest_frequency = self._compute_frequency()
+        self.step_size = self._choose_step_size()
         self._pairs = self.packing.pairs()
-        self.steps = self._make_steps()
+        self.specimen = self._make_specimen()
         # Events depend on the breaking criterion of this specimen.
-        self._declare_events(self.steps.event_kinds, self.steps.event_details)
+        self._declare_events(self.specimen.event_kinds, self.specimen.event_details)
         n = self.count
         self._lay_out(
             displacement=("f8", (n, 2)), velocity=("f8", (n, 2)), rotation=("f8", (n,)), spin=("f8", (n,)),
-            tallies=("f8", (2, loads.TALLY_ROWS)), start=("f8", (4,)), growing=self.steps.growing, **self.steps.fields,
+            tallies=("f8", (2, loads.TALLY_ROWS)), start=("f8", (4,)), growing=self.specimen.growing, **self.specimen.fields,
         )  # fmt: skip
-        self.steps.bind(self._block)
+        self.specimen.attach_state(self._block)
         self.mass: FloatArray = self.body.cells[MASS, self.body.layout.place]
 
     def _contradiction(self, state: Mapping[str, np.ndarray]) -> str:
-        lengths = {name: len(state[name]) for name in self.steps.growing}
+        lengths = {name: len(state[name]) for name in self.specimen.growing}
         return f"got lists of different lengths, {lengths}" if len(set(lengths.values())) > 1 else ""
 
     def _make_body(self) -> None:
@@ -92,35 +92,35 @@ class Automata(Component):
         self.materials: list[Material] = solids
         self.automaton_material = material_numbers(p, self.packing)
         constants = np.array([lame_constants(solid) for solid in solids])
-        self.shear_modulus, self.lame_modulus = (np.nan, np.nan) if p.several_materials else constants[0].tolist()
+        self.shear_modulus, self.lame_modulus = (np.nan, np.nan) if p.has_several_materials else constants[0].tolist()
         density = np.array([solid.density for solid in solids])
         numbers = self.automaton_material
         self.body: Body = make_body(self.packing, density[numbers], constants[numbers], p.thickness)
 
     def _compute_frequency(self) -> float:
         # The steps of this specimen use the same kernels, so that none is compiled for the frequency alone.
-        update = partial(linked.update_forces, self.body)
+        update = partial(linked_specimen.update_forces, self.body)
         if self._medium is not None:
-            medium, contacts = self._medium, no_contacts()
-            update = lambda motion, scratch: measure_medium(medium, motion, scratch, contacts)  # noqa: E731
-        return largest_frequency(self.body, update, self._medium is not None)
+            medium, contacts = self._medium, empty_contacts()
+            update = lambda motion, scratch: measure_at_rest(medium, motion, scratch, contacts)  # noqa: E731
+        return highest_frequency(self.body, update, self._medium is not None)
 
     @property
-    def largest_frequency(self) -> float:
+    def highest_frequency(self) -> float:
         """Return the highest frequency of small motions [rad/s]."""
-        return self._largest_frequency
+        return self._highest_frequency
 
-    def _make_steps(self) -> LinkedSpecimen:
+    def _make_specimen(self) -> LinkedSpecimen:
         self._speed_limit = _LARGEST_MOVE * self.parameters.diameter / self.step_size
         given = (self.packing, self.body, self.conditions, self.step_size, self._speed_limit)
         if self._medium is None:
             return LinkedSpecimen(*given)
-        steps = CrackingSpecimen(*given)
-        steps.prepare(self.parameters, self._medium)
-        return steps
+        specimen = CrackingSpecimen(*given)
+        specimen.set_medium(self.parameters, self._medium)
+        return specimen
 
-    def _fitting_step_size(self) -> float:
-        limit, given = step_limit(self.largest_frequency), self.parameters.step_size
+    def _choose_step_size(self) -> float:
+        limit, given = step_limit(self.highest_frequency), self.parameters.step_size
         if given is None:
             return round_down_to_125(DEFAULT_PART * limit)
         if given > ALLOWED_PART * limit:
@@ -159,34 +159,34 @@ class Automata(Component):
         for edge in self.conditions.held_edges:
             text = f"force of the {edge} edge on the automata there, along x and y, where it prescribes the motion"
             yield Variable(f"{edge}_reaction", "output", "N", (2,), text, axes=("direction",))
-        if self.parameters.several_materials:
+        if self.parameters.has_several_materials:
             yield Variable("material_number", "output", "1", (n,), "number of its material, from 0", axes=("automaton",))
         if self.parameters.breakable:
             text = "what decides whether a pair breaks over its limit: 1 breaks it; 0 for a broken or an unloaded pair"
             yield Variable("criterion_ratio", "output", "1", (links,), text, minimum=0.0, axes=("link",))
-        if self.parameters.yields:
+        if self.parameters.can_yield:
             yield Variable("inelastic_strain", "output", "1", (n,), "mean of the pairs", axes=("automaton",))
 
     def _outputs(self) -> dict[str, Callable[[], Any]]:
-        steps = self.steps
+        specimen = self.specimen
         found: dict[str, Callable[[], Any]] = {
             **{name: (lambda view=self._block[name]: view) for name in ("displacement", "velocity", "rotation")},
             "angular_velocity": lambda: self._block["spin"],
             "speed": lambda: norms(self._block["velocity"]),
-            "dilation": steps.dilation,
-            "stress": steps.stress,
-            "linked": steps.linked,
-            "damage": steps.damage,
-            "broken_links": steps.broken_links,
-            "touching": steps.touching,
+            "dilation": specimen.dilation,
+            "stress": specimen.stress,
+            "linked": specimen.link_weights,
+            "damage": specimen.damage,
+            "broken_links": specimen.broken_link_count,
+            "touching": specimen.pressed_contact_count,
             **{f"{edge}_reaction": lambda edge=edge: self._reaction(edge) for edge in self.conditions.held_edges},
         }
-        if self.parameters.several_materials:
+        if self.parameters.has_several_materials:
             found["material_number"] = lambda: self.automaton_material.astype(np.float64)
-        if isinstance(steps, CrackingSpecimen) and self.parameters.breakable:
-            found["criterion_ratio"] = steps.criterion_ratio
-        if isinstance(steps, CrackingSpecimen) and self.parameters.yields:
-            found["inelastic_strain"] = steps.inelastic
+        if isinstance(specimen, CrackingSpecimen) and self.parameters.breakable:
+            found["criterion_ratio"] = specimen.criterion_ratio
+        if isinstance(specimen, CrackingSpecimen) and self.parameters.can_yield:
+            found["inelastic_strain"] = specimen.inelastic_strain
         return found
 
     # -- stepping ---------------------------------------------------------------------------------------------------
@@ -194,25 +194,25 @@ class Automata(Component):
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         for name, value in values.items():
             self._block["spin" if name == "angular_velocity" else name][...] = value
-        self.steps.start()
-        sums = self.steps.momenta()
-        self._block["start"][:] = sums[3] + sums[4] + ordered_sum(*self._stored().values()), *sums[:3]
+        self.specimen.start()
+        sums = self.specimen.momenta_and_energies()
+        self._block["start"][:] = sums[3] + sums[4] + ordered_sum(*self._stored_energies().values()), *sums[:3]
         return {}
 
     def _advance(self, ticks: int) -> int:
         status = 0
-        held, steps = self._held, self.steps
-        steps.load()
+        held, specimen = self._held, self.specimen
+        specimen.load_motion()
         if not any(isinstance(value, CompiledProfile) for value in held.values()):
-            self.conditions.apply(held, self._tick)
-            status = steps.advance(self._tick, ticks)
+            self.conditions.apply_inputs(held, self._tick)
+            status = specimen.advance(self._tick, ticks)
         else:
             for tick in range(self._tick, self._tick + ticks):
-                self.conditions.apply(held, tick)
-                status = steps.advance(tick, 1)
+                self.conditions.apply_inputs(held, tick)
+                status = specimen.advance(tick, 1)
                 if status:
                     break
-        steps.store()
+        specimen.store_motion()
         return status
 
     def _explain(self, status: int) -> StepError:
@@ -228,12 +228,12 @@ class Automata(Component):
     def _reaction(self, edge: str) -> FloatArray:
         """Return minus the forces on the automata of an edge, along prescribed components, shape (2,) [N]."""
         automata, own = self.conditions.held_edges[edge]
-        return 0.0 - np.where(own, self.steps.forces()[automata], 0.0).sum(axis=0)
+        return 0.0 - np.where(own, self.specimen.forces()[automata], 0.0).sum(axis=0)
 
-    def _stored(self) -> dict[str, float]:
+    def _stored_energies(self) -> dict[str, float]:
         """Return the energies of links and contacts [J]; forces belong to the middle of internal steps."""
         half = 0.5 * self.step_size
-        mean, found = self.steps.mean_energy(half), self.steps.stored(half)
+        mean, found = self.specimen.mean_energy(half), self.specimen.stored_energies(half)
         return {**found, "leapfrog_energy": ordered_sum(*found.values()) - mean}
 
     def balances(self) -> tuple[Balance, ...]:
@@ -242,11 +242,15 @@ class Automata(Component):
         `leapfrog_energy` is -h^2/8 times v K v, where K is the stiffness of links and contacts. With it, the scheme conserves
         the energy to rounding if strains are small.
         """
-        sums, start, (load, grip) = self.steps.momenta(), self._block["start"].copy(), self._block["tallies"].copy()
+        sums, start, (load, grip) = (
+            self.specimen.momenta_and_energies(),
+            self._block["start"].copy(),
+            self._block["tallies"].copy(),
+        )
         stored = {
             "kinetic_energy": float(sums[3]),
             "rotational_energy": float(sums[4]),
-            **self._stored(),
+            **self._stored_energies(),
         }
         work = {"input_work": float(load[loads.WORK] + grip[loads.WORK])}
         impulse = {"impulse": load[1:3], "boundary_impulse": grip[1:3]}
@@ -255,7 +259,7 @@ class Automata(Component):
             "boundary_angular_impulse": float(grip[loads.ANGULAR_IMPULSE]),
         }
         found = [
-            Balance("energy", "J", stored, work, self.steps.lost(), float(start[0])),
+            Balance("energy", "J", stored, work, self.specimen.dissipated_energies(), float(start[0])),
             Balance("momentum", "kg m/s", {"momentum": sums[:2]}, impulse, initial=start[1:3]),
         ]
         if not any(self.parameters.periodic):
@@ -266,12 +270,12 @@ class Automata(Component):
 
     def report(self) -> dict[str, float]:
         """Return the step over the largest stable one, the strains of links, and the fraction of broken links."""
-        part = 0.5 * self.largest_frequency * self.step_size
-        return {"step over the largest stable one, at rest": part, **self.steps.report()}
+        part = 0.5 * self.highest_frequency * self.step_size
+        return {"step over the largest stable one, at rest": part, **self.specimen.report()}
 
     def cautions(self) -> list[str]:
         """Return a caution if linked automata are much closer than a diameter."""
-        first, second, slots = self._pairs[self.steps.linked() == 1.0].T
+        first, second, slots = self._pairs[self.specimen.link_weights() == 1.0].T
         u, p = self._block["displacement"], self.parameters
         length = norms(p.diameter * self.packing.lattice.directions[slots] + u[second] - u[first]) / p.diameter
         short = np.flatnonzero(length < _NEAREST)
@@ -286,30 +290,30 @@ class Automata(Component):
 
     def nearest_kind(self, ratio: str, index: int) -> str:
         """Return the kind of event that a link is closest to."""
-        return self.steps.nearest_cause(index) if isinstance(self.steps, CrackingSpecimen) else ""
+        return self.specimen.nearest_event_kind(index) if isinstance(self.specimen, CrackingSpecimen) else ""
 
     def has_limit(self, ratio: str, index: int) -> bool:
         """Return whether a link can break."""
-        return not isinstance(self.steps, CrackingSpecimen) or self.steps.can_break(index)
+        return not isinstance(self.specimen, CrackingSpecimen) or self.specimen.can_break(index)
 
     def conclusions(self) -> list[str]:
         """Return the number of broken links and the first of them, or the link closest to breaking; and the pieces."""
-        if not isinstance(self.steps, CrackingSpecimen) or not self.parameters.breakable:
+        if not isinstance(self.specimen, CrackingSpecimen) or not self.parameters.breakable:
             return []
         said = [self.describe_links(self.packing.reference, self.step_size)]
-        return said + ([describe_pieces(self.steps.held_pairs(), self.mass)] if len(self.steps.breaks()) else [])
+        return said + ([describe_pieces(self.specimen.linked_pairs(), self.mass)] if len(self.specimen.break_events()) else [])
 
     def describe_links(self, reference: FloatArray, step_size: float, micro_steps: int = 1) -> str:
         """Return the state of breakable links, with automata at these positions; see `conclusions.describe_links`."""
-        assert isinstance(self.steps, CrackingSpecimen)
-        points = dataclasses.replace(self._points(), reference=reference)
-        return describe_links(self.steps, points, self._pairs[:, :2], step_size, micro_steps)
+        assert isinstance(self.specimen, CrackingSpecimen)
+        points = dataclasses.replace(self._drawable_points(), reference=reference)
+        return describe_links(self.specimen, points, self._pairs[:, :2], step_size, micro_steps)
 
     def drawables(self) -> tuple[Drawable, ...]:
         """Return the automata, rotated and coloured by damage (by speed if nothing can break), and their links."""
-        return self._points(), Links("links", "automata", np.ascontiguousarray(self._pairs[:, :2]), "linked")
+        return self._drawable_points(), Links("links", "automata", np.ascontiguousarray(self._pairs[:, :2]), "linked")
 
-    def _points(self) -> Points:
+    def _drawable_points(self) -> Points:
         radius = np.full(self.count, 0.5 * self.parameters.diameter)
         colour = "damage" if self.parameters.has_history else "speed"
         left, right, low, high = self.parameters.shape.bounds

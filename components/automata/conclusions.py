@@ -6,58 +6,60 @@ import numpy as np
 
 from ..drawables import Points
 from ..support.float_arrays import FloatArray
-from .cracking import CrackingSpecimen
+from .cracking_specimen import CrackingSpecimen
 from .materials import IntArray
 
 
-def describe_links(steps: CrackingSpecimen, points: Points, pairs: IntArray, step_size: float, micro_steps: int = 1) -> str:
+def describe_links(specimen: CrackingSpecimen, points: Points, pairs: IntArray, step_size: float, micro_steps: int = 1) -> str:
     """Return the number of broken links and the first of them, or the link that is closest to breaking.
 
     Args:
-        steps: of a specimen whose links can break.
+        specimen: its links can break.
         points: the automata as they are drawn.
         pairs: of all links, shape (links, 2).
         step_size: internal step of the component that has the events [s].
         micro_steps: steps of the automata per internal step.
     """
-    breaks, count = steps.breaks(), len(pairs)
+    breaks, count = specimen.break_events(), len(pairs)
     if not len(breaks):
-        ratio = steps.criterion_ratio()
+        ratio = specimen.criterion_ratio()
         nearest = int(ratio.argmax()) if count else 0
         if not count or not ratio[nearest] > 0.0:
             return f"none of {count} links broke"
-        where = _place_words(points, pairs[nearest])
+        where = _describe_place(points, pairs[nearest])
         return f"none of {count} links broke; the nearest, of {where}, is at {ratio[nearest]:.3g} of its limit now"
     tick, cause, index, value, limit = breaks[0].tolist()
     broken, again = len(np.unique(breaks[:, 2])), ""
-    if (held := broken - round(steps.broken_links())) > 0:
+    if (held := broken - round(specimen.broken_link_count())) > 0:
         again = f", {held} of which hold again"
-    kind = list(steps.event_kinds)[int(cause)].replace("_", " ")
-    unit = "" if (one := next(iter(steps.event_details.values())).unit) == "1" else f" {one}"
+    kind = list(specimen.event_kinds)[int(cause)].replace("_", " ")
+    unit = "" if (one := next(iter(specimen.event_details.values())).unit) == "1" else f" {one}"
     return (
-        f"{broken} of {count} links broke{again}; the first was a {kind} of {_place_words(points, pairs[int(index)])} at "
+        f"{broken} of {count} links broke{again}; the first was a {kind} of {_describe_place(points, pairs[int(index)])} at "
         f"{1e6 * np.ceil(tick / micro_steps) * step_size:.4g} us: {value:.6g}{unit} > {limit:.6g}{unit}"
     )
 
 
-def describe_pieces(held: IntArray, mass: FloatArray) -> str:
+def describe_pieces(linked_pairs: IntArray, mass: FloatArray) -> str:
     """Return the number of pieces of a body, and the mass fraction of the largest piece.
 
     Args:
-        held: connected bodies, by pairs, shape (m, 2).
+        linked_pairs: connected bodies, by pairs, shape (m, 2).
         mass: of each body, shape (n,) [kg].
     """
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
-    joins = coo_array((np.ones(len(held), np.int8), (held[:, 0], held[:, 1])), shape=(len(mass), len(mass)))
+    joins = coo_array(
+        (np.ones(len(linked_pairs), np.int8), (linked_pairs[:, 0], linked_pairs[:, 1])), shape=(len(mass), len(mass))
+    )
     pieces, piece = connected_components(joins, directed=False)
     # Rounded down, so that one of several pieces never has 100 %.
     largest = np.floor(1e4 * np.bincount(piece, mass).max() / mass.sum()) / 100.0
     return "1 piece" if pieces == 1 else f"{pieces} pieces; the largest has {largest:g} % of the mass"
 
 
-def _place_words(points: Points, pair: IntArray) -> str:
+def _describe_place(points: Points, pair: IntArray) -> str:
     """Return the automata that a link joins, and the initial position of its middle."""
     middle = points.reference[pair[0]] + 0.5 * points.shortest_vectors(pair[None])[0]
     return f"{points.name} {pair[0]} and {pair[1]} at ({', '.join(f'{one:.4g}' for one in middle)}) m"

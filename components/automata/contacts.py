@@ -41,7 +41,7 @@ SKIN = 0.3
 _FARTHEST = 2.0**30
 
 
-class Ground(NamedTuple):
+class ContactConstants(NamedTuple):
     """Positions of automata in whole numbers: differences are exact, and mirrored pairs have mirrored differences.
 
     Attributes:
@@ -72,7 +72,7 @@ class Contacts(NamedTuple):
         pairs: first automaton, second one, slot of the first if they were once linked (or -1), internal step t in which the
             link broke, or -1 - t if it was formed again; shape (m, 4), int64.
         slid: slip xi of each pair, shape (m,) [m].
-        rest: rest distance R of each pair, 0 for a new pair until `add_contacts` writes it, shape (m,) [m].
+        rest: rest distance R of each pair, 0 for a new pair until `add_contact_forces` writes it, shape (m,) [m].
         dashpot: force of the dashpot on the first automaton, for the next kick, shape (m, 2) [N]; scratch.
         used: number of contacts; the lists may be longer.
     """
@@ -84,13 +84,13 @@ class Contacts(NamedTuple):
     used: int
 
 
-def no_contacts() -> Contacts:
+def empty_contacts() -> Contacts:
     """Return empty lists of contacts."""
     return Contacts(np.zeros((0, 4), np.int64), np.zeros(0), np.zeros(0), np.zeros((0, 2)), 0)
 
 
 @internal_inlined
-def link_at(layout, pairs, row):
+def contact_link(layout, pairs, row):
     """Return the direction of the link of a contact, and the place where the link begins.
 
     In a periodic specimen a link may begin both at an automaton and at its ghost; this is the place of the automaton.
@@ -102,59 +102,59 @@ def link_at(layout, pairs, row):
 
 
 @internal
-def put(field, layout, pairs, row, value):
+def write_link_value(field, layout, pairs, row, value):
     """Write a value of the link of a contact, in a periodic specimen also at the ghost where it begins."""
-    q, p = link_at(layout, pairs, row)
+    q, p = contact_link(layout, pairs, row)
     field[q, p] = value
     end = layout.place[pairs[row, SECOND if pairs[row, SLOT] < layout.offset.size else FIRST]]
     field[q, end - layout.offset[q]] = value
 
 
 @internal_inlined
-def weight_of(layout, weight, pairs, row):
+def link_weight(layout, weight, pairs, row):
     """Return the weight of the link of a contact, 0 for a pair that was never linked; `weight` is that of `links.Histories`."""
     if pairs[row, SLOT] < 0:
         return 0.0
-    q, p = link_at(layout, pairs, row)
+    q, p = contact_link(layout, pairs, row)
     return weight[q, p]
 
 
 @internal_inlined
-def separation(ground, place, motion, i, j):
+def separation(constants, place, motion, i, j):
     """Return the vector from one automaton to another, x and y, and its length [m]."""
     p, q = place[i], place[j]
-    x = ground.unit[0] * (ground.places[j, 0] - ground.places[i, 0]) + (motion[X, q] - motion[X, p])
-    y = ground.unit[1] * (ground.places[j, 1] - ground.places[i, 1]) + (motion[Y, q] - motion[Y, p])
-    if ground.period[0] > 0.0:
-        x -= ground.period[0] * np.rint(x / ground.period[0])
-    if ground.period[1] > 0.0:
-        y -= ground.period[1] * np.rint(y / ground.period[1])
+    x = constants.unit[0] * (constants.places[j, 0] - constants.places[i, 0]) + (motion[X, q] - motion[X, p])
+    y = constants.unit[1] * (constants.places[j, 1] - constants.places[i, 1]) + (motion[Y, q] - motion[Y, p])
+    if constants.period[0] > 0.0:
+        x -= constants.period[0] * np.rint(x / constants.period[0])
+    if constants.period[1] > 0.0:
+        y -= constants.period[1] * np.rint(y / constants.period[1])
     return x, y, np.sqrt(x * x + y * y)
 
 
 @internal_inlined
-def stiffnesses(ground, i, j):
+def contact_stiffnesses(constants, i, j):
     """Return the stiffness of a contact along and across its line of centres, as two halves in series [N/m]."""
-    part = min(ground.part[i], ground.part[j])
-    return part * _in_series(ground.normal, i, j), part * _in_series(ground.tangential, i, j)
+    part = min(constants.part[i], constants.part[j])
+    return part * _series_stiffness(constants.normal, i, j), part * _series_stiffness(constants.tangential, i, j)
 
 
 @internal_inlined
-def _in_series(stiffness, i, j):
+def _series_stiffness(stiffness, i, j):
     if stiffness[i] == stiffness[j]:
         return stiffness[i]
     return 2.0 * (stiffness[i] * stiffness[j]) / (stiffness[i] + stiffness[j])
 
 
 @internal_inlined
-def _earlier_weight(release, start, weight):
+def _weight_before_kick(release_ticks, start, weight):
     """Return the weight of a contact before the present kick; its link may have the mean weight of this step."""
     if 0.0 < weight < 1.0:
-        return weight - 0.5 / release if start >= 0 else weight + 0.5 / release
+        return weight - 0.5 / release_ticks if start >= 0 else weight + 0.5 / release_ticks
     return weight
 
 
-class Approach(NamedTuple):
+class RelativeMotion(NamedTuple):
     """Velocity of the second automaton of a pair relative to the first, and half of the sum of both spins."""
 
     vx: float
@@ -163,10 +163,12 @@ class Approach(NamedTuple):
 
 
 @internal_inlined
-def approach(place, motion, i, j):
-    """Return the `Approach` of two automata."""
+def relative_motion(place, motion, i, j):
+    """Return the `RelativeMotion` of two automata."""
     p, q = place[i], place[j]
-    return Approach(motion[VX, q] - motion[VX, p], motion[VY, q] - motion[VY, p], 0.5 * (motion[SPIN, p] + motion[SPIN, q]))
+    return RelativeMotion(
+        motion[VX, q] - motion[VX, p], motion[VY, q] - motion[VY, p], 0.5 * (motion[SPIN, p] + motion[SPIN, q])
+    )
 
 
 @internal_inlined
@@ -176,7 +178,7 @@ def sliding_speed(relative, nx, ny, r):
 
 
 @internal_inlined
-def _way_slid(relative, x, y, r, time):
+def _slip_increment(relative, x, y, r, time):
     """Return the slip of the second automaton over the first in a straight drift of `time` [s] to the present position [m].
 
     It is the mean along the directions before and after the drift, because the kicks work along both. Sums are second order.
@@ -188,47 +190,47 @@ def _way_slid(relative, x, y, r, time):
 
 
 @internal_inlined
-def _kink_work(relative, x, y, r, before, after, time):
+def _closure_work_error(relative, x, y, r, rest_before, overlap_after, time):
     """Return the work of kicks of a unit spring minus its energy change, in a drift in which a pair closes or opens [m^2].
 
     Args:
-        relative: the `Approach` in the drift.
+        relative: the `RelativeMotion` in the drift.
         x: component of the vector from the first automaton to the second after the drift [m].
         y: second component [m].
         r: its length [m].
-        before: rest distance before the drift [m].
-        after: overlap after it [m].
+        rest_before: rest distance before the drift [m].
+        overlap_after: overlap after it [m].
         time: of the drift [s].
     """
     old_x, old_y = x - time * relative.vx, y - time * relative.vy
     old_r = np.sqrt(old_x * old_x + old_y * old_y)
-    overlap = before - old_r
-    if after > 0.0 and not overlap > 0.0:
-        return 0.5 * after * (-time * (relative.vx * x + relative.vy * y) / r - after)
-    if overlap > 0.0 and not after > 0.0 and old_r > 0.0:
+    overlap = rest_before - old_r
+    if overlap_after > 0.0 and not overlap > 0.0:
+        return 0.5 * overlap_after * (-time * (relative.vx * x + relative.vy * y) / r - overlap_after)
+    if overlap > 0.0 and not overlap_after > 0.0 and old_r > 0.0:
         return -0.5 * overlap * (time * (relative.vx * old_x + relative.vy * old_y) / old_r - overlap)
     return 0.0
 
 
 @internal
-def contact_energy(medium, motion, contacts, row, later):
-    """Return the energy of a contact; `later` is the time of slip since `slid` was recorded [s]."""
+def contact_energy(medium, motion, contacts, row, slip_time):
+    """Return the energy of a contact; `slip_time` is the time of slip since `slid` was recorded [s]."""
     layout, i, j = medium.body.layout, contacts.pairs[row, FIRST], contacts.pairs[row, SECOND]
-    x, y, r = separation(medium.ground, layout.place, motion, i, j)
+    x, y, r = separation(medium.contact_constants, layout.place, motion, i, j)
     overlap = contacts.rest[row] - r
     if not overlap > 0.0 or r == 0.0:
         return 0.0
     slid = contacts.slid[row]
-    if later > 0.0:
-        slid += later * sliding_speed(approach(layout.place, motion, i, j), x / r, y / r, r)
-    normal, tangential = stiffnesses(medium.ground, i, j)
+    if slip_time > 0.0:
+        slid += slip_time * sliding_speed(relative_motion(layout.place, motion, i, j), x / r, y / r, r)
+    normal, tangential = contact_stiffnesses(medium.contact_constants, i, j)
     # The contact acts with the released fraction of its link.
-    weight = 1.0 - weight_of(layout, medium.histories.weight, contacts.pairs, row)
+    weight = 1.0 - link_weight(layout, medium.histories.weight, contacts.pairs, row)
     return 0.5 * weight * (normal * overlap * overlap + tangential * slid * slid)
 
 
 @internal
-def add_contacts(medium, motion, contacts, time, cells):
+def add_contact_forces(medium, motion, contacts, time, cells):
     """Add the forces of contacts in order, and update their slip; forces on the two automata are bitwise opposite.
 
     Args:
@@ -241,11 +243,11 @@ def add_contacts(medium, motion, contacts, time, cells):
     Returns:
         The energies dissipated by friction, and by dashpots in addition to `dashpot_power` [J].
     """
-    rubbed, damped, ground, layout = 0.0, 0.0, medium.ground, medium.body.layout
+    rubbed, damped, constants, layout = 0.0, 0.0, medium.contact_constants, medium.body.layout
     for row in range(contacts.used):
         i, j = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND]
         p, q = layout.place[i], layout.place[j]
-        x, y, r = separation(ground, layout.place, motion, i, j)
+        x, y, r = separation(constants, layout.place, motion, i, j)
         known, before = contacts.rest[row], contacts.slid[row]
         rest = min(medium.body.diameter, max(known, r))
         contacts.rest[row] = rest
@@ -254,30 +256,30 @@ def add_contacts(medium, motion, contacts, time, cells):
         if r == 0.0:
             contacts.slid[row] = 0.0
             continue
-        weight = 1.0 - weight_of(layout, medium.histories.weight, contacts.pairs, row)
-        relative = approach(layout.place, motion, i, j)
-        normal, tangential = stiffnesses(ground, i, j)
-        if ground.damping > 0.0 and time > 0.0:
-            damped += weight * normal * _kink_work(relative, x, y, r, known, overlap, time)
+        weight = 1.0 - link_weight(layout, medium.histories.weight, contacts.pairs, row)
+        relative = relative_motion(layout.place, motion, i, j)
+        normal, tangential = contact_stiffnesses(constants, i, j)
+        if constants.damping > 0.0 and time > 0.0:
+            damped += weight * normal * _closure_work_error(relative, x, y, r, known, overlap, time)
         if before == 0.0 and not overlap > 0.0:
             continue
-        slid = before + _way_slid(relative, x, y, r, time)
+        slid = before + _slip_increment(relative, x, y, r, time)
         # No slip is kept by a pair that has separated.
-        most = ground.friction * normal * max(overlap, 0.0) / tangential
+        most = constants.friction * normal * max(overlap, 0.0) / tangential
         kept = min(max(slid, -most), most)
         # The kicks before and after have the mean of both forces: this mean times the released slip is dissipated.
-        earlier = _earlier_weight(medium.law.release, contacts.pairs[row, START], weight)
+        earlier = _weight_before_kick(medium.law.release, contacts.pairs[row, START], weight)
         rubbed += 0.5 * earlier * tangential * (before + kept) * (slid - kept)
         contacts.slid[row] = kept
         if not overlap > 0.0:
             continue
         nx, ny = x / r, y / r
         push, drag = weight * normal * overlap, weight * tangential * kept
-        if ground.damping > 0.0:
+        if constants.damping > 0.0:
             closing = -(relative.vx * nx + relative.vy * ny)
             one, other = medium.body.cells[MASS, p], medium.body.cells[MASS, q]
             mass = one * other / (one + other)
-            more = max(2.0 * ground.damping * np.sqrt(weight * normal * mass) * closing, -push)
+            more = max(2.0 * constants.damping * np.sqrt(weight * normal * mass) * closing, -push)
             contacts.dashpot[row, 0], contacts.dashpot[row, 1] = -more * nx, -more * ny
             push += more
         fx, fy = -push * nx - drag * ny, -push * ny + drag * nx
@@ -295,7 +297,7 @@ def dashpot_power(place, contacts, motion):
     """Return the dissipation of the dashpots at these velocities, with their current forces [W]; `place` is of a `Layout`."""
     power = 0.0
     for row in range(contacts.used):
-        relative = approach(place, motion, contacts.pairs[row, FIRST], contacts.pairs[row, SECOND])
+        relative = relative_motion(place, motion, contacts.pairs[row, FIRST], contacts.pairs[row, SECOND])
         power += contacts.dashpot[row, 0] * relative.vx
         power += contacts.dashpot[row, 1] * relative.vy
     return power
@@ -305,53 +307,53 @@ def dashpot_power(place, contacts, motion):
 
 
 def find_pairs(
-    positions: FloatArray, exposed: npt.NDArray[np.int64], reach: float, period: tuple[float, float]
+    positions: FloatArray, automata: npt.NDArray[np.int64], reach: float, period: tuple[float, float]
 ) -> npt.NDArray[np.int64]:
     """Return the pairs of these automata that are closer than `reach`, first < second, sorted, shape (m, 2).
 
     Args:
         positions: of all automata, shape (n, 2) [m]; finite, and at most 2^30 `reach` from the origin.
-        exposed: automata to include, in increasing order, shape (k,).
+        automata: automata to include, in increasing order, shape (k,).
         reach: [m].
         period: of a periodic specimen along x and y, 0 if not periodic [m].
     """
     from scipy.spatial import cKDTree  # type: ignore[attr-defined]
 
-    if not len(exposed):
+    if not len(automata):
         return np.zeros((0, 2), np.int64)
-    points, lengths = positions[exposed], np.array(period)
+    points, lengths = positions[automata], np.array(period)
     closed = lengths > 0.0
     points[:, closed] %= lengths[closed]
     # The modulo of a position a rounding error below 0 can be the whole period.
     points[:, closed] *= points[:, closed] < lengths[closed]
     pairs = cKDTree(points, boxsize=lengths).query_pairs(reach, output_type="ndarray")
-    found = exposed[np.sort(pairs.astype(np.int64), axis=1)]
+    found = automata[np.sort(pairs.astype(np.int64), axis=1)]
     return found[np.lexsort(found.T[::-1])]
 
 
-def can_be_found(positions: FloatArray, reach: float) -> bool:
+def is_within_search_range(positions: FloatArray, reach: float) -> bool:
     """Return whether all positions are finite and not absurdly far out."""
     return bool((np.abs(positions) < _FARTHEST * reach).all())
 
 
-def merge(
-    old: tuple[npt.NDArray[np.int64], FloatArray, FloatArray],
-    kept: npt.NDArray[np.bool_],
-    found: npt.NDArray[np.int64],
+def merge_contacts(
+    known_contacts: tuple[npt.NDArray[np.int64], FloatArray, FloatArray],
+    is_releasing: npt.NDArray[np.bool_],
+    present_pairs: npt.NDArray[np.int64],
     count: int,
 ) -> tuple[npt.NDArray[np.int64], FloatArray, FloatArray]:
     """Return the present contacts: pairs found, and pairs whose link is being released, with their histories.
 
     Args:
-        old: pairs, slid and rest, see `Contacts`, shapes (m, 4), (m,) and (m,).
-        kept: mask of old pairs that are being released, shape (m,).
-        found: present pairs, see `Contacts`, sorted, shape (k, 4).
+        known_contacts: pairs, slid and rest, see `Contacts`, shapes (m, 4), (m,) and (m,).
+        is_releasing: mask of old pairs that are being released, shape (m,).
+        present_pairs: present pairs, see `Contacts`, sorted, shape (k, 4).
         count: number of automata.
     """
-    old_pairs, old_slid, old_rest = old
-    keys, old_keys = found[:, 0] * count + found[:, 1], old_pairs[:, 0] * count + old_pairs[:, 1]
-    kept = kept & ~np.isin(old_keys, keys)
-    rows, keys = np.concatenate([found, old_pairs[kept]]), np.concatenate([keys, old_keys[kept]])
+    old_pairs, old_slid, old_rest = known_contacts
+    keys, old_keys = present_pairs[:, 0] * count + present_pairs[:, 1], old_pairs[:, 0] * count + old_pairs[:, 1]
+    is_releasing = is_releasing & ~np.isin(old_keys, keys)
+    rows, keys = np.concatenate([present_pairs, old_pairs[is_releasing]]), np.concatenate([keys, old_keys[is_releasing]])
     order = np.argsort(keys, kind="stable")
     rows, keys = rows[order], keys[order]
     slid, rest = np.zeros((2, len(rows)))

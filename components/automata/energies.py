@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from ..support.dispatch import dispatch_by_class
 from ..support.jit import internal, internal_inlined, jit
-from .contacts import FIRST, SECOND, contact_energy, link_at
+from .contacts import FIRST, SECOND, contact_energy, contact_link
 from .lattice import EPS, FACE, FIRST_SHARE, GAMMA, LAME, MISSING, SECOND_SHARE, SHEAR, VOLUME
-from .links import ACROSS, ALONG, Mixture, Uniform
+from .links import ACROSS, ALONG, MixedModuli, UniformModuli
 
 
 @internal
@@ -22,7 +22,7 @@ def condensation(body, h, p):
 
 
 @internal_inlined
-def _counted_strain(h, links, q, p):
+def _counted_link_strain(h, links, q, p):
     return h.weight[q, p] * (links[EPS, q, p] - h.origin_eps[q, p]) + (1.0 - h.weight[q, p]) * h.plastic_eps[q, p]
 
 
@@ -32,15 +32,15 @@ def dilation(body, h, links, p):
     total = 0.0
     for q in range(body.layout.offset.size - 1, -1, -1):
         b = p - body.layout.offset[q]
-        total += body.links[FIRST_SHARE, q, p] * _counted_strain(h, links, q, p)
-        total += body.links[SECOND_SHARE, q, b] * _counted_strain(h, links, q, b)
+        total += body.links[FIRST_SHARE, q, p] * _counted_link_strain(h, links, q, p)
+        total += body.links[SECOND_SHARE, q, b] * _counted_link_strain(h, links, q, b)
     return total / condensation(body, h, p)
 
 
 @internal
 def link_energy(medium, links, q, p):
     """Return the energy of a link alone, for a weight of 1 [J]."""
-    body, h, moduli = medium.body, medium.histories, medium.mixture.moduli
+    body, h, moduli = medium.body, medium.histories, medium.link_moduli.moduli
     eps = (links[EPS, q, p] - h.origin_eps[q, p]) - h.plastic_eps[q, p]
     gamma = (links[GAMMA, q, p] - h.origin_gamma[q, p]) - h.plastic_gamma[q, p]
     stiffness = moduli[ALONG, q, p] * (eps * eps) + moduli[ACROSS, q, p] * (gamma * gamma)
@@ -55,33 +55,33 @@ def volume_energy(body, h, links, p):
 
 
 @dispatch_by_class
-def division_energy(mixture, body, h, links, q, p):
+def division_energy(link_moduli, body, h, links, q, p):
     """Return the decrease of a link's energy by the division of its strain, for a weight of 1 [J]."""
 
 
-@division_energy.register(Uniform)
-def _no_energy(mixture, body, h, links, q, p):
+@division_energy.register(UniformModuli)
+def _no_division_energy(link_moduli, body, h, links, q, p):
     return 0.0
 
 
-@division_energy.register(Mixture)
-def _division_energy(mixture, body, h, links, q, p):
-    compliance, shear, lame = mixture.compliance[q, p], body.cells[SHEAR], body.cells[LAME]
+@division_energy.register(MixedModuli)
+def _division_energy(link_moduli, body, h, links, q, p):
+    compliance, shear, lame = link_moduli.compliance[q, p], body.cells[SHEAR], body.cells[LAME]
     if compliance == 0.0:
         return 0.0
     j = p + body.layout.offset[q]
-    theta, other = dilation(body, h, links, p), dilation(body, h, links, _source(body.layout.ghosts, j))
+    theta, other = dilation(body, h, links, p), dilation(body, h, links, _source_place(body.layout.ghosts, j))
     eps = links[EPS, q, p] - h.origin_eps[q, p]
     stress = (shear[p] - shear[j]) * eps + 0.5 * (lame[p] * theta - lame[j] * other)
     return 0.5 * body.links[FACE, q, p] * body.diameter * compliance * stress * stress
 
 
 @dispatch_by_class
-def divisions_around(mixture, body, h, links, ends, link):
+def neighbour_division_energy(link_moduli, body, h, links, ends, link):
     """Return the decrease of the energies of all links of two neighbours by the divisions of strains [J].
 
     Args:
-        mixture: of the medium.
+        link_moduli: of the medium.
         body: a `lattice.Body`.
         h: `links.Histories`.
         links: of a `lattice.Scratch`.
@@ -90,29 +90,29 @@ def divisions_around(mixture, body, h, links, ends, link):
     """
 
 
-@divisions_around.register(Uniform)
-def _no_divisions(mixture, body, h, links, ends, link):
+@neighbour_division_energy.register(UniformModuli)
+def _no_neighbour_division_energy(link_moduli, body, h, links, ends, link):
     return 0.0
 
 
-@divisions_around.register(Mixture)
-def _divisions_around(mixture, body, h, links, ends, link):
+@neighbour_division_energy.register(MixedModuli)
+def _neighbour_division_energy(link_moduli, body, h, links, ends, link):
     # Both ends count the link between them; subtract it once.
-    total = -_weighted_division(mixture, body, h, links, link[0], link[1])
+    total = -_weighted_division_energy(link_moduli, body, h, links, link[0], link[1])
     for end in ends:
         for q in range(body.layout.offset.size):
-            total += _weighted_division(mixture, body, h, links, q, end)
-            total += _weighted_division(mixture, body, h, links, q, end - body.layout.offset[q])
+            total += _weighted_division_energy(link_moduli, body, h, links, q, end)
+            total += _weighted_division_energy(link_moduli, body, h, links, q, end - body.layout.offset[q])
     return total
 
 
 @internal
-def _weighted_division(mixture, body, h, links, q, p):
-    return h.weight[q, p] * division_energy(mixture, body, h, links, q, _source(body.layout.ghosts, p))
+def _weighted_division_energy(link_moduli, body, h, links, q, p):
+    return h.weight[q, p] * division_energy(link_moduli, body, h, links, q, _source_place(body.layout.ghosts, p))
 
 
 @internal
-def _source(ghosts, p):
+def _source_place(ghosts, p):
     """Return the place of the automaton that a ghost copies; for other places the place itself."""
     for row in range(ghosts.shape[0]):
         if ghosts[row, 0] == p:
@@ -121,10 +121,10 @@ def _source(ghosts, p):
 
 
 @jit
-def stored_energies(medium, motion, links, contacts, later):
+def stored_energies(medium, motion, links, contacts, slip_time):
     """Return the energy of links and volumes, and the energy of contacts [J]; `links` of a `lattice.Scratch`.
 
-    `later` is the time of slip since `slid` was recorded [s].
+    `slip_time` is the time of slip since `slid` was recorded [s].
     """
     total, of_contacts, body, h = 0.0, 0.0, medium.body, medium.histories
     for i in range(body.layout.place.size):
@@ -133,20 +133,20 @@ def stored_energies(medium, motion, links, contacts, later):
         for q in range(body.layout.offset.size):
             weight = h.weight[q, p]
             if weight > 0.0:
-                total += weight * (link_energy(medium, links, q, p) - division_energy(medium.mixture, body, h, links, q, p))
+                total += weight * (link_energy(medium, links, q, p) - division_energy(medium.link_moduli, body, h, links, q, p))
     for row in range(contacts.used):
-        of_contacts += contact_energy(medium, motion, contacts, row, later)
+        of_contacts += contact_energy(medium, motion, contacts, row, slip_time)
     return total, of_contacts
 
 
 @internal
-def whole_energy(medium, motion, links, contacts, row):
+def pair_energy(medium, motion, links, contacts, row):
     """Return the energy of a contact, its link and both volumes, minus the divisions of their links [J]."""
     body, h = medium.body, medium.histories
     i, j = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND]
     first, second = body.layout.place[i], body.layout.place[j]
-    q, p = link_at(body.layout, contacts.pairs, row)
+    q, p = contact_link(body.layout, contacts.pairs, row)
     energy = volume_energy(body, h, links, first) + volume_energy(body, h, links, second)
     energy += h.weight[q, p] * link_energy(medium, links, q, p)
-    energy -= divisions_around(medium.mixture, body, h, links, (first, second), (q, p))
+    energy -= neighbour_division_energy(medium.link_moduli, body, h, links, (first, second), (q, p))
     return energy + contact_energy(medium, motion, contacts, row, 0.0)

@@ -99,7 +99,7 @@ class Scratch(NamedTuple):
     cells: FloatArray
 
 
-def lay_out(packing: Packing) -> Layout:
+def make_layout(packing: Packing) -> Layout:
     """Return the places of the automata of a packing, with rows as close in memory as possible."""
     hexagonal = packing.lattice.name == "hexagonal"
     steps = packing.lattice.steps
@@ -114,7 +114,7 @@ def lay_out(packing: Packing) -> Layout:
     row = where[:, 1] - where[:, 1].min()
     # Position along x, or along the oblique axis of a hexagonal packing, which shifts by half a diameter to the left per row.
     along = (where[:, 0] - where[:, 1]) // 2 if hexagonal else where[:, 0]
-    stride = _least_stride(row, along)
+    stride = _smallest_row_stride(row, along)
     place = row * stride + along
     offset = np.array([1, stride, stride - 1] if hexagonal else [1, stride], np.int64)
     place += stride - place.min()
@@ -122,7 +122,7 @@ def lay_out(packing: Packing) -> Layout:
     return Layout(place[: len(at)], offset, copies, stride, int(place.max()) + 1)
 
 
-def _least_stride(row: IntArray, along: IntArray) -> int:
+def _smallest_row_stride(row: IntArray, along: IntArray) -> int:
     """Return the smallest distance between rows in memory at which no row begins before the row below has ended."""
     stride, rows = 2, np.unique(row)
     ends = np.array([[along[row == one].min(), along[row == one].max()] for one in rows.tolist()])
@@ -141,7 +141,7 @@ def make_body(packing: Packing, density: FloatArray, moduli: FloatArray, thickne
         moduli: G and lambda of each automaton, shape (n, 2) [Pa].
         thickness: extent along z [m].
     """
-    layout, volume = lay_out(packing), packing.volume * thickness
+    layout, volume = make_layout(packing), packing.volume * thickness
     mass = density * volume
     half = packing.lattice.slots // 2
     links = np.zeros((3, half, layout.size))
@@ -188,7 +188,7 @@ def make_scratch(body: Body, *, histories: bool) -> Scratch:
 
 
 @jit
-def load(layout, displacement, velocity, rotation, spin, motion):
+def load_motion(layout, displacement, velocity, rotation, spin, motion):
     """Write the state of automata, arrays of shapes (n, 2), (n, 2), (n,) and (n,), to the fields of a `Motion`."""
     for i in range(layout.place.size):
         p = layout.place[i]
@@ -199,8 +199,8 @@ def load(layout, displacement, velocity, rotation, spin, motion):
 
 
 @jit
-def store(layout, displacement, velocity, rotation, spin, motion):
-    """Write the fields of a `Motion` to the state of automata; arguments as in `load`."""
+def store_motion(layout, displacement, velocity, rotation, spin, motion):
+    """Write the fields of a `Motion` to the state of automata; arguments as in `load_motion`."""
     for i in range(layout.place.size):
         p = layout.place[i]
         displacement[i, 0], displacement[i, 1], rotation[i] = motion[X, p], motion[Y, p], motion[ANGLE, p]

@@ -1,7 +1,7 @@
 """Links that weaken, yield and break: strains, tractions, forces, and the ratio to their breaking limit.
 
-As in `linked`, with the weight w of each link (1 while it holds, decreasing to 0 during its release), the remaining fraction g
-of its stiffness, and its plastic strains:
+As in `linked_specimen`, with the weight w of each link (1 while it holds, decreasing to 0 during its release), the remaining
+fraction g of its stiffness, and its plastic strains:
 
     theta_i = sum_j c (w eps + (1 - w) eps_p) / (1 + a),      a = (c* + sum_j (1 - w) c / g) lambda / 2 G
     f_n = w S (2 G g (eps - eps_p) + (lambda_i theta_i + lambda_j theta_j) / 2),      f_t = w S 2 G g (gamma - gamma_p)
@@ -34,7 +34,6 @@ import numpy as np
 from ..support.dispatch import dispatch_by_class
 from ..support.float_arrays import FloatArray
 from ..support.jit import internal, internal_inlined, jit
-from .breaking.criterion import LinkStress, failure
 from .lattice import (
     COUNTED,
     DEVIATOR,
@@ -70,8 +69,9 @@ from .lattice import (
     copy_to_ghosts,
     update_ghosts,
 )
-from .pair import equivalent_stress, strain_links, sum_forces, sum_over_links, sum_shares, virial
-from .responses import Flows, History, NoFlow, flow_of, respond
+from .laws.criterion import LinkStress, failure_measure
+from .laws.responses import ElasticResponses, History, LinkResponses, link_response_constants, updated_history
+from .pair_strains import equivalent_stress, sum_link_forces, sum_over_links, sum_shares, virial, write_link_strains
 
 # Rows of moduli.
 ALONG, ACROSS = 0, 1
@@ -99,13 +99,13 @@ class Histories(NamedTuple):
     origin_gamma: FloatArray
 
 
-class Uniform(NamedTuple):
+class UniformModuli(NamedTuple):
     """Moduli of links: G_i + G_j and 2 G_ij, shape (2, directions, m) [Pa]."""
 
     moduli: FloatArray
 
 
-class Mixture(NamedTuple):
+class MixedModuli(NamedTuple):
     """Moduli of links within and between several materials.
 
     Attributes:
@@ -117,15 +117,15 @@ class Mixture(NamedTuple):
     compliance: FloatArray
 
 
-class Law(NamedTuple):
+class LinkLaws(NamedTuple):
     """The laws of links.
 
     Attributes:
-        response: `Flows`, or `NoFlow`.
-        criterion: constants of a criterion, or `breaking.criterion.Weaker`.
+        response: `LinkResponses`, or `ElasticResponses`.
+        criterion: constants of a criterion, or `laws.criterion.WeakerLaw`.
         factors: of the strength of each link, shape (directions, m).
         release: number of internal steps in which a broken link is released, or a new one formed.
-        linking: see `welding.Relinking.constants`.
+        linking: see `relinking.Relinking.constants`.
         linking_ticks: number of internal steps between searches for pairs to link again; 0 for never.
     """
 
@@ -143,19 +143,19 @@ class Medium(NamedTuple):
     Attributes:
         body: a `lattice.Body`.
         histories: `Histories`.
-        mixture: `Uniform`, or a `Mixture`.
-        law: a `Law`.
-        ground: a `contacts.Ground`.
+        link_moduli: `UniformModuli`, or a `MixedModuli`.
+        law: a `LinkLaws`.
+        contact_constants: a `contacts.ContactConstants`.
     """
 
     body: Body
     histories: Histories
-    mixture: Any
-    law: Law
-    ground: Any
+    link_moduli: Any
+    law: LinkLaws
+    contact_constants: Any
 
 
-def make_mixture(body: Body, several: bool) -> Uniform | Mixture:
+def make_link_moduli(body: Body, has_several_materials: bool) -> UniformModuli | MixedModuli:
     """Return the moduli of the links of automata."""
     moduli, compliance = np.ones((2, *body.links.shape[1:])), np.zeros(body.links.shape[1:])
     shear, lame, (face, *shares) = body.cells[SHEAR], body.cells[LAME], body.links
@@ -177,17 +177,17 @@ def make_mixture(body: Body, several: bool) -> Uniform | Mixture:
         i, j = slice(0, len(coupling) - o), slice(o, None)
         stiffness = moduli[ALONG, q, i] + (coupling[i] + coupling[j])
         compliance[q, i] = np.where(differing[q], 1.0 / stiffness, 0.0)
-    return Mixture(moduli, compliance) if several else Uniform(moduli)
+    return MixedModuli(moduli, compliance) if has_several_materials else UniformModuli(moduli)
 
 
 # -- strains and tractions --------------------------------------------------------------------------------------------------
 
 
 @internal
-def strain_medium(medium, motion, scratch):
+def write_medium_strains(medium, motion, scratch):
     """Write the strains of all links and the volumetric strains, for the present histories."""
     body, h, links, cells = medium.body, medium.histories, scratch.links, scratch.cells
-    strain_links(body, motion, scratch)
+    write_link_strains(body, motion, scratch)
     # 1 / (1 + a): the factor of free and released faces in the volumetric strains.
     for q in range(links.shape[1]):
         for p in range(links.shape[2]):
@@ -205,24 +205,24 @@ def strain_medium(medium, motion, scratch):
     for p in range(cells.shape[1]):
         cells[DILATION, p] *= cells[STIFFENING, p]
     update_ghosts(body.layout.ghosts, cells[DILATION])
-    divide_strains(medium.mixture, medium, scratch)
+    divide_strains(medium.link_moduli, medium, scratch)
     for p in range(cells.shape[1]):
         cells[PRESSURE, p] = cells[DILATION, p] * body.cells[LAME, p]
         cells[DEVIATOR, p] = cells[DILATION, p] * body.cells[SHEAR, p]
 
 
 @dispatch_by_class
-def divide_strains(mixture, medium, scratch):
+def divide_strains(link_moduli, medium, scratch):
     """Divide the strains of links between two materials, and correct the volumetric strains."""
 
 
-@divide_strains.register(Uniform)
-def _divide_nothing(mixture, medium, scratch):
+@divide_strains.register(UniformModuli)
+def _divide_no_strains(link_moduli, medium, scratch):
     return None
 
 
-@divide_strains.register(Mixture)
-def _divide_strains(mixture, medium, scratch):
+@divide_strains.register(MixedModuli)
+def _divide_strains(link_moduli, medium, scratch):
     body, links, theta, weight = medium.body, scratch.links, scratch.cells[DILATION], medium.histories.weight
     shear, lame, correction = body.cells[SHEAR], body.cells[LAME], scratch.cells[PRESSURE]
     for q in range(links.shape[1]):
@@ -230,7 +230,7 @@ def _divide_strains(mixture, medium, scratch):
         for p in range(theta.size - o):
             eps = links[EPS, q, p] - medium.histories.origin_eps[q, p]
             pressing = 0.5 * (lame[p] * theta[p] - lame[p + o] * theta[p + o])
-            division = -mixture.compliance[q, p] * ((shear[p] - shear[p + o]) * eps + pressing)
+            division = -link_moduli.compliance[q, p] * ((shear[p] - shear[p + o]) * eps + pressing)
             links[DIVISION, q, p] = division
             links[FIRST_TERM, q, p] = body.links[FIRST_SHARE, q, p] * division * weight[q, p]
             links[SECOND_TERM, q, p] = body.links[SECOND_SHARE, q, p] * division * weight[q, p]
@@ -242,9 +242,9 @@ def _divide_strains(mixture, medium, scratch):
 
 
 @internal
-def pull_medium(medium, scratch):
+def write_medium_tractions(medium, scratch):
     """Write the tractions of all links for the present strains."""
-    h, moduli, links, cells = medium.histories, medium.mixture.moduli, scratch.links, scratch.cells
+    h, moduli, links, cells = medium.histories, medium.link_moduli.moduli, scratch.links, scratch.cells
     for q in range(links.shape[1]):
         pressure_j = cells[PRESSURE, medium.body.layout.offset[q] :]
         for p in range(pressure_j.size):
@@ -253,21 +253,21 @@ def pull_medium(medium, scratch):
             gamma = (links[GAMMA, q, p] - h.origin_gamma[q, p]) - h.plastic_gamma[q, p]
             links[NORMAL, q, p] = moduli[ALONG, q, p] * left * eps + 0.5 * (cells[PRESSURE, p] + pressure_j[p])
             links[TANGENTIAL, q, p] = moduli[ACROSS, q, p] * left * gamma
-    add_division(medium.mixture, medium.body, links)
+    add_division_tractions(medium.link_moduli, medium.body, links)
 
 
 @dispatch_by_class
-def add_division(mixture, body, links):
+def add_division_tractions(link_moduli, body, links):
     """Add the contribution of the strain division to the tractions of links."""
 
 
-@add_division.register(Uniform)
-def _add_nothing(mixture, body, links):
+@add_division_tractions.register(UniformModuli)
+def _add_no_tractions(link_moduli, body, links):
     return None
 
 
-@add_division.register(Mixture)
-def _add_division(mixture, body, links):
+@add_division_tractions.register(MixedModuli)
+def _add_division_tractions(link_moduli, body, links):
     for q in range(links.shape[1]):
         o = body.layout.offset[q]
         for p in range(links.shape[2] - o):
@@ -275,7 +275,7 @@ def _add_division(mixture, body, links):
 
 
 @internal
-def stress_medium(medium, scratch):
+def write_medium_stresses(medium, scratch):
     """Write the stresses of the automata from the tractions of their links."""
     links, weight = scratch.links, medium.histories.weight
     for q in range(links.shape[1]):
@@ -289,7 +289,7 @@ def stress_medium(medium, scratch):
 
 
 @internal
-def force_medium(medium, scratch):
+def write_medium_forces(medium, scratch):
     """Write the forces and torques of the links on the automata, from their tractions."""
     links, weight = scratch.links, medium.histories.weight
     for q in range(links.shape[1]):
@@ -298,13 +298,13 @@ def force_medium(medium, scratch):
             fn, ft = area * links[NORMAL, q, p], area * links[TANGENTIAL, q, p]
             links[FIRST_TERM, q, p], links[SECOND_TERM, q, p] = fn * ex - ft * ey, fn * ey + ft * ex
             links[TURNING, q, p] = (1.0 + links[EPS, q, p]) * ft - links[GAMMA, q, p] * fn
-    sum_forces(medium.body, links, scratch.cells)
+    sum_link_forces(medium.body, links, scratch.cells)
 
 
 # -- breaking ---------------------------------------------------------------------------------------------------------------
 
 
-class _Ends(NamedTuple):
+class _EndFields(NamedTuple):
     """Fields of the automata at the ends of the links of one direction: lambda theta, G theta, and the stresses."""
 
     pressure: FloatArray
@@ -315,9 +315,11 @@ class _Ends(NamedTuple):
 
 
 @internal_inlined
-def _ends_of(layout, cells, q):
+def _end_fields(layout, cells, q):
     o = layout.offset[q]
-    return _Ends(cells[PRESSURE, o:], cells[DEVIATOR, o:], cells[STRESS_XX, o:], cells[STRESS_YY, o:], cells[STRESS_XY, o:])
+    return _EndFields(
+        cells[PRESSURE, o:], cells[DEVIATOR, o:], cells[STRESS_XX, o:], cells[STRESS_YY, o:], cells[STRESS_XY, o:]
+    )
 
 
 @internal_inlined
@@ -330,7 +332,7 @@ def _mean_stresses(cells, ends, stiffness, p):
 
 
 @internal_inlined
-def _judge(law, histories, scratch, ends, q, p):
+def _criterion_value(law, histories, scratch, ends, q, p):
     """Return the decisive quantity of a link, its limit, and the number of the cause.
 
     The mean stress of both automata acts along the face of a link.
@@ -343,35 +345,37 @@ def _judge(law, histories, scratch, ends, q, p):
     equivalent = equivalent_stress(normal, side, 3.0 * mean - normal - side, tangential)
     eps, gamma = links[EPS, q, p] - histories.origin_eps[q, p], links[GAMMA, q, p] - histories.origin_gamma[q, p]
     number = q * links.shape[2] + p
-    return failure(law.criterion, LinkStress(eps, gamma, normal, tangential, equivalent, mean, law.factors[q, p], number))
+    return failure_measure(
+        law.criterion, LinkStress(eps, gamma, normal, tangential, equivalent, mean, law.factors[q, p], number)
+    )
 
 
 @internal
-def count_failing(medium, scratch):
+def count_failing_links(medium, scratch):
     """Return the number of links that meet their breaking criterion."""
     failing = 0
     for q in range(scratch.links.shape[1]):
-        ends = _ends_of(medium.body.layout, scratch.cells, q)
+        ends = _end_fields(medium.body.layout, scratch.cells, q)
         for p in range(ends.xx.size):
-            value, limit, _ = _judge(medium.law, medium.histories, scratch, ends, q, p)
+            value, limit, _ = _criterion_value(medium.law, medium.histories, scratch, ends, q, p)
             failing += 1 if (medium.histories.weight[q, p] == 1.0) & (value >= limit) else 0
     return failing
 
 
 @jit
-def measure_criteria(medium, scratch, found):
+def write_criterion_values(medium, scratch, out):
     """Write the decisive quantity of each link, its limit, and the number of the cause, shape (3, directions, m)."""
     for q in range(scratch.links.shape[1]):
-        ends = _ends_of(medium.body.layout, scratch.cells, q)
+        ends = _end_fields(medium.body.layout, scratch.cells, q)
         for p in range(ends.xx.size):
-            found[0, q, p], found[1, q, p], found[2, q, p] = _judge(medium.law, medium.histories, scratch, ends, q, p)
+            out[0, q, p], out[1, q, p], out[2, q, p] = _criterion_value(medium.law, medium.histories, scratch, ends, q, p)
 
 
 # -- flow -------------------------------------------------------------------------------------------------------------------
 
 
 @dispatch_by_class
-def let_flow(response, medium, motion, scratch, time):
+def yield_links(response, medium, motion, scratch, time):
     """Let links yield at the present strains, and return the energy dissipated by flow and degradation [J].
 
     Args:
@@ -383,28 +387,28 @@ def let_flow(response, medium, motion, scratch, time):
     """
 
 
-@let_flow.register(NoFlow)
-def _let_nothing_flow(response, medium, motion, scratch, time):
+@yield_links.register(ElasticResponses)
+def _yield_no_links(response, medium, motion, scratch, time):
     return 0.0
 
 
-@let_flow.register(Flows)
-def _let_flow(response, medium, motion, scratch, time):
+@yield_links.register(LinkResponses)
+def _yield_links(response, medium, motion, scratch, time):
     lost, layout, histories, size = 0.0, medium.body.layout, medium.histories, scratch.links.shape[2]
     for q in range(layout.offset.size):
-        ends = _ends_of(layout, scratch.cells, q)
+        ends = _end_fields(layout, scratch.cells, q)
         for p in range(ends.xx.size):
-            law = flow_of(response, q * size + p)
-            equivalent = _mean_equivalent(scratch.cells, ends, histories.stiffness[q, p], p)
+            law = link_response_constants(response, q * size + p)
+            equivalent = _mean_equivalent_stress(scratch.cells, ends, histories.stiffness[q, p], p)
             if histories.weight[q, p] == 1.0 and equivalent > law.onset:
-                taken = _flow(law, medium, motion, scratch, (q, p), equivalent, time)
+                taken = _yield_link(law, medium, motion, scratch, (q, p), equivalent, time)
                 # A link that ends at an automaton with a ghost is stored twice.
-                lost += taken if _is_real(layout.ghosts, p) else 0.0
+                lost += taken if _is_automaton(layout.ghosts, p) else 0.0
     return lost
 
 
 @internal
-def _is_real(ghosts, p):
+def _is_automaton(ghosts, p):
     """Return whether a place does not belong to a ghost."""
     for row in range(ghosts.shape[0]):
         if ghosts[row, 0] == p:
@@ -413,7 +417,7 @@ def _is_real(ghosts, p):
 
 
 @internal_inlined
-def _mean_equivalent(cells, ends, stiffness, p):
+def _mean_equivalent_stress(cells, ends, stiffness, p):
     """Return the equivalent stress of the mean stress of both automata [Pa].
 
     All pairs of an automaton then yield together. With their own tractions they would not: the decrease of the deviator by one
@@ -424,7 +428,7 @@ def _mean_equivalent(cells, ends, stiffness, p):
 
 
 @internal
-def _flow(law, medium, motion, scratch, link, equivalent, time):
+def _yield_link(law, medium, motion, scratch, link, equivalent, time):
     """Write the history of a link that yields, and return the dissipated energy [J].
 
     It is the work of the kicks before and after the drift minus the change of the link's energy, so that the balance of a step
@@ -439,7 +443,7 @@ def _flow(law, medium, motion, scratch, link, equivalent, time):
     eps, gamma = scratch.links[EPS, q, p] - h.origin_eps[q, p], scratch.links[GAMMA, q, p] - h.origin_gamma[q, p]
     theta, shear = 0.5 * (scratch.cells[DILATION, p] + scratch.cells[DILATION, j]), body.cells[SHEAR, p]
     before = History(h.plastic_eps[q, p], h.plastic_gamma[q, p], 1.0 + h.stiffness[q, p], h.inelastic[q, p])
-    after = respond(law, before, equivalent, eps, gamma, theta, shear)
+    after = updated_history(law, before, equivalent, eps, gamma, theta, shear)
     along, across = strain_rates(body, motion, scratch, q, p)
     ux, uy = eps - before.eps - time * along, gamma - before.gamma - time * across
     wx, wy, g, k = eps - after.eps, gamma - after.gamma, before.stiffness, after.stiffness

@@ -87,7 +87,7 @@ def kick(body, motion, forces, time):
 
 
 @internal
-def count_fast(motion, limit):
+def count_fast_automata(motion, limit):
     """Return the number of automata whose squared speed exceeds a limit or is NaN."""
     fast = 0
     for p in range(motion.shape[1]):
@@ -106,7 +106,7 @@ def largest_speed(motion):
 
 
 @internal_inlined
-def keep_velocities(place, motion, before):
+def save_velocities(place, motion, before):
     """Write the velocities and spins of automata before a kick, shape (k, 3)."""
     for row in range(place.size):
         p = place[row]
@@ -125,8 +125,8 @@ def kick_with_inputs(body, motion, forces, inputs, time):
         time: of the kick [s].
     """
     load, grip, tally = inputs.load, inputs.grip, inputs.tallies[0]
-    keep_velocities(load.place, motion, load.before)
-    keep_velocities(grip.place, motion, grip.before)
+    save_velocities(load.place, motion, load.before)
+    save_velocities(grip.place, motion, grip.before)
     for row in range(load.place.size):
         p = load.place[row]
         fx, fy, turning = load.force[row, 0], load.force[row, 1], load_torque(load, row)
@@ -138,7 +138,7 @@ def kick_with_inputs(body, motion, forces, inputs, time):
         x, y = body.cells[X, p] + motion[X, p], body.cells[Y, p] + motion[Y, p]
         tally[ANGULAR_IMPULSE] += time * (x * fy - y * fx + turning)
     kick(body, motion, forces, time)
-    hold(body, motion, forces, inputs, time)
+    hold_grip(body, motion, forces, inputs, time)
     for row in range(load.place.size):
         # Force times the mean of the velocities before and after, likewise for torques.
         p = load.place[row]
@@ -149,7 +149,7 @@ def kick_with_inputs(body, motion, forces, inputs, time):
 
 
 @spliced
-def hold(body, motion, forces, inputs, time):
+def hold_grip(body, motion, forces, inputs, time):
     """Set the velocities of held automata after a kick, and tally work and impulse of the grip; arguments as above."""
     grip, tally = inputs.grip, inputs.tallies[1]
     for row in range(grip.place.size):

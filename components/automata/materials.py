@@ -9,11 +9,11 @@ import numpy.typing as npt
 
 from ..errors import ParameterError
 from ..materials.elastic import Material, material
-from .breaking.criterion import Weaker
 from .lattice import Layout
+from .laws.criterion import WeakerLaw
+from .laws.responses import ElasticResponses, LinkResponses, ResponseConstants
 from .packing import Packing
 from .parameters import AutomataParameters
-from .responses import Flow, Flows, NoFlow
 
 IntArray = npt.NDArray[np.int64]
 
@@ -49,25 +49,29 @@ def lame_constants(solid: Material) -> tuple[float, float]:
     return shear, 2.0 * shear * solid.poisson / (1.0 - 2.0 * solid.poisson)
 
 
-def make_response(parameters: AutomataParameters, rows: IntArray) -> Flows | NoFlow:
-    """Return the response of links for kernels; `rows` are the result of `law_rows`. Links of two materials do not yield."""
+def make_response(parameters: AutomataParameters, law_numbers: IntArray) -> LinkResponses | ElasticResponses:
+    """Return the response of links for kernels; `law_numbers` as in `link_law_numbers`. Links of two materials do not yield."""
     p, count = parameters, len(parameters.materials)
-    if not p.yields:
-        return NoFlow()
-    flows = [one.flow() for one in p.responses] + [Flow(np.inf, 0.0, 0.0)]
-    return Flows(np.array(flows), np.where(rows[:, 0] == rows[:, 1], np.minimum(rows[:, 0], count), count))
+    if not p.can_yield:
+        return ElasticResponses()
+    rows = [one.constants() for one in p.responses] + [ResponseConstants(np.inf, 0.0, 0.0)]
+    return LinkResponses(
+        np.array(rows), np.where(law_numbers[:, 0] == law_numbers[:, 1], np.minimum(law_numbers[:, 0], count), count)
+    )
 
 
-def make_criterion(parameters: AutomataParameters, rows: IntArray) -> Any:
-    """Return the criterion of links for kernels; `rows` are the result of `law_rows`."""
+def make_criterion(parameters: AutomataParameters, law_numbers: IntArray) -> Any:
+    """Return the criterion of links for kernels; `law_numbers` are the result of `link_law_numbers`."""
     p, leading = parameters, parameters.leading_criterion
-    if not p.several_materials or not p.breakable:
-        return leading.law()
+    if not p.has_several_materials or not p.breakable:
+        return leading.constants()
     criteria = p.criteria + [one.criterion for one in p.interfaces]
-    return Weaker(tuple(one.law() if one.causes else leading.unbreakable() for one in criteria), rows)
+    return WeakerLaw(tuple(one.constants() if one.causes else leading.unbreakable_constants() for one in criteria), law_numbers)
 
 
-def law_rows(parameters: AutomataParameters, numbers: IntArray, packing: Packing, layout: Layout) -> IntArray:
+def link_law_numbers(
+    parameters: AutomataParameters, automaton_materials: IntArray, packing: Packing, layout: Layout
+) -> IntArray:
     """Return the numbers of the two laws of each link, shape (directions x m, 2).
 
     The materials' laws come first, then those of the interfaces.
@@ -81,6 +85,6 @@ def law_rows(parameters: AutomataParameters, numbers: IntArray, packing: Packing
     rows = np.zeros((half, layout.size, 2), np.int64)
     for q in range(half):
         there = packing.neighbours[:, q]
-        laws = table[numbers, numbers[there]]
+        laws = table[automaton_materials, automaton_materials[there]]
         rows[q, layout.place], rows[q, layout.place[there] - layout.offset[q]] = laws, laws
     return rows.reshape(-1, 2)

@@ -115,12 +115,12 @@ class Packing:
             found.append(np.stack([first, self.neighbours[first, slot], np.full(len(first), slot)], axis=1))
         return np.concatenate(found).astype(np.int64)
 
-    def nearest(self, x: float, y: float) -> int:
+    def nearest_automaton(self, x: float, y: float) -> int:
         """Return the automaton nearest to a point [m]; the first of equally near ones."""
         return int(np.argmin((self.reference[:, 0] - x) ** 2 + (self.reference[:, 1] - y) ** 2))
 
 
-def pack(name: str, shape: Shape, diameter: float, periodic: tuple[bool, bool] = (False, False)) -> Packing:
+def pack_shape(name: str, shape: Shape, diameter: float, periodic: tuple[bool, bool] = (False, False)) -> Packing:
     """Return the automata that fill a shape.
 
     Args:
@@ -133,12 +133,12 @@ def pack(name: str, shape: Shape, diameter: float, periodic: tuple[bool, bool] =
         ParameterError: a straight side does not lie on the lattice, or the shape contains no pair of automata.
     """
     lattice = LATTICES[name]
-    _refuse_misfit(lattice, shape, diameter, periodic)
+    _refuse_misfit_sides(lattice, shape, diameter, periodic)
     _refuse_idle_holes(lattice, shape, diameter)
     places = _places_inside(lattice, shape, diameter, periodic)
     if not len(places) and shape.holes:
         raise ParameterError("nothing is left of the shape", at=("shape", "holes"))
-    turns = _turns(lattice, shape, diameter, periodic)
+    turns = _lattice_periods(lattice, shape, diameter, periodic)
     _refuse_own_neighbours(lattice, turns)
     neighbours = _neighbours(lattice, places, turns)
     linked = neighbours != np.arange(len(places))[:, np.newaxis]
@@ -180,7 +180,7 @@ def pack(name: str, shape: Shape, diameter: float, periodic: tuple[bool, bool] =
     )
 
 
-def _refuse_misfit(lattice: Lattice, shape: Shape, diameter: float, periodic: tuple[bool, bool]) -> None:
+def _refuse_misfit_sides(lattice: Lattice, shape: Shape, diameter: float, periodic: tuple[bool, bool]) -> None:
     """Refuse straight sides between the rows of the lattice; name the two nearest positions that fit."""
     faults = []
     for name, axis, place, rows in shape.straight_sides():
@@ -233,24 +233,24 @@ def _lattice_points(lattice: Lattice, shape: Shape, diameter: float) -> tuple[np
     return places, np.array(shape.anchor) + unit * places
 
 
-def _turns(lattice: Lattice, shape: Shape, diameter: float, periodic: tuple[bool, bool]) -> tuple[int, int]:
+def _lattice_periods(lattice: Lattice, shape: Shape, diameter: float, periodic: tuple[bool, bool]) -> tuple[int, int]:
     """Return the periods of a packing along x and y in lattice units, 0 if not periodic."""
     left, right, low, high = shape.bounds
     extent = np.array([right - left, high - low]) / (diameter * lattice.unit)
     return int(round(extent[0])) * periodic[0], int(round(extent[1])) * periodic[1]
 
 
-def _refuse_own_neighbours(lattice: Lattice, turns: tuple[int, int]) -> None:
+def _refuse_own_neighbours(lattice: Lattice, periods: tuple[int, int]) -> None:
     """Refuse a periodic packing so narrow that an automaton would be its own neighbour."""
     if any(
-        all(step % turn == 0 if turn else step == 0 for step, turn in zip(one, turns, strict=True)) for one in lattice.steps
+        all(step % turn == 0 if turn else step == 0 for step, turn in zip(one, periods, strict=True)) for one in lattice.steps
     ):
         raise ParameterError(
             "an automaton of this periodic specimen is its own neighbour", expected="at least 2 diameters across", at="shape"
         )
 
 
-def _neighbours(lattice: Lattice, places: npt.NDArray[np.int64], turns: tuple[int, int]) -> npt.NDArray[np.int64]:
+def _neighbours(lattice: Lattice, places: npt.NDArray[np.int64], periods: tuple[int, int]) -> npt.NDArray[np.int64]:
     """Return the neighbours of each automaton; the automaton itself if a neighbour is missing."""
     low = places.min(axis=0) - 2
     width = places.max(axis=0) - low + 3
@@ -259,7 +259,7 @@ def _neighbours(lattice: Lattice, places: npt.NDArray[np.int64], turns: tuple[in
     neighbours = np.empty((len(places), lattice.slots), np.int64)
     for slot, step in enumerate(lattice.steps):
         other = places + step
-        for axis, turn in enumerate(turns):
+        for axis, turn in enumerate(periods):
             if turn:
                 other[:, axis] %= turn
         neighbours[:, slot] = table[(other[:, 1] - low[1]) * width[0] + other[:, 0] - low[0]]

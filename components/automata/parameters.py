@@ -22,10 +22,10 @@ from ..support.parameter_fields import (
 )
 from ..support.tagged_union import ByName
 from ..support.validation import Parameters
-from .breaking import ChosenCriteria, ChosenCriterion, Criterion, Unbreakable
-from .responses import ChosenResponses, Linear, Response
+from .laws import ChosenCriteria, ChosenCriterion, Criterion, Unbreakable
+from .laws.responses import ChosenResponses, Linear, Response
+from .relinking import ChosenRelinking, NoRelinking
 from .shapes import ChosenShape, Rectangle
-from .welding import ChosenRelinking, Never
 
 __all__ = ["BOUNDARIES", "AutomataParameters", "Place"]
 
@@ -129,7 +129,7 @@ class AutomataParameters(Parameters):
         ge=0.0, le=1.0,
     )  # fmt: skip
     relinking: ChosenRelinking = field(
-        Never(), "what links broken pairs again: none or cold_welding; a table {name = ..., ...}", "1"
+        NoRelinking(), "what links broken pairs again: none or cold_welding; a table {name = ..., ...}", "1"
     )
     boundaries: dict[str, ChosenBoundary] = field(
         {}, "what left, right, bottom and top do: free (the default), fixed, symmetry, periodic, velocity, traction", "1",
@@ -179,7 +179,7 @@ class AutomataParameters(Parameters):
             raise ParameterError(
                 "links what has broken, and nothing breaks; choose a criterion, or leave relinking out", at="relinking"
             )
-        if self.relinking.kinds and self.several_materials:
+        if self.relinking.kinds and self.has_several_materials:
             raise ParameterError(
                 "knows no pairs of two materials", hint="give one material, or leave relinking out", at="relinking"
             )
@@ -198,16 +198,16 @@ class AutomataParameters(Parameters):
         if self.regions and self.automaton_material is not None:
             raise ParameterError("`regions` says it too", hint="give one of them", at="automaton_material")
         for place, region in enumerate(self.regions):
-            _refuse_unknown(("regions", place, "material"), region.material, count)
+            _refuse_unknown_material(("regions", place, "material"), region.material, count)
         for place, number in enumerate(self.automaton_material or ()):
-            _refuse_unknown(("automaton_material", place), number, count)
+            _refuse_unknown_material(("automaton_material", place), number, count)
         return self
 
     @model_validator(mode="after")
     def _validate_interfaces(self) -> AutomataParameters:
         for place, interface in enumerate(self.interfaces):
             for end, number in enumerate(interface.materials):
-                _refuse_unknown(("interfaces", place, "materials", end), number, len(self.materials))
+                _refuse_unknown_material(("interfaces", place, "materials", end), number, len(self.materials))
             if interface.materials[0] == interface.materials[1]:
                 raise ParameterError(
                     f"got {interface.materials}", expected="two different materials", at=("interfaces", place, "materials")
@@ -233,7 +233,7 @@ class AutomataParameters(Parameters):
         return self.material if isinstance(self.material, list) else [self.material]
 
     @property
-    def several_materials(self) -> bool:
+    def has_several_materials(self) -> bool:
         """Return whether there is more than one material."""
         return len(self.materials) > 1
 
@@ -258,19 +258,19 @@ class AutomataParameters(Parameters):
         return bool(self.leading_criterion.causes)
 
     @property
-    def yields(self) -> bool:
+    def can_yield(self) -> bool:
         """Return whether any pair can yield."""
         return not all(one.elastic for one in self.responses)
 
     @property
     def has_history(self) -> bool:
         """Return whether any pair can yield or break."""
-        return self.breakable or self.yields
+        return self.breakable or self.can_yield
 
     @property
-    def has_bonds(self) -> bool:
+    def has_individual_links(self) -> bool:
         """Return whether links are computed one by one: they can yield or break, or there are several materials."""
-        return self.has_history or self.several_materials
+        return self.has_history or self.has_several_materials
 
     @property
     def periodic(self) -> tuple[bool, bool]:
@@ -279,7 +279,7 @@ class AutomataParameters(Parameters):
         return left, bottom
 
 
-def _refuse_unknown(place: Location, number: int, count: int) -> None:
+def _refuse_unknown_material(place: Location, number: int, count: int) -> None:
     """Refuse a material number that does not exist."""
     if number >= count:
         raise ParameterError(f"got {number}", expected=f"0 to {count - 1}", at=place)

@@ -139,12 +139,12 @@ class Polygon(Shape):
     @model_validator(mode="after")
     def _validate_area(self) -> Polygon:
         corners = np.array(self.corners)
-        if not abs(_area(corners)) > 1e-12 * float(np.ptp(corners, axis=0).max()) ** 2:
+        if not abs(_polygon_area(corners)) > 1e-12 * float(np.ptp(corners, axis=0).max()) ** 2:
             raise ParameterError(f"got {one_line(self.corners)}", expected="a polygon with an area", at="corners")
         twice = np.flatnonzero((corners == np.roll(corners, -1, axis=0)).all(axis=1))
         if len(twice):
             raise ParameterError(f"corner {twice[0]} is followed by itself", hint="give each corner once", at="corners")
-        meeting = _first_meeting(corners)
+        meeting = _first_crossing_sides(corners)
         if meeting is not None:
             raise ParameterError(
                 f"side {meeting[0]} meets side {meeting[1]}",
@@ -188,33 +188,38 @@ class Polygon(Shape):
         return sides
 
 
-def _area(corners: FloatArray) -> float:
+def _polygon_area(corners: FloatArray) -> float:
     x, y = corners.T
     return 0.5 * float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
 
 
-def _first_meeting(corners: FloatArray) -> tuple[int, int] | None:
+def _first_crossing_sides(corners: FloatArray) -> tuple[int, int] | None:
     """Return the numbers of two non-adjacent sides that cross or touch, or None."""
     limit, ends, count = _TOUCHING * float(np.ptp(corners, axis=0).max()), np.roll(corners, -1, axis=0), len(corners)
     for first in range(count):
         a, b = corners[first], ends[first]
         others = np.array([other for other in range(first + 2, count) if (other + 1) % count != first], np.int64)
         c, d = corners[others], ends[others]
-        crosses = (_turn(a, b, c) * _turn(a, b, d) < 0.0) & (_turn(c, d, a) * _turn(c, d, b) < 0.0)
-        near = np.minimum.reduce([_distance(a, c, d), _distance(b, c, d), _distance(c, a, b), _distance(d, a, b)]) <= limit
+        crosses = (_double_area(a, b, c) * _double_area(a, b, d) < 0.0) & (_double_area(c, d, a) * _double_area(c, d, b) < 0.0)
+        near = (
+            np.minimum.reduce(
+                [_segment_distance(a, c, d), _segment_distance(b, c, d), _segment_distance(c, a, b), _segment_distance(d, a, b)]
+            )
+            <= limit
+        )
         if (crosses | near).any():
             return first, int(others[(crosses | near).argmax()])
     return None
 
 
-def _distance(point: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
+def _segment_distance(point: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
     """Return the distances of points from sides, shape (k,) [m]; each argument has the shape (2,) or (k, 2)."""
     way, offset = end - start, point - start
     part = np.clip((way * offset).sum(axis=-1) / (way * way).sum(axis=-1), 0.0, 1.0)
     return norms(offset - part[..., np.newaxis] * way)
 
 
-def _turn(a: FloatArray, b: FloatArray, c: FloatArray) -> Any:
+def _double_area(a: FloatArray, b: FloatArray, c: FloatArray) -> Any:
     """Return twice the signed area of the triangles a, b, c."""
     ab, ac = b - a, c - a
     return ab[..., 0] * ac[..., 1] - ab[..., 1] * ac[..., 0]

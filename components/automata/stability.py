@@ -22,22 +22,22 @@ ALLOWED_PART, DEFAULT_PART = 0.9, 0.7
 _found = {breakable: ResultCache() for breakable in (False, True)}
 
 
-def largest_frequency(body: Body, update: Callable[[Motion, Scratch], object], breakable: bool) -> float:
+def highest_frequency(body: Body, update_forces: Callable[[Motion, Scratch], object], has_histories: bool) -> float:
     """Return a lower estimate of the highest frequency of small motions of a linked packing [rad/s].
 
     Args:
         body: the packing.
-        update: writes the forces and torques of a motion to a scratch.
-        breakable: whether `update` uses the kernels of breakable links; results then differ in their last bits.
+        update_forces: writes the forces and torques of a motion to a scratch.
+        has_histories: whether `update_forces` uses the kernels of breakable links; results then differ in their last bits.
     """
-    return _found[breakable].get((*body.layout, *body[1:]), lambda: _compute_frequency(body, update, breakable))
+    return _found[has_histories].get((*body.layout, *body[1:]), lambda: _compute_frequency(body, update_forces, has_histories))
 
 
-def _compute_frequency(body: Body, update: Callable[[Motion, Scratch], object], breakable: bool) -> float:
+def _compute_frequency(body: Body, update_forces: Callable[[Motion, Scratch], object], has_histories: bool) -> float:
     place, length = body.layout.place, body.diameter
     mass, inertia = body.cells[MASS : INERTIA + 1, place]
     units, weights = np.array([length, length, 1.0]), np.stack([mass, mass, inertia])
-    scratch, motion = make_scratch(body, histories=breakable), np.zeros((6, body.layout.size))
+    scratch, motion = make_scratch(body, histories=has_histories), np.zeros((6, body.layout.size))
     vector = (uniform(1, 1, 3 * len(place)).reshape(len(place), 3) - 0.5).T
     square, rounds = 0.0, 0
     while rounds < _MOST_ROUNDS:
@@ -48,7 +48,7 @@ def _compute_frequency(body: Body, update: Callable[[Motion, Scratch], object], 
             size = _AMPLITUDE / np.sqrt(norm / (mass[0] * length * length))
             motion[:VX, place] = size * units[:, np.newaxis] * vector
             copy_to_ghosts(body.layout, motion)
-            update(motion, scratch)
+            update_forces(motion, scratch)
             (x, y, w), force = motion[:VX, place], scratch.cells[: TORQUE + 1, place]
             work = -ordered_sum(x * force[0] + y * force[1] + w * force[2])
             norm = ordered_sum(mass * (x * x + y * y) + inertia * w * w)

@@ -11,8 +11,8 @@ import numpy.typing as npt
 from ..errors import ParameterError
 from ..materials.elastic import Material
 from ..support.parameter_fields import MOST
-from .breaking import Criterion
-from .breaking.criterion import LinkStress, failure
+from .laws import Criterion
+from .laws.criterion import LinkStress, failure_measure
 from .packing import LATTICES
 
 # -- waves ------------------------------------------------------------------------------------------------------------------
@@ -98,19 +98,19 @@ def uniaxial_strength(
         raise ParameterError(f"got {packing!r}", expected=f"one of {', '.join(LATTICES)}", at="packing")
     unit, nu = -1.0 if compression else 1.0, material.poisson
     equivalent, mean = math.sqrt(1.0 - nu + nu * nu), unit * (1.0 + nu) / 3.0
-    largest, law = 0.0, criterion.law()
+    largest, law = 0.0, criterion.constants()
     for x, y in LATTICES[packing].directions:
         # Rounded, so that a link along the load has exactly zero shear.
-        along, across = (round(one, 12) for one in _components(x, y, angle))
+        along, across = (round(one, 12) for one in _load_components(x, y, angle))
         normal, tangential = unit * along * along, unit * along * across
         eps = (1.0 + nu) * ((1.0 - nu) * along * along - nu * across * across) * unit / material.young
         gamma = (1.0 + nu) * abs(tangential) / material.young
-        value, limit, _ = failure(law, LinkStress(eps, gamma, normal, tangential, equivalent, mean, 1.0, 0))
+        value, limit, _ = failure_measure(law, LinkStress(eps, gamma, normal, tangential, equivalent, mean, 1.0, 0))
         largest = max(largest, value / limit)
     return 1.0 / largest if largest > 1.0 / MOST else math.inf
 
 
-def _components(x: float, y: float, angle: float) -> tuple[float, float]:
+def _load_components(x: float, y: float, angle: float) -> tuple[float, float]:
     """Return the components of a direction along and across the load."""
     return x * math.cos(angle) + y * math.sin(angle), y * math.cos(angle) - x * math.sin(angle)
 
@@ -154,7 +154,7 @@ def confined_strength(pressure: float, cohesion: float, friction: float) -> floa
         cohesion: shear traction that breaks a pair without pressure [Pa].
         friction: tan(phi), below 1 / sqrt(3); above it, no axial pressure causes sliding.
     """
-    axial = _axial_part(friction)
+    axial = _axial_factor(friction)
     return math.inf if axial == 0.0 else (cohesion + 0.25 * (math.sqrt(3.0) + friction) * pressure) / axial
 
 
@@ -163,10 +163,10 @@ def confining_pressure(strain: float, young: float, poisson: float, friction: fl
 
     At this pressure `platen_stress` equals `confined_strength`; it is 0 if none is needed. Arguments as in these functions.
     """
-    axial = _axial_part(friction)
+    axial = _axial_factor(friction)
     needed = platen_stress(strain, 0.0, young, poisson) * axial - cohesion
     return max(needed / (0.25 * (math.sqrt(3.0) + friction) - poisson / (1.0 - poisson) * axial), 0.0)
 
 
-def _axial_part(friction: float) -> float:
+def _axial_factor(friction: float) -> float:
     return max(0.25 * (math.sqrt(3.0) - 3.0 * friction), 0.0)

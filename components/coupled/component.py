@@ -11,9 +11,9 @@ import numpy as np
 from ..automata.component import Automata
 from ..automata.conclusions import describe_pieces
 from ..automata.contacts import SKIN
-from ..automata.cracking import CrackingSpecimen
+from ..automata.cracking_specimen import CrackingSpecimen
 from ..automata.lattice import FORCE_Y, MASS, TORQUE, VX, X, Y, copy_to_ghosts
-from ..automata.linked import TOO_FAST as TOO_FAST_ALONE
+from ..automata.linked_specimen import TOO_FAST as TOO_FAST_ALONE
 from ..automata.loads import TALLY_ROWS, WORK
 from ..balances import Balance
 from ..component import Component
@@ -27,30 +27,30 @@ from ..parts import make_part, part_drawable, part_readers, part_values, part_va
 from ..state_block import Layout
 from ..support.float_arrays import FloatArray, ordered_sum
 from ..variables import Variable
-from .exchange import EXCHANGE_TALLY, IMPULSE, WORK_ON_AUTOMATA, WORK_ON_GRID, Exchange, assemble
+from .automaton_search import AutomatonSearch, common_sides, points_in_cells
+from .edge_loads import EdgeInputs
+from .energy_sums import EnergySums, leapfrog_energy, make_energy_sums
+from .exchange import EXCHANGE_TALLY, IMPULSE, WORK_ON_AUTOMATA, WORK_ON_GRID, Exchange, assemble_interface_forces
 from .interface import Interface, carried_mass, find_interface
-from .loads import EdgeInputs
+from .kernels import BREAK, DONE, INVERTED, MICRO, PROGRESS, ROW, SEARCH, TOO_FAST, CallProgress, advance
 from .parameters import CoupledParameters
-from .parts import AutomataPart, Cracking, GridPart, Seam
-from .places import Places, common_sides, points_in_cells
+from .parts import AutomataPart, CrackingPart, GridPart, Seam
 from .schemes import Impulses, Literal, Lockstep
 from .side_contacts import (
     Sides,
     add_side_forces,
-    find_near,
+    extend_interface,
+    find_close_pairs,
     free_sides,
-    include_nodes,
     make_sides,
 )
 from .step_sizes import choose_steps
-from .sums import Sums, leapfrog, sum_up
-from .ticks import BREAK, DONE, INVERTED, MICRO, PROGRESS, ROW, SEARCH, TOO_FAST, Course, advance
 
 # Largest displacement of an automaton in one of its steps, as a fraction of its diameter.
 _LARGEST_MOVE = 0.1
 # Energies of the parts, declared as outputs.
 _PART_ENERGIES = ("grid_kinetic_energy", "grid_elastic_energy", "automata_kinetic_energy", "automata_elastic_energy")
-# `_advance` returns this plus the status of the automata if they fail, and `ticks.INVERTED` if the grid fails.
+# `_advance` returns this plus the status of the automata if they fail, and `kernels.INVERTED` if the grid fails.
 _AUTOMATA_FAILED = 16
 
 
@@ -76,27 +76,27 @@ class Coupled(Component):
         # Both parts are first built alone: their frequencies bound the step, and their states must be sized.
         grid, automata = make_part(Grid, self, "grid"), make_part(Automata, self, "automata")
         self._find_interface(grid, automata)
-        chosen = choose_steps(self.parameters, 2.0 / grid.highest_frequency, 2.0 / automata.largest_frequency)
+        chosen = choose_steps(self.parameters, 2.0 / grid.highest_frequency, 2.0 / automata.highest_frequency)
         self.step_size, self.micro_steps = chosen.step, chosen.micro
         self.grid_step_part, self.automata_step_part = chosen.grid_part, chosen.automata_part
         self._lay_out_state(grid, automata)
         self.carried_mass: FloatArray = carried_mass(self.interface, len(self.grid.mesh.nodes), self._automata_mass)
         self.mass: FloatArray = np.concatenate([self.grid.mass, self._automata_mass])
-        self.grid.attach(self.carried_mass, self.interface.nodes.tolist())
+        self.grid.attach_mass(self.carried_mass, self.interface.nodes.tolist())
         self._make_parts()
 
     def _find_interface(self, grid: Grid, automata: Automata) -> None:
         """Find the interface."""
         mesh, packing, shape = grid.mesh, automata.packing, automata.parameters.shape
         origin = np.array(self.parameters.origin)
-        places = Places(packing, shape, origin, automata.parameters.periodic)
+        search = AutomatonSearch(packing, shape, origin, automata.parameters.periodic)
         self.interface: Interface = find_interface(
-            mesh, grid.parameters.boundaries, grid.joined, packing, automata.mass, shape, origin, places
+            mesh, grid.parameters.boundaries, grid.joined_nodes, packing, automata.mass, shape, origin, search
         )
         self._automata_mass: FloatArray = automata.mass
         if self.parameters.side_contacts:
             self._free_sides: IntArray = free_sides(mesh, common_sides(mesh, shape, origin))
-            self.interface = include_nodes(self.interface, self._free_sides.reshape(-1))
+            self.interface = extend_interface(self.interface, self._free_sides.reshape(-1))
 
     def _lay_out_state(self, grid: Grid, automata: Automata) -> None:
         n, rows = automata.count, len(self.interface.nodes)
@@ -126,21 +126,23 @@ class Coupled(Component):
         self._seam = Seam(self.interface, exchange)
         self._edge_inputs = EdgeInputs(automata.conditions, self.interface, self._block["tallies"])
         self._edge_inputs.refuse_free_nodes(self.grid.mesh, self.grid.tables()[2])
-        steps, body, place = automata.steps, automata.body, automata.body.layout.place
+        specimen, body, place = automata.specimen, automata.body, automata.body.layout.place
         cells = body.cells.copy()
         cells[X : Y + 1, place] = self.reference.T
         cells[MASS, place[self.interface.automata]] = np.inf
-        self._automata_part = AutomataPart(body._replace(cells=cells), steps.motion, steps.scratch, self._edge_inputs.edges)
+        self._automata_part = AutomataPart(
+            body._replace(cells=cells), specimen.motion, specimen.scratch, self._edge_inputs.edges
+        )
         limit = _LARGEST_MOVE * automata.packing.diameter / (self.step_size / self.micro_steps)
         scheme = self.parameters.scheme
         kind = Literal if scheme == "literal" else Lockstep if self.micro_steps == 1 else Impulses
         self._steps = kind(self.step_size, self.micro_steps, scheme == "momentum", limit)
-        self._cracking = steps if isinstance(steps, CrackingSpecimen) else None
-        self._sides = self._make_sides()
-        self._course = Course(np.zeros(PROGRESS, dtype=np.int64), np.zeros(2, dtype=np.int64))
+        self._cracking = specimen if isinstance(specimen, CrackingSpecimen) else None
+        self._sides = self._make_free_sides()
+        self._call = CallProgress(np.zeros(PROGRESS, dtype=np.int64), np.zeros(2, dtype=np.int64))
         self._divided: Mapping[str, Held] | None = None
 
-    def _make_sides(self) -> Sides | None:
+    def _make_free_sides(self) -> Sides | None:
         """Return the free sides of the grid that automata can touch, or None without side contacts."""
         if self._cracking is None or not self.parameters.side_contacts:
             return None
@@ -185,8 +187,8 @@ class Coupled(Component):
         return found
 
     def _part_energies(self) -> dict[str, float]:
-        found = self._sums()
-        links = self.automata.steps.stored(0.0)
+        found = self._energies_and_momenta()
+        links = self.automata.specimen.stored_energies(0.0)
         amounts = found.kinetic, found.elastic, found.automata_kinetic, links["elastic_energy"]
         return dict(zip(_PART_ENERGIES, map(float, amounts), strict=True))
 
@@ -211,26 +213,26 @@ class Coupled(Component):
             "interface: works of both sides, their sum over the larger": difference / largest if largest > 0.0 else 0.0,
         }
         if self._cracking is not None:
-            found["automata: pieces inside cells of the grid"] = float(len(self._strays()))
+            found["automata: pieces inside cells of the grid"] = float(len(self._stray_automata()))
         return found
 
-    def _strays(self) -> IntArray:
+    def _stray_automata(self) -> IntArray:
         """Return automata with broken links whose centres lie inside cells."""
         if self._cracking is None:
             return np.zeros(0, dtype=np.int64)
         loose = np.flatnonzero((self._cracking.damage() > 0.0) & (self.interface.free > 0))
-        nodes, centres = self._places()
+        nodes, centres = self._positions()
         return loose[points_in_cells(nodes, self.grid.mesh.cells, centres[loose])[0]]
 
-    def _places(self) -> tuple[FloatArray, FloatArray]:
+    def _positions(self) -> tuple[FloatArray, FloatArray]:
         """Return the positions of nodes and automata, shape (nodes, 2) and (n, 2) [m]."""
         return self.grid.mesh.nodes + self.grid.peek("displacement"), self.reference + self.automata.peek("displacement")
 
     def cautions(self) -> list[str]:
         """Return the cautions of the parts, and one if broken-off automata lie inside the grid."""
         said = [f"grid: {text}" for text in self.grid.cautions()] + [f"automata: {text}" for text in self.automata.cautions()]
-        if len(strays := self._strays()):
-            x, y = self._places()[1][strays[0]]
+        if len(strays := self._stray_automata()):
+            x, y = self._positions()[1][strays[0]]
             said.append(
                 f"{len(strays)} automata with broken links lie inside cells of the grid, automaton {strays[0]} at ({x:.6g}, "
                 f"{y:.6g}) m: pieces fly through the free sides of the grid unless side_contacts = true"
@@ -263,16 +265,16 @@ class Coupled(Component):
         if self._cracking is None or not self.automata.parameters.breakable:
             return []
         said = [f"automata: {self.automata.describe_links(self.reference, self.step_size, self.micro_steps)}"]
-        if len(self._cracking.breaks()):
-            said.append(f"grid and automata: {describe_pieces(self._held_pairs(), self.mass)}")
+        if len(self._cracking.break_events()):
+            said.append(f"grid and automata: {describe_pieces(self._connected_pairs(), self.mass)}")
         return said
 
-    def _held_pairs(self) -> IntArray:
+    def _connected_pairs(self) -> IntArray:
         """Return pairs of connected nodes and automata, shape (m, 2); automata are numbered after the nodes."""
         assert self._cracking is not None
         cells, nodes, face = self.grid.mesh.cells.astype(np.int64), len(self.grid.mesh.nodes), self.interface
-        joined = self.grid.joined
-        held = [cells[:, k : k + 2] for k in range(3)] + [nodes + self._cracking.held_pairs()]
+        joined = self.grid.joined_nodes
+        held = [cells[:, k : k + 2] for k in range(3)] + [nodes + self._cracking.linked_pairs()]
         held += [np.stack([face.automata + nodes, ends], axis=1) for ends in face.ends.T]
         held += [joined[joined[:, k] >= 0][:, [0, k]] for k in range(1, joined.shape[1])]
         return np.concatenate(held)
@@ -283,22 +285,22 @@ class Coupled(Component):
         for prefix, part in (("grid", self.grid), ("automata", self.automata)):
             part._start(seed, part_values(prefix, values))
         self._divided = None
-        self.automata.steps.load()
-        self._follow_nodes()
+        self.automata.specimen.load_motion()
+        self._move_interface_automata()
         if self._cracking is None:
-            self.automata.steps.update_forces()
+            self.automata.specimen.update_forces()
         else:
             # Initial contacts act from the first half kick on. If the search fails, the first step reports the reason.
-            self._cracking.store()
+            self._cracking.store_motion()
             self._find_contacts()
-            self._cracking.update_forces(begin=True)
-        self._join_forces()
-        self._store()
-        found = self._sums()
-        self._block["start"][:] = self._energy(found), *found.momentum, found.angular_momentum
+            self._cracking.update_forces(at_start=True)
+        self._write_interface_forces()
+        self._store_automata()
+        found = self._energies_and_momenta()
+        self._block["start"][:] = self._total_energy(found), *found.momentum, found.angular_momentum
         return {}
 
-    def _follow_nodes(self) -> None:
+    def _move_interface_automata(self) -> None:
         """Give the interface automata the positions and velocities of their nodes, and record the forces of the cells."""
         state, face, motion, layout = (
             self.grid.tables()[1],
@@ -312,29 +314,29 @@ class Coupled(Component):
         copy_to_ghosts(layout, motion)
         self._seam.exchange.grid_force[:] = state.force[face.nodes]
 
-    def _join_forces(self) -> None:
+    def _write_interface_forces(self) -> None:
         """Write the first forces of the automata on interface nodes; in lockstep also the sum of both parts for half a kick."""
         grid, face, exchange, steps = self._grid_part(), self.interface, self._seam.exchange, self._steps
         forces = self._automata_part.scratch.cells[: FORCE_Y + 1, self.automata.body.layout.place].T
         exchange.automata_force[:] = 0.0
         rows = np.repeat(np.arange(len(face.nodes)), np.diff(face.first))
         np.add.at(exchange.automata_force, rows, face.shares[:, None] * forces[face.automata[face.acting]])
-        sides = self._present_sides()
+        sides = self._current_sides()
         if sides is not None:
             nodes = grid.grid.reference, grid.state.displacement
             add_side_forces(sides, nodes, self._automata_part, exchange.automata_force)
-        if self._in_lockstep:
-            assemble(self._seam, grid.state, grid.conditions, 0.5 * steps.step, steps.by_momentum)
+        if self._is_lockstep:
+            assemble_interface_forces(self._seam, grid.state, grid.conditions, 0.5 * steps.step, steps.by_momentum)
 
-    def _load(self) -> None:
+    def _load_automata(self) -> None:
         """Write the state of the automata, with their forces, to the fields."""
-        self.automata.steps.load()
+        self.automata.specimen.load_motion()
         cells, place = self._automata_part.scratch.cells, self.automata.body.layout.place
         cells[: FORCE_Y + 1, place], cells[TORQUE, place] = self._block["automata_force"].T, self._block["automata_torque"]
 
-    def _store(self) -> None:
+    def _store_automata(self) -> None:
         """Write the fields of the automata to the state."""
-        self.automata.steps.store()
+        self.automata.specimen.store_motion()
         cells, place = self._automata_part.scratch.cells, self.automata.body.layout.place
         self._block["automata_force"].T[:], self._block["automata_torque"][:] = (
             cells[: FORCE_Y + 1, place],
@@ -342,21 +344,21 @@ class Coupled(Component):
         )
 
     @property
-    def _in_lockstep(self) -> bool:
+    def _is_lockstep(self) -> bool:
         return self.micro_steps == 1 or self.parameters.scheme == "literal"
 
     def _grid_part(self) -> GridPart:
         grid, state, conditions, corner = self.grid.tables()
-        return GridPart(grid, state, conditions, corner, self.grid.tally, self.grid.event_room())
+        return GridPart(grid, state, conditions, corner, self.grid.tally, self.grid.free_event_rows())
 
-    def _cracking_part(self) -> Cracking | None:
+    def _cracking_part(self) -> CrackingPart | None:
         """Return the histories and contacts of the automata, or None if links neither break nor yield."""
-        steps = self._cracking
-        if steps is None:
+        specimen = self._cracking
+        if specimen is None:
             return None
-        return Cracking(steps.specimen, steps.contacts(), steps.most_travel, self._present_sides())
+        return CrackingPart(specimen.specimen, specimen.contacts(), specimen.travel_limit, self._current_sides())
 
-    def _present_sides(self) -> Sides | None:
+    def _current_sides(self) -> Sides | None:
         """Return the sides that automata can touch, with the current pairs, or None without side contacts."""
         if self._sides is None:
             return None
@@ -367,11 +369,11 @@ class Coupled(Component):
         assert self._cracking is not None
         status = self._cracking.find_contacts()
         if not status and self._sides is not None:
-            exposed = self._cracking.exposed()
+            exposed = self._cracking.exposed_automata()
             loose = exposed[self.interface.free[exposed] > 0]
             place, motion = self.automata.body.layout.place, self._automata_part.motion
             centres = self.reference + motion[X : Y + 1, place].T
-            pairs = find_near(self._sides, self._places()[0], centres, loose, SKIN * self.automata.packing.diameter)
+            pairs = find_close_pairs(self._sides, self._positions()[0], centres, loose, SKIN * self.automata.packing.diameter)
             self._block.set_row_count("side_pairs", 0)
             self._block.reserve_rows("side_pairs", len(pairs))[: len(pairs)] = pairs
             self._block.set_row_count("side_pairs", len(pairs))
@@ -380,16 +382,16 @@ class Coupled(Component):
     def _advance(self, ticks: int) -> int:
         if self._held is not self._divided:
             self._divide_inputs()
-        self._load()
+        self._load_automata()
         status, pieces = 0, [(self._tick, ticks)]
         if self._automata_follow_profile:
             pieces = [(tick, 1) for tick in range(self._tick, self._tick + ticks)]
         for tick, count in pieces:
-            self._apply_to_automata(tick)
-            status = self._advance_with(tick, count)
+            self._apply_automata_inputs(tick)
+            status = self._advance_ticks(tick, count)
             if status:
                 break
-        self._store()
+        self._store_automata()
         return status
 
     def _divide_inputs(self) -> None:
@@ -399,31 +401,31 @@ class Coupled(Component):
         self._automata_follow_profile = self.automata.has_profile_input
         self._divided = self._held
 
-    def _apply_to_automata(self, tick: int) -> None:
+    def _apply_automata_inputs(self, tick: int) -> None:
         """Fill the loads and grips of the tick."""
-        self.automata.conditions.apply(self.automata.held_inputs, tick, kick_in_the_middle=False)
+        self.automata.conditions.apply_inputs(self.automata.held_inputs, tick, has_central_kick=False)
         self._edge_inputs.fill_loads()
 
-    def _advance_with(self, tick: int, ticks: int) -> int:
-        factors = self.grid.factors(tick, ticks)
+    def _advance_ticks(self, tick: int, ticks: int) -> int:
+        factors = self.grid.drive_factors(tick, ticks)
         grid = self._grid_part()
         loads = self._edge_inputs.loads_on_nodes(grid.conditions, self._seam.exchange.places)
         if loads is not None:
             drive = np.concatenate([grid.conditions.drive, loads[None]])
             grid = grid._replace(conditions=grid.conditions._replace(drive=drive))
             factors = np.concatenate([factors, np.ones((ticks, 1))], axis=1)
-        status = self._run(grid, factors, tick)
-        self.grid.keep_events(grid.yields)
+        status = self._run_kernel(grid, factors, tick)
+        self.grid.set_event_count(grid.yields)
         return status
 
-    def _run(self, grid: GridPart, factors: FloatArray, tick: int) -> int:
+    def _run_kernel(self, grid: GridPart, factors: FloatArray, tick: int) -> int:
         """Advance by one tick per row of `factors`; return 0 or a status."""
-        progress, failure = self._course
+        progress, failure = self._call
         progress[:] = 0
         while True:
             cracking, linked = self._cracking_part(), None if self._cracking else self.automata.body
             parts = grid, self._automata_part, linked, cracking, self._seam
-            status = advance(*parts, factors, self._steps, tick, self._course)
+            status = advance(*parts, factors, self._steps, tick, self._call)
             if status in (DONE, INVERTED):
                 return int(status)
             if status == TOO_FAST or self._cracking is None:
@@ -436,13 +438,13 @@ class Coupled(Component):
 
     def _explain(self, status: int) -> StepError:
         if status == INVERTED:
-            self.grid.failed_at[:] = self._course.failure
+            self.grid.failed_at[:] = self._call.failure
             return self.grid._explain(1).with_part_prefix("grid")
         return self._explain_automata(status - _AUTOMATA_FAILED)
 
     def _explain_automata(self, status: int) -> StepError:
         """Return the error of the automata as an error of the coupled body."""
-        self.automata.set_progress(max(int(self._course.failure[1]) - 1, 0) * self.micro_steps, {})
+        self.automata.set_progress(max(int(self._call.failure[1]) - 1, 0) * self.micro_steps, {})
         return self.automata._explain(status).with_part_prefix("automata")
 
     # -- reading ----------------------------------------------------------------------------------------------------
@@ -457,35 +459,35 @@ class Coupled(Component):
         """Return the forces [N] and torques [N m] of the links on the automata, shape (n, 2) and (n,)."""
         return self._block["automata_force"].copy(), self._block["automata_torque"].copy()
 
-    def _sums(self) -> Sums:
-        self._load()
+    def _energies_and_momenta(self) -> EnergySums:
+        self._load_automata()
         with np.errstate(all="ignore"):
-            return sum_up(self._grid_part(), self._automata_part, self._seam, self.grid.mass, self._in_lockstep)
+            return make_energy_sums(self._grid_part(), self._automata_part, self._seam, self.grid.mass, self._is_lockstep)
 
-    def _stored(self, found: Sums) -> dict[str, float]:
-        links = self.automata.steps.stored(0.0)
-        elastic = found.elastic + links.pop("elastic_energy")
-        sides = self._present_sides()
+    def _stored_energies(self, sums: EnergySums) -> dict[str, float]:
+        links = self.automata.specimen.stored_energies(0.0)
+        elastic = sums.elastic + links.pop("elastic_energy")
+        sides = self._current_sides()
         if sides is not None:
             grid, forces = self._grid_part(), self._seam.exchange.automata_force.copy()
             nodes = grid.grid.reference, grid.state.displacement
             links["contact_energy"] += add_side_forces(sides, nodes, self._automata_part, forces)
         return {
-            "kinetic_energy": found.kinetic + found.automata_kinetic,
-            "rotational_energy": found.rotational,
+            "kinetic_energy": sums.kinetic + sums.automata_kinetic,
+            "rotational_energy": sums.rotational,
             "elastic_energy": elastic,
-            "hourglass_energy": found.hourglass,
+            "hourglass_energy": sums.hourglass,
             **links,
-            "leapfrog_energy": leapfrog(found, self.step_size, self.micro_steps),
+            "leapfrog_energy": leapfrog_energy(sums, self.step_size, self.micro_steps),
         }
 
-    def _lost(self, found: Sums) -> dict[str, float]:
+    def _dissipated_energies(self, sums: EnergySums) -> dict[str, float]:
         absorbed = {"absorbed_energy": float(self.grid.tally[kernel_arrays.ABSORBED])}
-        plastic = {"plastic_work": found.plastic} if self.grid.event_kinds else {}
-        return {**absorbed, **plastic, **self.automata.steps.lost()}
+        plastic = {"plastic_work": sums.plastic} if self.grid.event_kinds else {}
+        return {**absorbed, **plastic, **self.automata.specimen.dissipated_energies()}
 
-    def _energy(self, found: Sums) -> float:
-        return ordered_sum(*self._stored(found).values())
+    def _total_energy(self, sums: EnergySums) -> float:
+        return ordered_sum(*self._stored_energies(sums).values())
 
     def balances(self) -> tuple[Balance, ...]:
         """Return balances of energy, momentum, mass and, without periodic edges, angular momentum about the origin.
@@ -493,7 +495,7 @@ class Coupled(Component):
         Each part counts its own share of the mass of interface nodes. `leapfrog_energy` is -h^2/8 times the sum of
         force^2 / mass. With it, lockstep conserves the energy to rounding.
         """
-        found, start = self._sums(), self._block["start"].copy()
+        found, start = self._energies_and_momenta(), self._block["start"].copy()
         tally, (load, grip) = self.grid.tally.copy(), self._block["tallies"].copy()
         work = {"input_work": float(tally[kernel_arrays.WORK] + load[WORK] + grip[WORK])}
         impulse = {
@@ -502,11 +504,11 @@ class Coupled(Component):
         }
         mass = float(self.mass.sum())
         balances = [
-            Balance("energy", "J", self._stored(found), work, self._lost(found), float(start[0])),
+            Balance("energy", "J", self._stored_energies(found), work, self._dissipated_energies(found), float(start[0])),
             Balance("momentum", "kg m/s", {"momentum": found.momentum}, impulse, initial=start[1:3]),
             Balance("mass", "kg", {"mass": mass}, initial=mass),
         ]
-        if not len(self.grid.joined) and not any(self.automata.parameters.periodic):
+        if not len(self.grid.joined_nodes) and not any(self.automata.parameters.periodic):
             turning = {
                 "angular_impulse": float(tally[kernel_arrays.ANGULAR] + load[3]),
                 "boundary_angular_impulse": float(tally[kernel_arrays.BOUNDARY_ANGULAR] + grip[3]),

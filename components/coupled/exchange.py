@@ -55,33 +55,33 @@ def gather_forces(interface, place, forces, out):
 
 
 @internal
-def hang(interface, place, nodal, x, y):
+def interpolate_to_automata(interface, place, nodal_values, x, y):
     """Interpolate nodal values, shape (nodes, 2), to two fields of the interface automata: W times the values."""
     for row in range(interface.automata.size):
         p, a, b = place[interface.automata[row]], interface.ends[row, 0], interface.ends[row, 1]
         first, second = interface.weights[row, 0], interface.weights[row, 1]
-        x[p] = first * nodal[a, 0] + second * nodal[b, 0]
-        y[p] = first * nodal[a, 1] + second * nodal[b, 1]
+        x[p] = first * nodal_values[a, 0] + second * nodal_values[b, 0]
+        y[p] = first * nodal_values[a, 1] + second * nodal_values[b, 1]
 
 
 @internal
-def follow(interface, layout, displacement, velocity, motion):
+def move_interface_automata(interface, layout, displacement, velocity, motion):
     """Give the interface automata the displacements and velocities interpolated from their nodes."""
-    hang(interface, layout.place, displacement, motion[X], motion[Y])
+    interpolate_to_automata(interface, layout.place, displacement, motion[X], motion[Y])
     update_ghosts(layout.ghosts, motion[X])
     update_ghosts(layout.ghosts, motion[Y])
-    follow_velocities(interface, layout, velocity, motion)
+    set_interface_velocities(interface, layout, velocity, motion)
 
 
 @internal
-def follow_velocities(interface, layout, velocity, motion):
+def set_interface_velocities(interface, layout, velocity, motion):
     """Give the interface automata the velocities of their nodes, without moving them."""
-    hang(interface, layout.place, velocity, motion[VX], motion[VY])
+    interpolate_to_automata(interface, layout.place, velocity, motion[VX], motion[VY])
     update_ghost_velocities(layout.ghosts, motion)
 
 
 @internal_inlined
-def kicked(velocity, time, grid_force, automata_force, grid_mass, automata_mass, by_momentum):
+def kicked_velocity(velocity, time, grid_force, automata_force, grid_mass, automata_mass, by_momentum):
     """Return the velocity of an interface node after a kick of `time` [s].
 
     By force: equation (18) of Psakhie et al., with physical forces. By momentum: each side alone, then m V = m_a V_a + m_c V_c.
@@ -94,7 +94,7 @@ def kicked(velocity, time, grid_force, automata_force, grid_mass, automata_mass,
 
 
 @jit
-def assemble(seam, state, conditions, time, by_momentum):
+def assemble_interface_forces(seam, state, conditions, time, by_momentum):
     """Write the forces on interface nodes that produce their velocities after a kick of `time` [s]."""
     interface, exchange = seam.interface, seam.exchange
     for row in range(interface.nodes.size):
@@ -105,21 +105,23 @@ def assemble(seam, state, conditions, time, by_momentum):
             if by_momentum:
                 now = state.velocity[n, k]
                 state.force[n, k] = (
-                    mass * (kicked(now, time, of_cells, of_automata, mass - carried, carried, by_momentum) - now) / time
+                    mass
+                    * (kicked_velocity(now, time, of_cells, of_automata, mass - carried, carried, by_momentum) - now)
+                    / time
                 )
             else:
                 state.force[n, k] = of_cells + of_automata
 
 
 @internal
-def take_rows(nodes, values, out):
+def copy_interface_rows(nodes, values, out):
     """Copy the rows of the interface nodes from a nodal array, shape (n, 2), to an array of shape (s, 2)."""
     for row in range(nodes.size):
         out[row, 0], out[row, 1] = values[nodes[row], 0], values[nodes[row], 1]
 
 
 @internal
-def settle_kick(seam, velocity, conditions, grid_time, automata_time):
+def tally_kick(seam, velocity, conditions, grid_time, automata_time):
     """Tally work and impulse of each side on the other in a kick; `exchange.before` holds the velocities before it.
 
     Args:

@@ -19,7 +19,7 @@ from ..boundaries import Boundary, Free, Traction
 from ..errors import ParameterError
 from ..grid.mesh import IntArray, Mesh
 from ..support.float_arrays import FloatArray
-from .places import Places, common_sides, points_in_cells
+from .automaton_search import AutomatonSearch, common_sides, points_in_cells
 
 
 class Interface(NamedTuple):
@@ -51,24 +51,24 @@ class Interface(NamedTuple):
 def find_interface(
     mesh: Mesh,
     boundaries: Mapping[str, Boundary],
-    joined: IntArray,
+    node_groups: IntArray,
     packing: Packing,
     mass: FloatArray,
     shape: Shape,
     origin: FloatArray,
-    places: Places,
+    search: AutomatonSearch,
 ) -> Interface:
     """Return the interface.
 
     Args:
         mesh: of the grid.
         boundaries: conditions on its edges, by name.
-        joined: groups of nodes that periodic edges join, rows padded with -1, shape (g, 4).
+        node_groups: groups of nodes that periodic edges join, rows padded with -1, shape (g, 4).
         packing: the automata.
         mass: of each automaton, shape (n,) [kg].
         shape: of the automata.
         origin: position of the origin of the shape [m].
-        places: search of automata by position.
+        search: search of automata by position.
 
     Raises:
         ParameterError: the parts overlap, do not touch or do not match, or an interface edge is held or damped.
@@ -77,14 +77,14 @@ def find_interface(
     # Zigzags are checked first: the staircase of the automata along a zigzag side also overlaps cells.
     for side in sides.tolist():
         _refuse_zigzags(mesh, packing, side)
-    _refuse_overlaps(mesh, packing, places, origin)
+    _refuse_overlaps(mesh, packing, search, origin)
     if not len(sides):
-        _refuse_gap(mesh, packing, places, origin)
+        _refuse_gap(mesh, packing, search, origin)
     _refuse_conditions(mesh, boundaries, sides)
-    leader = _leaders(len(mesh.nodes), joined)
+    leader = _group_leaders(len(mesh.nodes), node_groups)
     hanging: dict[int, tuple[int, int, float]] = {}
     for side in sides.tolist():
-        for automaton, part in _automata_of(mesh, packing, places, side):
+        for automaton, part in _side_automata(mesh, packing, search, side):
             first, second = side if 0.0 < part < 1.0 else (side[round(part)],) * 2
             known = hanging.setdefault(automaton, (first, second, part if 0.0 < part < 1.0 else 0.0))
             if leader[known[0]] != leader[first] and leader[known[0]] != leader[second]:
@@ -94,15 +94,15 @@ def find_interface(
                     at="automata",
                 )
     _refuse_shared_nodes(hanging, leader)
-    return _make_interface(hanging, joined, mass)
+    return _make_interface(hanging, node_groups, mass)
 
 
-def _refuse_overlaps(mesh: Mesh, packing: Packing, places: Places, origin: FloatArray) -> None:
+def _refuse_overlaps(mesh: Mesh, packing: Packing, search: AutomatonSearch, origin: FloatArray) -> None:
     """Refuse automata with a sector whose middle lies in a cell: its mass would count twice."""
     automaton, sector = np.nonzero(packing.sectors)
     middles = origin + packing.reference[automaton] + packing.diameter * packing.lattice.sectors.mean(axis=1)[sector]
     # Sectors beyond a periodic side belong to the opposite side.
-    kept = places.are_within_period(middles)
+    kept = search.are_within_period(middles)
     points, cells = points_in_cells(mesh.nodes, mesh.cells, middles[kept])
     if len(points):
         inside = automaton[kept][points]
@@ -116,10 +116,10 @@ def _refuse_overlaps(mesh: Mesh, packing: Packing, places: Places, origin: Float
         )
 
 
-def _refuse_gap(mesh: Mesh, packing: Packing, places: Places, origin: FloatArray) -> None:
+def _refuse_gap(mesh: Mesh, packing: Packing, search: AutomatonSearch, origin: FloatArray) -> None:
     """Refuse parts that do not touch; name the nearest node and automaton (a common side would have nodes at both ends)."""
     nodes = np.unique(mesh.sides)
-    automata, distance = places.find(mesh.nodes[nodes])
+    automata, distance = search.nearest_automata(mesh.nodes[nodes])
     nearest = int(distance.argmin())
     (x, y), (u, v) = mesh.nodes[nodes[nearest]].tolist(), (packing.reference[automata[nearest]] + origin).tolist()
     raise ParameterError(
@@ -132,9 +132,9 @@ def _refuse_gap(mesh: Mesh, packing: Packing, places: Places, origin: FloatArray
     )
 
 
-def _refuse_conditions(mesh: Mesh, boundaries: Mapping[str, Boundary], common: IntArray) -> None:
-    """Refuse conditions that hold or damp nodes through the interface sides `common`, which are no free surface."""
-    known = {tuple(sorted(side)) for side in common.tolist()}
+def _refuse_conditions(mesh: Mesh, boundaries: Mapping[str, Boundary], interface_sides: IntArray) -> None:
+    """Refuse conditions that hold or damp nodes through `interface_sides`, which are no free surface."""
+    known = {tuple(sorted(side)) for side in interface_sides.tolist()}
     for name, boundary in boundaries.items():
         if isinstance(boundary, (Free, Traction)):
             continue
@@ -162,7 +162,7 @@ def _refuse_zigzags(mesh: Mesh, packing: Packing, side: list[int]) -> None:
         )
 
 
-def _automata_of(mesh: Mesh, packing: Packing, places: Places, side: list[int]) -> list[tuple[int, float]]:
+def _side_automata(mesh: Mesh, packing: Packing, search: AutomatonSearch, side: list[int]) -> list[tuple[int, float]]:
     """Return the automata on a side and their positions along it, from 0 to 1."""
     start, end = mesh.nodes[side[0]], mesh.nodes[side[1]]
     way = end - start
@@ -176,8 +176,8 @@ def _automata_of(mesh: Mesh, packing: Packing, places: Places, side: list[int]) 
         )
     parts = np.arange(round(count) + 1) / round(count)
     points = start + parts[:, None] * way
-    automata, distance = places.find(points)
-    off = np.flatnonzero(~places.is_at(distance))
+    automata, distance = search.nearest_automata(points)
+    off = np.flatnonzero(~search.is_at_point(distance))
     if len(off):
         x, y = points[off[0]]
         raise ParameterError(
@@ -188,10 +188,10 @@ def _automata_of(mesh: Mesh, packing: Packing, places: Places, side: list[int]) 
     return list(zip(automata.tolist(), parts.tolist(), strict=True))
 
 
-def _refuse_shared_nodes(hanging: dict[int, tuple[int, int, float]], leader: IntArray) -> None:
+def _refuse_shared_nodes(interface_automata: dict[int, tuple[int, int, float]], leader: IntArray) -> None:
     """Refuse two automata at one node, or at nodes that periodic edges join: the automata could only move together."""
     on: dict[int, int] = {}
-    for automaton, (first, second, _) in hanging.items():
+    for automaton, (first, second, _) in interface_automata.items():
         if first == second and (other := on.setdefault(int(leader[first]), automaton)) != automaton:
             raise ParameterError(
                 f"automata {other} and {automaton} both move with node {leader[first]} of the grid, which periodic edges join",
@@ -200,25 +200,27 @@ def _refuse_shared_nodes(hanging: dict[int, tuple[int, int, float]], leader: Int
             )
 
 
-def _leaders(count: int, joined: IntArray) -> IntArray:
+def _group_leaders(count: int, node_groups: IntArray) -> IntArray:
     """Return the first node of the group of each node, shape (count,)."""
     leader = np.arange(count)
-    for group in joined:
+    for group in node_groups:
         leader[group[group >= 0]] = group[0]
     return leader
 
 
-def _make_interface(hanging: dict[int, tuple[int, int, float]], joined: IntArray, mass: FloatArray) -> Interface:
-    automata = np.array(sorted(hanging), dtype=np.int64)
-    ends = np.array([hanging[one][:2] for one in automata.tolist()], dtype=np.int64)
-    part = np.array([hanging[one][2] for one in automata.tolist()])
+def _make_interface(
+    interface_automata: dict[int, tuple[int, int, float]], node_groups: IntArray, mass: FloatArray
+) -> Interface:
+    automata = np.array(sorted(interface_automata), dtype=np.int64)
+    ends = np.array([interface_automata[one][:2] for one in automata.tolist()], dtype=np.int64)
+    part = np.array([interface_automata[one][2] for one in automata.tolist()])
     weights = np.stack([1.0 - part, part], axis=1)
     acts: dict[int, list[tuple[int, float]]] = {}
     for place, (nodes, both) in enumerate(zip(ends.tolist(), weights.tolist(), strict=True)):
         for node, weight in zip(nodes, both, strict=True):
             if weight > 0.0:
                 acts.setdefault(node, []).append((place, weight))
-    for group in joined.tolist():
+    for group in node_groups.tolist():
         members = [node for node in group if node >= 0]
         common = sorted(pair for node in members for pair in acts.get(node, []))
         if common:

@@ -7,17 +7,17 @@ from typing import NamedTuple
 import numpy as np
 
 from ..automata.contacts import Contacts
+from ..automata.kernels import Specimen, write_forces
 from ..automata.lattice import Body, Motion, Scratch, update_ghost_velocities
-from ..automata.linked import link_forces
+from ..automata.linked_specimen import write_link_forces
 from ..automata.loads import kick
-from ..automata.ticks import Specimen, add_forces
 from ..grid import kernels as grid_kernels
 from ..grid.kernel_arrays import Conditions, Grid, State, Yields
 from ..support.float_arrays import FloatArray
 from ..support.jit import internal, spliced
-from .exchange import Exchange, gather_forces, take_rows
+from .edge_loads import EdgeLoads, apply_loads_and_grips
+from .exchange import Exchange, copy_interface_rows, gather_forces
 from .interface import Interface
-from .loads import Edges, push_and_hold
 from .side_contacts import Sides
 
 # A literal 0 has another numba type and would compile the grid kernels a second time.
@@ -49,22 +49,22 @@ class AutomataPart(NamedTuple):
     body: Body
     motion: Motion
     scratch: Scratch
-    edges: Edges
+    edges: EdgeLoads
 
 
-class Cracking(NamedTuple):
+class CrackingPart(NamedTuple):
     """The histories and contacts of automata that break or yield; None where automata stay linked and elastic.
 
     Attributes:
-        specimen: an `automata.ticks.Specimen` with the same motion and scratch.
+        specimen: an `automata.kernels.Specimen` with the same motion and scratch.
         contacts: part of the state.
-        most_travel: distance that the fastest automaton may move before contacts are searched again [m].
+        travel_limit: distance that the fastest automaton may move before contacts are searched again [m].
         sides: free sides of the grid that automata can touch; None without side contacts.
     """
 
     specimen: Specimen
     contacts: Contacts
-    most_travel: float
+    travel_limit: float
     sides: Sides | None
 
 
@@ -79,21 +79,21 @@ class Seam(NamedTuple):
 
 
 @spliced
-def update_automata_forces(automata, linked, cracking, seam, time, tick):
+def update_automata_forces(automata, linked_body, cracking, seam, time, tick):
     """Write the forces and torques of links and contacts, and the forces of the automata on interface nodes.
 
     Args:
         automata: an `AutomataPart`.
-        linked: body of automata that stay linked and elastic; None for others.
-        cracking: a `Cracking`, its links judged; None for automata that stay linked and elastic.
+        linked_body: body of automata that stay linked and elastic; None for others.
+        cracking: a `CrackingPart`, its links judged; None for automata that stay linked and elastic.
         seam: a `Seam`.
         time: since the forces were last computed [s].
         tick: number of the step of the automata.
     """
-    if linked is not None:
-        link_forces(linked, automata.motion, automata.scratch)
+    if linked_body is not None:
+        write_link_forces(linked_body, automata.motion, automata.scratch)
     if cracking is not None:
-        add_forces(cracking.specimen, cracking.contacts, time, tick)
+        write_forces(cracking.specimen, cracking.contacts, time, tick)
     gather_forces(seam.interface, automata.body.layout.place, automata.scratch.cells, seam.exchange.automata_force)
 
 
@@ -101,7 +101,7 @@ def update_automata_forces(automata, linked, cracking, seam, time, tick):
 def kick_automata(automata, time):
     """Kick all automata by their forces and loads, then set the velocities of held automata."""
     kick(automata.body, automata.motion, automata.scratch.cells, time)
-    push_and_hold(automata.edges, automata.body.cells, automata.motion, time)
+    apply_loads_and_grips(automata.edges, automata.body.cells, automata.motion, time)
     update_ghost_velocities(automata.body.layout.ghosts, automata.motion)
 
 
@@ -109,7 +109,7 @@ def kick_automata(automata, time):
 
 
 @spliced
-def begin_grid(grid, factors, row, step):
+def kick_and_drift_grid(grid, factors, row, step):
     """Kick all nodes for half a step and drift them for a whole one, unless `finish_cells` has already done so."""
     if row == 0:
         count = len(grid.grid.reference)
@@ -119,7 +119,7 @@ def begin_grid(grid, factors, row, step):
 
 
 @spliced
-def finish_cells(grid, seam, step, tick, again):
+def finish_cells(grid, seam, step, tick, has_next_tick):
     """Advance the cells, kick the nodes without conditions, and complete the forces on the other nodes.
 
     Args:
@@ -127,14 +127,14 @@ def finish_cells(grid, seam, step, tick, again):
         seam: a `Seam`.
         step: internal step [s].
         tick: number at the end of this tick.
-        again: whether another tick follows in this call: nodes without conditions then begin it at once.
+        has_next_tick: whether another tick follows in this call: nodes without conditions then begin it at once.
 
     Returns:
         The number of an inverted cell, or -1.
     """
     cells, nodes = len(grid.grid.cells), len(grid.grid.reference)
     failed = grid_kernels.advance_cells(grid.grid, grid.state, grid.corner, step, tick, grid.yields, _ZERO, cells)
-    grid_kernels.finish_nodes(grid.grid, grid.state, grid.corner, step, again, _ZERO, nodes)
+    grid_kernels.finish_nodes(grid.grid, grid.state, grid.corner, step, has_next_tick, _ZERO, nodes)
     grid_kernels.finish_forces(grid.grid, grid.state, grid.conditions.groups, grid.corner)
-    take_rows(seam.interface.nodes, grid.state.force, seam.exchange.grid_force)
+    copy_interface_rows(seam.interface.nodes, grid.state.force, seam.exchange.grid_force)
     return failed

@@ -21,9 +21,16 @@ from ..grid import kernels as grid_kernels
 from ..grid.kernel_arrays import BOUNDARY_ANGULAR, BOUNDARY_IMPULSE, WORK
 from ..support.dispatch import dispatch_by_class
 from ..support.jit import internal, spliced
-from .exchange import assemble, follow, follow_velocities, kicked, settle_kick, take_rows
-from .loads import keep_before, settle_edges
-from .parts import begin_grid, finish_cells, kick_automata
+from .edge_loads import save_tick_start, tally_edges
+from .exchange import (
+    assemble_interface_forces,
+    copy_interface_rows,
+    kicked_velocity,
+    move_interface_automata,
+    set_interface_velocities,
+    tally_kick,
+)
+from .parts import finish_cells, kick_and_drift_grid, kick_automata
 
 
 class Lockstep(NamedTuple):
@@ -32,7 +39,8 @@ class Lockstep(NamedTuple):
     Attributes:
         step: internal step [s].
         micro: number of steps of the automata per tick.
-        by_momentum: whether interface nodes get the mass-weighted mean of the velocities of both sides; see `exchange.kicked`.
+        by_momentum: whether interface nodes get the mass-weighted mean of the velocities of both sides; see
+            `exchange.kicked_velocity`.
         speed_limit: largest speed of automata [m/s].
     """
 
@@ -65,12 +73,12 @@ def begin_tick(steps, grid, automata, seam, factors, row):
 
 
 @dispatch_by_class
-def move(steps, grid, automata, seam, factors, row):
+def begin_step(steps, grid, automata, seam, factors, row):
     """Begin a step of the automata: half a kick, then the drift."""
 
 
 @dispatch_by_class
-def act(steps, grid, automata, seam, tick, again):
+def end_step(steps, grid, automata, seam, tick, has_next_tick):
     """End a step of the automata with half a kick, once its forces have been computed.
 
     Args:
@@ -79,7 +87,7 @@ def act(steps, grid, automata, seam, tick, again):
         automata: a `parts.AutomataPart`.
         seam: a `parts.Seam`.
         tick: number at the end of this tick.
-        again: whether another tick follows in this call.
+        has_next_tick: whether another tick follows in this call.
 
     Returns:
         The number of an inverted cell, or -1.
@@ -87,7 +95,7 @@ def act(steps, grid, automata, seam, tick, again):
 
 
 @dispatch_by_class
-def end_tick(steps, grid, automata, seam, factors, row, tick, again):
+def end_tick(steps, grid, automata, seam, factors, row, tick, has_next_tick):
     """End a tick; return the number of an inverted cell, or -1."""
 
 
@@ -96,43 +104,43 @@ def kick_and_drift_automata(automata, interface, state, time):
     """Begin a step of the automata after the interface nodes have drifted: half a kick, then the drift."""
     kick_automata(automata, 0.5 * time)
     drift(automata.motion, time)
-    follow(interface, automata.body.layout, state.displacement, state.velocity, automata.motion)
+    move_interface_automata(interface, automata.body.layout, state.displacement, state.velocity, automata.motion)
 
 
 # -- lockstep -------------------------------------------------------------------------------------------------------------
 
 
 @begin_tick.register(Lockstep)
-def _begin_lockstep(steps, grid, automata, seam, factors, row):
+def _begin_tick_in_lockstep(steps, grid, automata, seam, factors, row):
     return None
 
 
-@move.register(Lockstep)
-def _move_in_lockstep(steps, grid, automata, seam, factors, row):
+@begin_step.register(Lockstep)
+def _begin_step_in_lockstep(steps, grid, automata, seam, factors, row):
     interface, exchange, half = seam.interface, seam.exchange, 0.5 * steps.step
-    keep_before(automata.edges, automata.motion, automata.scratch.cells)
-    take_rows(interface.nodes, grid.state.velocity, exchange.before)
-    begin_grid(grid, factors, row, steps.step)
-    settle_kick(seam, grid.state.velocity, grid.conditions, half, half)
+    save_tick_start(automata.edges, automata.motion, automata.scratch.cells)
+    copy_interface_rows(interface.nodes, grid.state.velocity, exchange.before)
+    kick_and_drift_grid(grid, factors, row, steps.step)
+    tally_kick(seam, grid.state.velocity, grid.conditions, half, half)
     kick_and_drift_automata(automata, interface, grid.state, steps.step)
 
 
-@act.register(Lockstep)
-def _act_in_lockstep(steps, grid, automata, seam, tick, again):
+@end_step.register(Lockstep)
+def _end_step_in_lockstep(steps, grid, automata, seam, tick, has_next_tick):
     interface, exchange, state, half = seam.interface, seam.exchange, grid.state, 0.5 * steps.step
-    failed = finish_cells(grid, seam, steps.step, tick, again)
-    assemble(seam, state, grid.conditions, half, steps.by_momentum)
-    take_rows(interface.nodes, state.velocity, exchange.before)
+    failed = finish_cells(grid, seam, steps.step, tick, has_next_tick)
+    assemble_interface_forces(seam, state, grid.conditions, half, steps.by_momentum)
+    copy_interface_rows(interface.nodes, state.velocity, exchange.before)
     grid_kernels.finish_conditions(grid.grid, state, grid.conditions, steps.step, grid.tally)
-    settle_kick(seam, state.velocity, grid.conditions, half, half)
+    tally_kick(seam, state.velocity, grid.conditions, half, half)
     kick_automata(automata, half)
-    follow(interface, automata.body.layout, state.displacement, state.velocity, automata.motion)
-    settle_edges(automata.edges, automata.body.cells, automata.motion, automata.scratch.cells, steps.step)
+    move_interface_automata(interface, automata.body.layout, state.displacement, state.velocity, automata.motion)
+    tally_edges(automata.edges, automata.body.cells, automata.motion, automata.scratch.cells, steps.step)
     return failed
 
 
 @end_tick.register(Lockstep)
-def _end_lockstep(steps, grid, automata, seam, factors, row, tick, again):
+def _end_tick_in_lockstep(steps, grid, automata, seam, factors, row, tick, has_next_tick):
     return -1
 
 
@@ -140,46 +148,46 @@ def _end_lockstep(steps, grid, automata, seam, factors, row, tick, again):
 
 
 @begin_tick.register(Impulses)
-def _begin_impulses(steps, grid, automata, seam, factors, row):
+def _begin_tick_with_impulses(steps, grid, automata, seam, factors, row):
     """Apply the cell forces for half a step, and drift the grid nodes outside the interface."""
     interface, exchange, state, step = seam.interface, seam.exchange, grid.state, steps.step
-    take_rows(interface.nodes, state.displacement, exchange.start)
-    take_rows(interface.nodes, state.velocity, exchange.before)
-    begin_grid(grid, factors, row, step)
-    settle_kick(seam, state.velocity, grid.conditions, 0.5 * step, 0.0)
+    copy_interface_rows(interface.nodes, state.displacement, exchange.start)
+    copy_interface_rows(interface.nodes, state.velocity, exchange.before)
+    kick_and_drift_grid(grid, factors, row, step)
+    tally_kick(seam, state.velocity, grid.conditions, 0.5 * step, 0.0)
     begin_micro_steps(grid, seam)
-    follow(interface, automata.body.layout, state.displacement, state.velocity, automata.motion)
+    move_interface_automata(interface, automata.body.layout, state.displacement, state.velocity, automata.motion)
 
 
-@move.register(Impulses)
-def _move_with_impulses(steps, grid, automata, seam, factors, row):
+@begin_step.register(Impulses)
+def _begin_step_with_impulses(steps, grid, automata, seam, factors, row):
     time = steps.step / steps.micro
-    keep_before(automata.edges, automata.motion, automata.scratch.cells)
+    save_tick_start(automata.edges, automata.motion, automata.scratch.cells)
     kick_nodes(grid, seam, 0.5 * time, steps.by_momentum)
     drift_nodes(grid, seam, time)
     kick_and_drift_automata(automata, seam.interface, grid.state, time)
 
 
-@act.register(Impulses)
-def _act_with_impulses(steps, grid, automata, seam, tick, again):
+@end_step.register(Impulses)
+def _end_step_with_impulses(steps, grid, automata, seam, tick, has_next_tick):
     time = steps.step / steps.micro
     kick_nodes(grid, seam, 0.5 * time, steps.by_momentum)
     kick_automata(automata, 0.5 * time)
-    follow(seam.interface, automata.body.layout, grid.state.displacement, grid.state.velocity, automata.motion)
-    settle_edges(automata.edges, automata.body.cells, automata.motion, automata.scratch.cells, time)
+    move_interface_automata(seam.interface, automata.body.layout, grid.state.displacement, grid.state.velocity, automata.motion)
+    tally_edges(automata.edges, automata.body.cells, automata.motion, automata.scratch.cells, time)
     return -1
 
 
 @end_tick.register(Impulses)
-def _end_impulses(steps, grid, automata, seam, factors, row, tick, again):
+def _end_tick_with_impulses(steps, grid, automata, seam, factors, row, tick, has_next_tick):
     interface, exchange, state, half = seam.interface, seam.exchange, grid.state, 0.5 * steps.step
     use_mean_velocities(grid, seam, steps.step)
-    failed = finish_cells(grid, seam, steps.step, tick, again)
+    failed = finish_cells(grid, seam, steps.step, tick, has_next_tick)
     end_micro_steps(grid, seam)
-    take_rows(interface.nodes, state.velocity, exchange.before)
+    copy_interface_rows(interface.nodes, state.velocity, exchange.before)
     grid_kernels.finish_conditions(grid.grid, state, grid.conditions, steps.step, grid.tally)
-    settle_kick(seam, state.velocity, grid.conditions, half, 0.0)
-    follow(interface, automata.body.layout, state.displacement, state.velocity, automata.motion)
+    tally_kick(seam, state.velocity, grid.conditions, half, 0.0)
+    move_interface_automata(interface, automata.body.layout, state.displacement, state.velocity, automata.motion)
     return failed
 
 
@@ -187,7 +195,7 @@ def _end_impulses(steps, grid, automata, seam, factors, row, tick, again):
 def kick_nodes(grid, seam, time, by_momentum):
     """Kick the interface nodes with the forces of the automata for `time` [s]."""
     interface, exchange, conditions, velocity = seam.interface, seam.exchange, grid.conditions, grid.state.velocity
-    take_rows(interface.nodes, grid.state.velocity, exchange.before)
+    copy_interface_rows(interface.nodes, grid.state.velocity, exchange.before)
     for row in range(interface.nodes.size):
         n, i = interface.nodes[row], exchange.places[row]
         carried = interface.mass[row]
@@ -196,13 +204,15 @@ def kick_nodes(grid, seam, time, by_momentum):
             if conditions.prescribed[i, k]:
                 exchange.given[row, k] += time * force
             else:
-                velocity[n, k] = kicked(velocity[n, k], time, 0.0, force, conditions.mass[i] - carried, carried, by_momentum)
-    settle_kick(seam, grid.state.velocity, conditions, 0.0, time)
+                velocity[n, k] = kicked_velocity(
+                    velocity[n, k], time, 0.0, force, conditions.mass[i] - carried, carried, by_momentum
+                )
+    tally_kick(seam, grid.state.velocity, conditions, 0.0, time)
 
 
 @internal
 def begin_micro_steps(grid, seam):
-    """Undo the drift of interface nodes in `begin_grid`, because they drift with the micro-steps."""
+    """Undo the drift of interface nodes in `kick_and_drift_grid`, because they drift with the micro-steps."""
     for row in range(seam.interface.nodes.size):
         n = seam.interface.nodes[row]
         for k in range(2):
@@ -256,47 +266,47 @@ def end_micro_steps(grid, seam):
 
 
 @begin_tick.register(Literal)
-def _begin_literally(steps, grid, automata, seam, factors, row):
+def _begin_tick_literally(steps, grid, automata, seam, factors, row):
     """Clear the force sums of the last tick."""
     for node in range(seam.interface.nodes.size):
         seam.exchange.given[node, 0] = seam.exchange.given[node, 1] = 0.0
 
 
-@move.register(Literal)
-def _move_literally(steps, grid, automata, seam, factors, row):
+@begin_step.register(Literal)
+def _begin_step_literally(steps, grid, automata, seam, factors, row):
     """Kick and drift the automata; interface automata move with the velocities of their nodes."""
     time = steps.step / steps.micro
-    keep_before(automata.edges, automata.motion, automata.scratch.cells)
+    save_tick_start(automata.edges, automata.motion, automata.scratch.cells)
     kick_automata(automata, 0.5 * time)
-    follow_velocities(seam.interface, automata.body.layout, grid.state.velocity, automata.motion)
+    set_interface_velocities(seam.interface, automata.body.layout, grid.state.velocity, automata.motion)
     drift(automata.motion, time)
 
 
-@act.register(Literal)
-def _act_literally(steps, grid, automata, seam, tick, again):
+@end_step.register(Literal)
+def _end_step_literally(steps, grid, automata, seam, tick, has_next_tick):
     """Add to the mean force on the nodes, and kick the automata."""
     exchange, time = seam.exchange, steps.step / steps.micro
     for node in range(seam.interface.nodes.size):
         exchange.given[node, 0] += exchange.automata_force[node, 0] / steps.micro
         exchange.given[node, 1] += exchange.automata_force[node, 1] / steps.micro
     kick_automata(automata, 0.5 * time)
-    follow_velocities(seam.interface, automata.body.layout, grid.state.velocity, automata.motion)
-    settle_edges(automata.edges, automata.body.cells, automata.motion, automata.scratch.cells, time)
+    set_interface_velocities(seam.interface, automata.body.layout, grid.state.velocity, automata.motion)
+    tally_edges(automata.edges, automata.body.cells, automata.motion, automata.scratch.cells, time)
     return -1
 
 
 @end_tick.register(Literal)
-def _end_literally(steps, grid, automata, seam, factors, row, tick, again):
+def _end_tick_literally(steps, grid, automata, seam, factors, row, tick, has_next_tick):
     """Advance the grid with the mean force of the automata."""
     interface, exchange, state, half = seam.interface, seam.exchange, grid.state, 0.5 * steps.step
     for node in range(interface.nodes.size):
         for k in range(2):
             exchange.automata_force[node, k] = exchange.given[node, k]
-    assemble(seam, state, grid.conditions, half, steps.by_momentum)
-    begin_grid(grid, factors, row, steps.step)
-    follow(interface, automata.body.layout, state.displacement, state.velocity, automata.motion)
-    failed = finish_cells(grid, seam, steps.step, tick, again)
-    assemble(seam, state, grid.conditions, half, steps.by_momentum)
+    assemble_interface_forces(seam, state, grid.conditions, half, steps.by_momentum)
+    kick_and_drift_grid(grid, factors, row, steps.step)
+    move_interface_automata(interface, automata.body.layout, state.displacement, state.velocity, automata.motion)
+    failed = finish_cells(grid, seam, steps.step, tick, has_next_tick)
+    assemble_interface_forces(seam, state, grid.conditions, half, steps.by_momentum)
     grid_kernels.finish_conditions(grid.grid, state, grid.conditions, steps.step, grid.tally)
-    follow(interface, automata.body.layout, state.displacement, state.velocity, automata.motion)
+    move_interface_automata(interface, automata.body.layout, state.displacement, state.velocity, automata.motion)
     return failed

@@ -44,13 +44,13 @@ class Sides(NamedTuple):
     used: int
 
 
-def free_sides(mesh: Mesh, common: IntArray) -> IntArray:
-    """Return the boundary sides of a grid outside the interface, whose sides are `common`, shape (w, 2)."""
-    known = {tuple(side) for side in common.tolist()}
+def free_sides(mesh: Mesh, interface_sides: IntArray) -> IntArray:
+    """Return the boundary sides of a grid outside the interface, whose sides are `interface_sides`, shape (w, 2)."""
+    known = {tuple(side) for side in interface_sides.tolist()}
     return np.array([side for side in mesh.sides.tolist() if tuple(side) not in known], np.int64).reshape(-1, 2)
 
 
-def include_nodes(interface: Interface, nodes: IntArray) -> Interface:
+def extend_interface(interface: Interface, nodes: IntArray) -> Interface:
     """Return the interface extended by nodes that carry no automata."""
     every = np.unique(np.concatenate([interface.nodes, nodes]))
     counts, mass = np.zeros(len(every), np.int64), np.zeros(len(every))
@@ -75,13 +75,13 @@ def make_sides(
     radii, none = np.full(len(centres), radius), np.zeros((0, 2), np.int64)
     rows = np.searchsorted(interface.nodes, sides)
     found = Sides(sides, rows.astype(np.int64), radii, stiffness, none, 0)
-    pairs = find_near(found, nodes, centres, np.flatnonzero(interface.free), 0.0)
+    pairs = find_close_pairs(found, nodes, centres, np.flatnonzero(interface.free), 0.0)
     if len(pairs):
         shorten_radii(sides, nodes, centres, pairs, radii)
     return found
 
 
-def find_near(sides: Sides, nodes: FloatArray, centres: FloatArray, automata: IntArray, margin: float) -> IntArray:
+def find_close_pairs(sides: Sides, nodes: FloatArray, centres: FloatArray, automata: IntArray, margin: float) -> IntArray:
     """Return sorted pairs of an automaton and a side that may be closer than contact plus a margin, shape (m, 2).
 
     Args:
@@ -104,7 +104,7 @@ def find_near(sides: Sides, nodes: FloatArray, centres: FloatArray, automata: In
 
 
 @internal_inlined
-def _place_beside(start, end, centre):
+def _nearest_side_point(start, end, centre):
     """Return the unit vector from the nearest point of a side to a centre (x, y), the distance, and the fraction s.
 
     The body lies on the left of the side. A centre inside the body next to the side has a negative distance, and the vector
@@ -130,12 +130,12 @@ def shorten_radii(sides, nodes, centres, pairs, radii):
     for row in range(pairs.shape[0]):
         i, a, b = pairs[row, 0], sides[pairs[row, 1], 0], sides[pairs[row, 1], 1]
         start, end = (nodes[a, 0], nodes[a, 1]), (nodes[b, 0], nodes[b, 1])
-        _, _, distance, _ = _place_beside(start, end, (centres[i, 0], centres[i, 1]))
+        _, _, distance, _ = _nearest_side_point(start, end, (centres[i, 0], centres[i, 1]))
         radii[i] = min(radii[i], max(distance, 0.0))
 
 
 @internal_inlined
-def _nearest(sides, nodes, automata, row):
+def _nearest_side(sides, nodes, automata, row):
     """Return the side nearest to a pair's automaton, its normal, distance and fraction, and the row of the next automaton."""
     i, best, (reference, displacement) = sides.pairs[row, 0], -1, nodes
     nx, ny, nearest, part = 0.0, 0.0, np.inf, 0.0
@@ -146,7 +146,7 @@ def _nearest(sides, nodes, automata, row):
         a, b = sides.nodes[side, 0], sides.nodes[side, 1]
         start = reference[a, 0] + displacement[a, 0], reference[a, 1] + displacement[a, 1]
         end = reference[b, 0] + displacement[b, 0], reference[b, 1] + displacement[b, 1]
-        x, y, distance, at = _place_beside(start, end, centre)
+        x, y, distance, at = _nearest_side_point(start, end, centre)
         if abs(distance) < abs(nearest):
             nx, ny, nearest, part, best = x, y, distance, at, side
         row += 1
@@ -167,7 +167,7 @@ def add_side_forces(sides, nodes, automata, automata_force):
     if sides is not None:
         while row < sides.used:
             i = sides.pairs[row, 0]
-            side, nx, ny, distance, part, row = _nearest(sides, nodes, automata, row)
+            side, nx, ny, distance, part, row = _nearest_side(sides, nodes, automata, row)
             overlap = sides.radius[i] - distance
             if side >= 0 and 0.0 < overlap < 2.0 * sides.radius[i]:
                 push = sides.stiffness[i] * overlap
@@ -184,7 +184,7 @@ def add_side_forces(sides, nodes, automata, automata_force):
 
 
 @internal
-def largest_speed_of_sides(sides, velocity):
+def largest_side_speed(sides, velocity):
     """Return the speed of the fastest node of the sides [m/s], 0 without sides."""
     largest = 0.0
     if sides is not None:

@@ -63,7 +63,7 @@ def choose_steps(parameters: CoupledParameters, grid_limit: float, automata_limi
     given, micro = parameters.step_size, parameters.micro_steps
     together = micro == 1 or parameters.scheme == "literal"
     allowed, suggested = (ALLOWED, SUGGESTED) if together else (_ALLOWED_IMPULSES, _SUGGESTED_IMPULSES)
-    of_kick, suggested_kick = (ALLOWED * micro, SUGGESTED * micro) if together else _steps_between_kicks(micro)
+    of_kick, suggested_kick = (ALLOWED * micro, SUGGESTED * micro) if together else _micro_step_limits(micro)
     suggestion = min(suggested * grid_limit, suggested_kick * automata_limit)
     step = round_down_to_125(suggestion) if given is None else given
     largest = min(allowed * grid_limit, of_kick * automata_limit)
@@ -80,7 +80,7 @@ def choose_steps(parameters: CoupledParameters, grid_limit: float, automata_limi
     return StepSizes(step, micro, step / grid_limit, step / (micro * automata_limit))
 
 
-def _steps_between_kicks(micro: int) -> tuple[float, float]:
+def _micro_step_limits(micro_steps: int) -> tuple[float, float]:
     """Return the allowed and the suggested step with micro-steps, in largest stable steps of the automata."""
-    longest = micro * float(sine_of_pi(0.5 / micro))
+    longest = micro_steps * float(sine_of_pi(0.5 / micro_steps))
     return ALLOWED * longest, _SUGGESTED_KICK * longest

@@ -17,7 +17,7 @@ def reflection(first: Material, second: Material, *, shear: bool = False) -> flo
 
     (Z1 - Z2) / (Z1 + Z2) with Z = density x speed, for P or S waves that are long compared with cells and automata.
     """
-    one, two = (material.density * _speed(material, shear) for material in (first, second))
+    one, two = (material.density * _wave_speed(material, shear) for material in (first, second))
     return (one - two) / (one + two)
 
 
@@ -52,7 +52,7 @@ def automata_speed(
         axis: direction of propagation; rows of the hexagonal packing lie along x.
         shear: whether it is an S wave.
     """
-    number, slow = 2.0 * math.pi / wavelength, _speed(material, shear)
+    number, slow = 2.0 * math.pi / wavelength, _wave_speed(material, shear)
     vector = (number, 0.0) if axis == "x" else (0.0, number)
     frequencies = lattice_frequencies(
         packing, vector, density=material.density, shear=material.shear_modulus, lame=material.first_lame, diameter=diameter
@@ -76,5 +76,5 @@ def lattice_reflection(
     return (one - two) / (one + two)
 
 
-def _speed(material: Material, shear: bool) -> float:
+def _wave_speed(material: Material, shear: bool) -> float:
     return material.shear_speed if shear else material.longitudinal_speed

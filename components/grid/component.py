@@ -25,9 +25,9 @@ from ..variables import Variable
 from . import kernel_arrays, kernels
 from .boundaries import Free
 from .kernel_arrays import Tables, Yields
-from .kernel_setup import Assembly, assemble, make_drive, signal_factors
+from .kernel_setup import Assembly, assemble_grid, make_drive, signal_factors
 from .mesh import IntArray, Mesh, cell_areas
-from .nodal_conditions import cells_of_sides
+from .nodal_conditions import side_cells
 from .parameters import GridParameters, Place
 from .stability import highest_frequency
 from .yielding import NoYield
@@ -75,15 +75,15 @@ class Grid(Component):
                 raise ParameterError(
                     "no side is left of this edge, all of its cells are cut out", hint="leave it out", at=("boundaries", name)
                 )
-        self.cell_material: IntArray = self._materials_of_cells()
+        self.cell_material: IntArray = self._cell_materials()
         self._materials: list[Material] = [material(one) for one in p.materials]
         self._off_nodes: list[str] = []
-        self._forced = self._nodes_at("forced_nodes", p.forced_nodes)
-        self._receivers = self._nodes_at("receivers", p.receivers)
+        self._forced = self._selected_nodes("forced_nodes", p.forced_nodes)
+        self._receivers = self._selected_nodes("receivers", p.receivers)
         self._laws = {number: p.plastic_laws[number].constants() for number in np.unique(self.cell_material).tolist()}
         self._plastic = any(law is not None for law in self._laws.values())
-        self.attach(None)
-        self._refuse_held_forces()
+        self.attach_mass(None)
+        self._refuse_ineffective_forces()
         self.mass: FloatArray = self._assembly.mass
         self.highest_frequency: float = highest_frequency(self._grid, self._conditions, self._corner)
         self.step_size = p.step_size or suggest_step(
@@ -92,7 +92,7 @@ class Grid(Component):
         refuse_large_step(self.step_size, self.highest_frequency, "leave it out, or make the cells larger")
         self._lay_out_state()
 
-    def _materials_of_cells(self) -> IntArray:
+    def _cell_materials(self) -> IntArray:
         p, count = self.parameters, len(self.mesh.cells)
         if p.cell_material is not None:
             if len(p.cell_material) != count:
@@ -110,18 +110,18 @@ class Grid(Component):
             numbers[inside] = region.material
         return numbers
 
-    def _nodes_at(self, name: str, places: list[Place]) -> IntArray:
+    def _selected_nodes(self, name: str, places: list[Place]) -> IntArray:
         """Return the nodes given by numbers or points."""
         found = []
         for index, place in enumerate(places):
             if isinstance(place, int) and place >= len(self.mesh.nodes):
                 raise ParameterError(f"got node {place}", expected=f"0 to {len(self.mesh.nodes) - 1}", at=f"{name}[{index}]")
-            found.append(place if isinstance(place, int) else self._node_near(f"{name}[{index}]", place))
+            found.append(place if isinstance(place, int) else self._nearest_node(f"{name}[{index}]", place))
             if found[-1] in found[:-1]:
                 raise ParameterError(f"node {found[-1]} is there already", hint="give each node once", at=f"{name}[{index}]")
         return np.array(found, dtype=np.int64)
 
-    def _refuse_held_forces(self) -> None:
+    def _refuse_ineffective_forces(self) -> None:
         """Refuse forces on nodes whose motion is prescribed along both axes: they would have no effect."""
         held = self._conditions.prescribed[self._assembly.places[self._forced]].all(axis=1)
         for index in np.flatnonzero(held).tolist():
@@ -131,31 +131,31 @@ class Grid(Component):
                 at=("forced_nodes", index),
             )
 
-    def _node_near(self, where: str, point: Sequence[float]) -> int:
+    def _nearest_node(self, where: str, point: Sequence[float]) -> int:
         """Return the node nearest to a point of the body, and keep a caution if it is not at the point."""
         squares = ((self.mesh.nodes - np.array(point)) ** 2).sum(axis=1)
         node = int(np.argmin(squares))
         (x, y), distance = self.mesh.nodes[node].tolist(), math.sqrt(squares[node])
         found = f"the nearest node, {node}, is at ({x:.6g}, {y:.6g}) m"
-        if distance > 2.0 * self.mesh.reach.max():
+        if distance > 2.0 * self.mesh.cell_radii.max():
             raise ParameterError(f"got the point {list(point)} m", expected="a point of the body", hint=found, at=where)
         if distance > _OFF_NODE * math.sqrt(self.mesh.areas.min()):
             self._off_nodes.append(f"{where}: {found}, not at the point {list(point)} m")
         return node
 
-    def attach(self, mass: FloatArray | None, pushed: Sequence[int] = ()) -> None:
+    def attach_mass(self, mass: FloatArray | None, loaded_nodes: Sequence[int] = ()) -> None:
         """Let nodes carry masses of another body, whose forces a parent adds to those of the cells.
 
         Call it before the first step.
 
         Args:
             mass: shape (n,) [kg].
-            pushed: nodes without such mass to which the parent adds forces.
+            loaded_nodes: nodes without such mass to which the parent adds forces.
         """
         p = self.parameters
-        self._assembly: Assembly = assemble(
+        self._assembly: Assembly = assemble_grid(
             self.mesh, self._materials, self.cell_material, laws=p.plastic_laws, boundaries=p.boundaries,
-            forced=self._forced.tolist(), hourglass=p.hourglass, attached=mass, pushed=pushed,
+            forced_nodes=self._forced.tolist(), hourglass=p.hourglass, carried_mass=mass, loaded_nodes=loaded_nodes,
         )  # fmt: skip
         self._grid, self._conditions, self._corner = self._assembly.grid, self._assembly.conditions, self._assembly.corner
 
@@ -262,24 +262,24 @@ class Grid(Component):
         state = self._state
         for name in ("displacement", "velocity"):
             if name in values:
-                self._refuse_parting(name, values[name])
+                self._refuse_separation(name, values[name])
         if "displacement" in values:
             state.displacement[:] = values["displacement"]
             if (cell := self._update_forces(0.0)) >= 0:
                 raise ParameterError(
                     f"cell {cell} would be inverted", hint="give smaller displacements", at="start.displacement"
                 )
-            self._strain_elastically()
+            self._write_elastic_stresses()
         if "stress" in values:
             state.stress[:] = values["stress"]
         if values.keys() & {"displacement", "stress"}:
             self._update_forces(0.0)
             self._block["static_force"][:] = self._static_force()
-        kernels.stress_energies(self._grid, state)
+        kernels.write_stress_energies(self._grid, state)
         if "velocity" in values:
             state.velocity[:] = values["velocity"]
         self._driven_by = None
-        sums = self._sums()
+        sums = self._energies_and_momenta()
         self._block["start"][:] = sums["energy"], *sums["momentum"], sums["angular_momentum"]
         return {}
 
@@ -287,10 +287,10 @@ class Grid(Component):
         """Return the force sigma n L that balances the stress on each side of the absorbing edges, shape (k, 2) [N]."""
         sides, positions = self._assembly.absorbing_sides, self.mesh.nodes + self._state.displacement
         x, y = (positions[sides[:, 1]] - positions[sides[:, 0]]).T
-        xx, yy, _, xy = self._state.stress[cells_of_sides(self.mesh, sides)].T
+        xx, yy, _, xy = self._state.stress[side_cells(self.mesh, sides)].T
         return np.stack([xx * y - xy * x, xy * y - yy * x], axis=1)
 
-    def _strain_elastically(self) -> None:
+    def _write_elastic_stresses(self) -> None:
         """Write the elastic stresses and hourglass forces of the present displacements, for rotations of any angle."""
         state, corners = self._state, self.mesh.nodes[self.mesh.cells]
         moved = state.displacement[self.mesh.cells]
@@ -311,7 +311,7 @@ class Grid(Component):
         elastic = self._grid._replace(laws=NoYield())
         return int(kernels.update_forces(elastic, self._state, self._conditions.groups, self._corner, step))
 
-    def _refuse_parting(self, name: str, value: FloatArray) -> None:
+    def _refuse_separation(self, name: str, value: FloatArray) -> None:
         for group in self._assembly.joined:
             members = group[group >= 0]
             if (value[members] != value[members[0]]).any():
@@ -320,7 +320,7 @@ class Grid(Component):
                 )
 
     @property
-    def joined(self) -> IntArray:
+    def joined_nodes(self) -> IntArray:
         """Groups of nodes that periodic edges join, rows padded with -1, shape (k, 4)."""
         return self._assembly.joined
 
@@ -333,7 +333,7 @@ class Grid(Component):
         """Return the arrays of the kernels, for a parent component that calls the kernels directly."""
         return Tables(self._grid, self._state, self._conditions, self._corner)
 
-    def factors(self, tick: int, ticks: int) -> FloatArray:
+    def drive_factors(self, tick: int, ticks: int) -> FloatArray:
         """Set up the drive of the held inputs; return the means of the signals over `ticks` ticks from `tick` on."""
         if self._held is not self._driven_by:
             self._signals, drive = make_drive(self._assembly, self._held, self._block["static_force"])
@@ -342,36 +342,36 @@ class Grid(Component):
         return signal_factors(self._signals, tick, ticks)
 
     def _advance(self, ticks: int) -> int:
-        factors, yields = self.factors(self._tick, ticks), self.event_room()
+        factors, yields = self.drive_factors(self._tick, ticks), self.free_event_rows()
         given = (self.tables(), factors, self._block["tally"], self.step_size, self._tick, yields, self.failed_at)
         parts = 1 if self._plastic or len(self.mesh.cells) < LEAST_CELLS else thread_count()
         status = kernels.advance(*given) if parts == 1 else kernels.advance_in_parts(*given, parts)
-        self.keep_events(yields)
+        self.set_event_count(yields)
         return int(status)
 
-    def event_room(self) -> Yields:
+    def free_event_rows(self) -> Yields:
         """Return free rows for one event per cell that can yield."""
         if not self._plastic:
             return Yields(np.zeros((1, 5)), np.zeros(1, dtype=np.int64))
         count = self._block.count("events")
         return Yields(self._block.reserve_rows("events", len(self.mesh.cells) - count), np.array([count]))
 
-    def keep_events(self, yields: Yields) -> None:
-        """Store the number of rows of `event_room` in use."""
+    def set_event_count(self, yields: Yields) -> None:
+        """Store the number of rows of `free_event_rows` in use."""
         if self._plastic:
             self._block.set_row_count("events", int(yields.used[0]))
 
     def _explain(self, status: int) -> StepError:
         cell, tick = (int(number) for number in self.failed_at)
         time = tick * self.step_size
-        area = float(self._smallest_corner(cell))
+        area = float(self._smallest_corner_area(cell))
         return StepError(
             f"cell {cell} has been inverted at {time:.9g} s, the area at a corner is {area:.6g} m2, not above 0; "
             f"load the grid less, or take a smaller step_size (now {self.step_size:g} s)",
             time=time, at="displacement", variable="displacement", index=cell, value=area, limit=0.0,
         )  # fmt: skip
 
-    def _smallest_corner(self, cell: int) -> Any:
+    def _smallest_corner_area(self, cell: int) -> Any:
         """Return the smallest triangle area at a corner of a cell [m2]; it is negative for an angle above 180 degrees."""
         nodes = self.mesh.cells[cell]
         with np.errstate(all="ignore"):
@@ -381,11 +381,11 @@ class Grid(Component):
 
     # -- reading ----------------------------------------------------------------------------------------------------
 
-    def _sums(self) -> dict[str, Any]:
+    def _energies_and_momenta(self) -> dict[str, Any]:
         """Return the present energies, momentum and angular momentum."""
         sums = np.zeros(6)
         with np.errstate(all="ignore"):
-            kernels.energies(self._grid, self._state, self.mass, sums)
+            kernels.write_energy_sums(self._grid, self._state, self.mass, sums)
             kinetic, hourglass, pulled = (float(number) for number in sums[:3])
             some = self._conditions
             force = np.where(some.prescribed > 0, 0.0, self._state.force[some.nodes])
@@ -422,7 +422,7 @@ class Grid(Component):
 
         `leapfrog_energy` is -h^2/8 times the sum of force^2 / mass; with it, the scheme conserves the energy to rounding.
         """
-        sums, tally, start = self._sums(), self._block["tally"].copy(), self._block["start"].copy()
+        sums, tally, start = self._energies_and_momenta(), self._block["tally"].copy(), self._block["start"].copy()
         stored = {
             "kinetic_energy": sums["kinetic"],
             "elastic_energy": sums["elastic"],

@@ -31,7 +31,7 @@ class Assembly:
         mass: of each node alone, shape (n,) [kg].
         places: node -> its row in `conditions`, -1 for other nodes, shape (n,).
         joined: groups of nodes that move together, rows padded with -1, shape (k, 4).
-        leaders: nodes whose prescribed velocities the nodes with conditions follow; see `nodal_conditions.leading_rows`.
+        leaders: nodes whose prescribed velocities the nodes with conditions follow; see `nodal_conditions.leader_rows`.
         held_edges: nodes and components that edges prescribe; see `nodal_conditions.held_edges`.
         inputs: of the edges, and forces on nodes.
         absorbing_sides: the two nodes of each side of the absorbing edges, with the body on the left, shape (k, 2).
@@ -49,17 +49,17 @@ class Assembly:
     absorbing_sides: IntArray
 
 
-def assemble(
+def assemble_grid(
     mesh: Mesh,
     materials: Sequence[Material],
     cell_material: IntArray,
     *,
     laws: Sequence[PlasticLaw],
     boundaries: Mapping[str, Boundary],
-    forced: Sequence[int] = (),
+    forced_nodes: Sequence[int] = (),
     hourglass: float = 1.0,
-    attached: FloatArray | None = None,
-    pushed: Sequence[int] = (),
+    carried_mass: FloatArray | None = None,
+    loaded_nodes: Sequence[int] = (),
 ) -> Assembly:
     """Return the arrays for a mesh.
 
@@ -69,11 +69,11 @@ def assemble(
         cell_material: the number of each cell, shape (m,).
         laws: plastic law of each material.
         boundaries: of edges by name.
-        forced: nodes with the input `force`.
+        forced_nodes: nodes with the input `force`.
         hourglass: stiffness against hourglass modes, as a fraction of that of full integration.
-        attached: masses of another body that nodes carry too, shape (n,) [kg]; a parent adds its forces to those of the cells.
-            Nodes that carry mass become nodes with conditions.
-        pushed: nodes without such mass to which a parent adds forces.
+        carried_mass: masses of another body that nodes carry too, shape (n,) [kg]; a parent adds its forces to those of the
+            cells. Nodes that carry mass become nodes with conditions.
+        loaded_nodes: nodes without such mass to which a parent adds forces.
 
     Raises:
         ParameterError: a boundary does not fit its edge.
@@ -81,24 +81,24 @@ def assemble(
     joined = nodal_conditions.joined_nodes(mesh, boundaries)
     prescribed = nodal_conditions.prescribed_components(mesh, boundaries)
     held_edges = nodal_conditions.held_edges(mesh, boundaries, prescribed)
-    inputs = nodal_conditions.edge_inputs(mesh, boundaries, forced, held_edges)
+    inputs = nodal_conditions.edge_inputs(mesh, boundaries, forced_nodes, held_edges)
     count = len(mesh.nodes)
     density, longitudinal, shear = (
         np.array([getattr(one, name) for one in materials])[cell_material]
         for name in ("density", "longitudinal_speed", "shear_speed")
     )
-    own_mass = lump(mesh, density * mesh.areas)
-    damping = nodal_conditions.dashpots(mesh, boundaries, density, longitudinal, shear, own_mass)
-    node_slots, further = _corners_of_nodes(count, mesh.cells)
-    more = np.zeros(count) if attached is None else attached
+    own_mass = lump_to_nodes(mesh, density * mesh.areas)
+    damping = nodal_conditions.dashpot_damping(mesh, boundaries, density, longitudinal, shear, own_mass)
+    node_slots, further = _node_corners(count, mesh.cells)
+    more = np.zeros(count) if carried_mass is None else carried_mass
     apart = [joined[joined >= 0], *(one.nodes for one in inputs), list(prescribed), np.flatnonzero(damping.any(axis=1))]
-    apart += [further[:, 0], np.flatnonzero(more), pushed]
+    apart += [further[:, 0], np.flatnonzero(more), loaded_nodes]
     nodes = np.unique(np.concatenate([np.array(some, dtype=np.int64) for some in apart]))
     places = np.full(count, -1, dtype=np.int64)
     places[nodes] = np.arange(len(nodes))
-    share = own_mass[nodes] / nodal_conditions.join_rows(own_mass[nodes, None], places, joined)[:, 0]
+    share = own_mass[nodes] / nodal_conditions.sum_joined_rows(own_mass[nodes, None], places, joined)[:, 0]
     mass = own_mass + more
-    mass[nodes] = nodal_conditions.join_rows(mass[nodes, None], places, joined)[:, 0]
+    mass[nodes] = nodal_conditions.sum_joined_rows(mass[nodes, None], places, joined)[:, 0]
     special = np.zeros(count, dtype=np.uint8)
     special[nodes] = 1
     moduli = np.array([[one.first_lame, one.shear_modulus] for one in materials])
@@ -118,21 +118,21 @@ def assemble(
     held = kernel_arrays.Conditions(
         nodes=nodes.astype(np.uint32),
         mass=mass[nodes],
-        damping=nodal_conditions.join_rows(damping[nodes], places, joined),
+        damping=nodal_conditions.sum_joined_rows(damping[nodes], places, joined),
         prescribed=_prescribed_flags(prescribed, places, joined, len(nodes)),
         share=share,
         groups=joined.astype(np.int32),
         drive=np.zeros((1, len(nodes), 2)),
         begin=np.zeros((len(nodes), 5, 2)),
     )
-    leaders = nodal_conditions.leading_rows(prescribed, places, joined, len(nodes))
+    leaders = nodal_conditions.leader_rows(prescribed, places, joined, len(nodes))
     sides = nodal_conditions.absorbing_sides(mesh, boundaries)
     return Assembly(
         grid, held, np.zeros((4 * len(mesh.cells) + 1, 2)), own_mass, places, joined, leaders, held_edges, inputs, sides
     )
 
 
-def lump(mesh: Mesh, amounts: FloatArray) -> FloatArray:
+def lump_to_nodes(mesh: Mesh, amounts: FloatArray) -> FloatArray:
     """Distribute cell amounts to the nodes, a quarter to each node of a cell; return nodal sums, shape (n,)."""
     corners = np.zeros((len(mesh.nodes), 4))
     for corner in range(4):
@@ -141,7 +141,7 @@ def lump(mesh: Mesh, amounts: FloatArray) -> FloatArray:
     return (corners[:, 0] + corners[:, 1]) + (corners[:, 2] + corners[:, 3])
 
 
-def hourglass_stiffness(mesh: Mesh, moduli: FloatArray, part: float) -> FloatArray:
+def hourglass_stiffness(mesh: Mesh, moduli: FloatArray, fraction: float) -> FloatArray:
     """Return part (lambda + 3 mu) / 12 of each cell, times (w^2 + h^2) / 2 w h for its width and height, shape (m,) [Pa].
 
     For part = 1 it is the mean stiffness of the two hourglass modes of a fully integrated rectangle; in a square both have it.
@@ -149,24 +149,24 @@ def hourglass_stiffness(mesh: Mesh, moduli: FloatArray, part: float) -> FloatArr
     Args:
         mesh: nodes and cells.
         moduli: Lame's constants of each cell, shape (m, 2) [Pa].
-        part: fraction of the stiffness of full integration.
+        fraction: fraction of the stiffness of full integration.
     """
     corners = mesh.nodes[mesh.cells]
     first, second = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]
     diagonals = (first * first).sum(axis=1) + (second * second).sum(axis=1)
-    return part * (moduli[:, 0] + 3.0 * moduli[:, 1]) / 12.0 * (diagonals / (4.0 * mesh.areas))
+    return fraction * (moduli[:, 0] + 3.0 * moduli[:, 1]) / 12.0 * (diagonals / (4.0 * mesh.areas))
 
 
 def _prescribed_flags(
-    prescribed: Mapping[int, Mapping[int, Any]], places: IntArray, joined: IntArray, count: int
+    prescribing_edges: Mapping[int, Mapping[int, Any]], places: IntArray, groups: IntArray, count: int
 ) -> np.ndarray:
     flags = np.zeros((count, 2))
-    for node, components in prescribed.items():
+    for node, components in prescribing_edges.items():
         flags[places[node], list(components)] = 1.0
-    return (nodal_conditions.join_rows(flags, places, joined) > 0.0).astype(np.uint8)
+    return (nodal_conditions.sum_joined_rows(flags, places, groups) > 0.0).astype(np.uint8)
 
 
-def _corners_of_nodes(nodes: int, cells: IntArray) -> tuple[IntArray, IntArray]:
+def _node_corners(nodes: int, cells: IntArray) -> tuple[IntArray, IntArray]:
     """Return the rows of the corner forces on each node, one per local corner, shape (nodes, 4), and the remaining pairs.
 
     Row 4 m belongs to no cell.
@@ -184,7 +184,7 @@ def _corners_of_nodes(nodes: int, cells: IntArray) -> tuple[IntArray, IntArray]:
 
 
 def make_drive(
-    assembly: Assembly, held: Mapping[str, Held], static_force: FloatArray
+    assembly: Assembly, inputs: Mapping[str, Held], static_force: FloatArray
 ) -> tuple[list[CompiledProfile], FloatArray]:
     """Return the profiles among the held inputs, and the drive (see `kernel_arrays.Conditions`).
 
@@ -192,10 +192,10 @@ def make_drive(
 
     Args:
         assembly: with the nodes with conditions.
-        held: the held inputs by name.
+        inputs: the held inputs by name.
         static_force: on each side of the absorbing edges, half of it on each node of the side, shape (k, 2) [N].
     """
-    values = [held[one.variable.name] for one in assembly.inputs]
+    values = [inputs[one.variable.name] for one in assembly.inputs]
     profiles = [value for value in values if isinstance(value, CompiledProfile)]
     forces = np.zeros((1 + len(profiles), len(assembly.conditions.nodes), 2))
     velocities = np.zeros_like(forces)
@@ -206,11 +206,11 @@ def make_drive(
         profile = isinstance(value, CompiledProfile)
         signal += profile
         target, row = velocities if one.velocity else forces, signal if profile else 0
-        target[row, assembly.places[one.nodes]] += one.act(value.pattern if profile else value)
+        target[row, assembly.places[one.nodes]] += one.nodal_values(value.pattern if profile else value)
     flags = assembly.conditions.prescribed > 0
     for row in range(len(forces)):
         led = np.take_along_axis(velocities[row], assembly.leaders, axis=0)
-        forces[row] = np.where(flags, led, nodal_conditions.join_rows(forces[row], assembly.places, assembly.joined))
+        forces[row] = np.where(flags, led, nodal_conditions.sum_joined_rows(forces[row], assembly.places, assembly.joined))
     return profiles, forces
 
 

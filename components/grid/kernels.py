@@ -60,7 +60,7 @@ def corner_forces(stress, hourglass, diagonals, pattern):
 
 
 @internal
-def note_yield(yields, tick, cell, flow):
+def record_yield(yields, tick, cell, flow):
     """Append the event of a cell that yields for the first time."""
     row = yields.used[0]
     rows = yields.rows
@@ -140,7 +140,7 @@ def advance_cells(grid, state, corner_out, step, tick, yields, begin, end):
             txx, tyy, tzz, txy = flow.stress
             if flow.strain > 0.0:
                 if plastic_strains[c] == 0.0:
-                    note_yield(yields, tick, c, flow)
+                    record_yield(yields, tick, c, flow)
                 plastic_strains[c] += flow.strain
                 # The hourglass force represents deviators within the cell, so it is scaled like them. The plastic strain is
                 # (1 - kept) q / rate; the mean of the force before and after the step does its work.
@@ -170,7 +170,7 @@ def advance_cells(grid, state, corner_out, step, tick, yields, begin, end):
 
 
 @internal_inlined
-def gather(slots, corner, n):
+def node_force(slots, corner, n):
     """Return the force on a node [N], summed in two pairs of corners, so that mirror images are bitwise mirror images."""
     a, b, c, d = slots[n, 0], slots[n, 1], slots[n, 2], slots[n, 3]
     fx = (corner[a, 0] + corner[b, 0]) + (corner[c, 0] + corner[d, 0])
@@ -183,26 +183,26 @@ def write_forces(grid, state, corner, begin, end):
     """Write the forces on the nodes begin..end-1 from the corner forces."""
     slots, force = grid.node_slots, state.force
     for n in range(np.uint64(begin), np.uint64(end)):
-        force[n, 0], force[n, 1] = gather(slots, corner, n)
+        force[n, 0], force[n, 1] = node_force(slots, corner, n)
 
 
 @internal
-def finish_nodes(grid, state, corner, step, again, begin, end):
+def finish_nodes(grid, state, corner, step, has_next_tick, begin, end):
     """Write the forces on the nodes begin..end-1, and kick those without conditions for the second half of a step.
 
-    If another tick follows (`again`), these nodes begin it: half a kick, then the drift.
+    If another tick follows (`has_next_tick`), these nodes begin it: half a kick, then the drift.
     """
     slots, special, half_inverse = grid.node_slots, grid.special, grid.half_inverse
     force, velocity, displacement = state.force, state.velocity, state.displacement
     for n in range(np.uint64(begin), np.uint64(end)):
-        fx, fy = gather(slots, corner, n)
+        fx, fy = node_force(slots, corner, n)
         force[n, 0], force[n, 1] = fx, fy
         if special[n]:
             continue
         weight = step * half_inverse[n]
         vx, vy = velocity[n, 0] + weight * fx, velocity[n, 1] + weight * fy
-        if again:
-            vx, vy = moving(vx + weight * fx), moving(vy + weight * fy)
+        if has_next_tick:
+            vx, vy = drift_velocity(vx + weight * fx), drift_velocity(vy + weight * fy)
             displacement[n, 0] += step * vx
             displacement[n, 1] += step * vy
         velocity[n, 0], velocity[n, 1] = vx, vy
@@ -216,11 +216,11 @@ def finish_forces(grid, state, groups, corner):
         n, slot = further[row, 0], further[row, 1]
         force[n, 0] += corner[slot, 0]
         force[n, 1] += corner[slot, 1]
-    join(force, groups)
+    sum_group_forces(force, groups)
 
 
 @internal
-def join(force, groups):
+def sum_group_forces(force, groups):
     """Give all nodes of each group the sum of their forces."""
     for row in range(len(groups)):
         a, b, c, d = groups[row, 0], groups[row, 1], groups[row, 2], groups[row, 3]
@@ -249,7 +249,7 @@ def update_forces(grid, state, groups, corner, step):
 
 
 @internal_inlined
-def moving(velocity):
+def drift_velocity(velocity):
     """Return a velocity before a drift, or 0 if it is negligible; NaN is kept."""
     return 0.0 if abs(velocity) < _REST else velocity
 
@@ -261,8 +261,8 @@ def kick(grid, state, step, begin, end):
     for n in range(begin, end):
         if not special[n]:
             weight = step * half_inverse[n]
-            velocity[n, 0] = moving(velocity[n, 0] + weight * force[n, 0])
-            velocity[n, 1] = moving(velocity[n, 1] + weight * force[n, 1])
+            velocity[n, 0] = drift_velocity(velocity[n, 0] + weight * force[n, 0])
+            velocity[n, 1] = drift_velocity(velocity[n, 1] + weight * force[n, 1])
 
 
 @internal
@@ -406,21 +406,21 @@ def advance(body, factors, tally, step, tick, yields, failure_out):
 
 
 @jit
-def start_in_parts(body, factors, step):
+def start_parts(body, factors, step):
     """Start a sequence of ticks."""
     begin_advance(body, factors, step)
 
 
 @jit
-def advance_part_of_cells(body, step, tick, yields, begin, end):
+def advance_cell_range(body, step, tick, yields, begin, end):
     """Advance some cells; return the first non-convex one, or -1."""
     return advance_cells(body.grid, body.state, body.corner, step, tick, yields, begin, end)
 
 
 @jit
-def finish_part_of_nodes(body, step, again, begin, end):
+def finish_node_range(body, step, has_next_tick, begin, end):
     """Write the forces on some nodes, and move those without conditions."""
-    finish_nodes(body.grid, body.state, body.corner, step, again, begin, end)
+    finish_nodes(body.grid, body.state, body.corner, step, has_next_tick, begin, end)
 
 
 @jit
@@ -435,21 +435,21 @@ def advance_in_parts(body, factors, tally, step, tick, yields, failure_out, part
     Only for a grid that cannot yield, because yield events must be in the order of the cells.
     """
     cells, nodes = split_range(len(body.grid.cells), parts), split_range(len(body.grid.reference), parts)
-    start_in_parts(body, factors, step)
+    start_parts(body, factors, step)
     for row in range(len(factors)):
-        now, again = tick + row + 1, row + 1 < len(factors)
-        found = call_in_threads(advance_part_of_cells, [(body, step, now, yields, *part) for part in cells])
+        now, has_next_tick = tick + row + 1, row + 1 < len(factors)
+        found = call_in_threads(advance_cell_range, [(body, step, now, yields, *part) for part in cells])
         failed = [int(cell) for cell in found if cell >= 0]
         if failed:
             failure_out[:] = failed[0], now
             return 1
-        call_in_threads(finish_part_of_nodes, [(body, step, again, *part) for part in nodes])
+        call_in_threads(finish_node_range, [(body, step, has_next_tick, *part) for part in nodes])
         finish_parts(body, factors, tally, row, step)
     return 0
 
 
 @jit
-def energies(grid, state, own_mass, sums_out):
+def write_energy_sums(grid, state, own_mass, sums_out):
     """Write kinetic energy, hourglass energy, sum of force^2 / mass of nodes without conditions, momentum, angular momentum.
 
     Args:
@@ -480,7 +480,7 @@ def energies(grid, state, own_mass, sums_out):
 
 
 @jit
-def stress_energies(grid, state):
+def write_stress_energies(grid, state):
     """Write the elastic energy of the present stresses to `energy` [J], for a start."""
     cells, x, u, s, energy = grid.cells, grid.reference, state.displacement, state.stress, state.energy
     material, moduli = grid.material, grid.moduli

@@ -65,16 +65,16 @@ class Mesh:
         return nodes[np.lexsort((self.nodes[nodes, 1], self.nodes[nodes, 0]))]
 
     @cached_property
-    def reach(self) -> FloatArray:
+    def cell_radii(self) -> FloatArray:
         """Distance from the centre of each cell to its farthest corner, shape (m,) [m]."""
         return np.sqrt(((self.nodes[self.cells] - self.centres[:, np.newaxis]) ** 2).sum(axis=2).max(axis=1))
 
-    def lengths(self, sides: IntArray) -> FloatArray:
+    def side_lengths(self, sides: IntArray) -> FloatArray:
         """Return the lengths of sides given by their two nodes, shape (k,) [m]."""
         x, y = (self.nodes[sides[:, 1]] - self.nodes[sides[:, 0]]).T
         return np.sqrt(x * x + y * y)
 
-    def problem(self) -> tuple[str, str] | None:
+    def first_problem(self) -> tuple[str, str] | None:
         """Return location and description of the first error, or None for a usable mesh."""
         n = len(self.nodes)
         outside = np.argwhere((self.cells < 0) | (self.cells >= n))
@@ -124,7 +124,7 @@ class Mesh:
         from scipy.spatial import cKDTree  # type: ignore[attr-defined]
 
         corners, tree = self.nodes[self.cells], cKDTree(self.nodes)
-        near: Any = tree.query_ball_point(self.centres, self.reach)
+        near: Any = tree.query_ball_point(self.centres, self.cell_radii)
         cell = np.repeat(np.arange(len(self.cells)), [len(one) for one in near])
         node = np.concatenate(near).astype(np.int64)
         foreign = np.ones(len(node), dtype=bool)
@@ -133,7 +133,7 @@ class Mesh:
             inside = side[:, 0] * way[:, 1] - side[:, 1] * way[:, 0]
             foreign &= inside > -_ON_SIDE * (side * side).sum(axis=1)
             # Exclude corners, and second nodes at the same position, as on the other face of a slit.
-            foreign &= (way * way).sum(axis=1) > (_AT_CORNER * self.reach[cell]) ** 2
+            foreign &= (way * way).sum(axis=1) > (_AT_CORNER * self.cell_radii[cell]) ** 2
         if not foreign.any():
             return None
         first = int(np.argmax(foreign))
@@ -150,7 +150,7 @@ def cell_areas(nodes: FloatArray, cells: IntArray) -> FloatArray:
     return 0.5 * (first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
 
 
-def rectangle(columns: int, rows: int, size: tuple[float, float], centre: tuple[float, float] | None) -> Mesh:
+def rectangle_mesh(columns: int, rows: int, size: tuple[float, float], centre: tuple[float, float] | None) -> Mesh:
     """Return columns x rows equal cells; nodes and cells are numbered along x first.
 
     Coordinates are the centre plus multiples of the cell size: about a centre of 0, mirror images are bitwise exact.
@@ -177,9 +177,9 @@ def rectangle(columns: int, rows: int, size: tuple[float, float], centre: tuple[
     return Mesh(nodes, cells, edges)
 
 
-def without_cells(mesh: Mesh, removed: npt.NDArray[np.bool_]) -> Mesh:
+def mesh_without_cells(mesh: Mesh, is_removed: npt.NDArray[np.bool_]) -> Mesh:
     """Return a mesh without some of its cells, and without the nodes that no remaining cell uses."""
-    cells = mesh.cells[~removed]
+    cells = mesh.cells[~is_removed]
     used = np.zeros(len(mesh.nodes), dtype=bool)
     used[cells] = True
     number = np.cumsum(used) - 1

@@ -21,20 +21,20 @@ from ..support.parameter_fields import (
     refuse_extreme_values,
 )
 from ..support.tagged_union import ByName, Named
-from .mesh import Mesh, rectangle, without_cells
+from .mesh import Mesh, mesh_without_cells, rectangle_mesh
 
 _Corners = Annotated[list[Index], Field(min_length=4, max_length=4)]
 _MOST_CELLS = 100_000_000
 
 
-def _edge_name(name: str) -> str:
+def _validate_edge_name(name: str) -> str:
     """Refuse edge names that do not make valid input names, or that clash with an output."""
     if not re.fullmatch("[a-z][a-z0-9_]*", name) or name == "receiver":
         raise ValueError(f"edges: got the name {name!r}, expected small letters, digits and _, and not 'receiver'")
     return name
 
 
-EdgeName = Annotated[str, AfterValidator(_edge_name)]
+EdgeName = Annotated[str, AfterValidator(_validate_edge_name)]
 
 
 class Shape(Named):
@@ -89,7 +89,9 @@ class Rectangle(Shape):
         return (size[0], size[1]) if isinstance(size, list) else (size, size)
 
     def build(self) -> Mesh:  # noqa: D102
-        mesh = rectangle(self.columns, self.rows, self.sizes, None if self.centre is None else (self.centre[0], self.centre[1]))
+        mesh = rectangle_mesh(
+            self.columns, self.rows, self.sizes, None if self.centre is None else (self.centre[0], self.centre[1])
+        )
         if not self.holes:
             return mesh
         removed = np.zeros(len(mesh.cells), dtype=bool)
@@ -102,7 +104,7 @@ class Rectangle(Shape):
             removed |= inside
         if removed.all():
             raise ParameterError("nothing is left of the mesh", at="holes")
-        return without_cells(mesh, removed)
+        return mesh_without_cells(mesh, removed)
 
 
 class Quadrilaterals(Shape):
@@ -134,7 +136,7 @@ class Quadrilaterals(Shape):
 
     def build(self) -> Mesh:  # noqa: D102
         mesh = Mesh(np.array(self.nodes, dtype=np.float64), np.array(self.cells, dtype=np.int64))
-        problem = mesh.problem()
+        problem = mesh.first_problem()
         if problem is not None:
             raise ParameterError(problem[1], at=problem[0])
         oriented = {tuple(sorted(side)): tuple(side) for side in mesh.sides.tolist()}

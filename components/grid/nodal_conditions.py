@@ -41,7 +41,7 @@ class EdgeInput:
     lengths: FloatArray | None = None
     own: npt.NDArray[np.bool_] | None = None
 
-    def act(self, value: Any) -> FloatArray:
+    def nodal_values(self, value: Any) -> FloatArray:
         """Return the nodal forces or velocities for a value of the input, shape (k, 2) [N or m/s]."""
         rows = np.broadcast_to(np.asarray(value).reshape(-1, 2), (len(self.nodes), 2))
         if self.own is not None:
@@ -111,25 +111,25 @@ def _opposite_nodes(mesh: Mesh, first: str, second: str) -> IntArray:
 def edge_inputs(
     mesh: Mesh,
     boundaries: Mapping[str, Boundary],
-    forced: Sequence[int],
-    held: Mapping[str, tuple[IntArray, npt.NDArray[np.bool_]]],
+    forced_nodes: Sequence[int],
+    edge_components: Mapping[str, tuple[IntArray, npt.NDArray[np.bool_]]],
 ) -> list[EdgeInput]:
-    """Return the inputs of a grid: tractions, velocities, forces on nodes; `held` is the result of `held_edges`."""
+    """Return the inputs of a grid: tractions, velocities, forces on nodes; `edge_components` is the result of `held_edges`."""
     found = []
     for name, boundary in boundaries.items():
         if isinstance(boundary, Traction):
             sides = np.searchsorted(np.sort(mesh.edge_nodes(name)), mesh.edges[name])
             sides = np.argsort(mesh.edge_nodes(name), kind="stable")[sides]
-            variable, lengths = _edge_variable(mesh, name, boundary), mesh.lengths(mesh.edges[name])
+            variable, lengths = _edge_variable(mesh, name, boundary), mesh.side_lengths(mesh.edges[name])
             found.append(EdgeInput(variable, mesh.edge_nodes(name), sides=sides, lengths=lengths))
         elif isinstance(boundary, PrescribedVelocity):
-            nodes, own = held[name]
+            nodes, own = edge_components[name]
             variable = _edge_variable(mesh, name, boundary)
             found.append(EdgeInput(variable, nodes, velocity=True, own=own))
-    if len(forced):
+    if len(forced_nodes):
         text = "force on each of the `forced_nodes`, along x and y"
-        variable = Variable("force", "input", "N", (len(forced), 2), text, start=0.0, axes=("forced_node", "direction"))
-        found.append(EdgeInput(variable, np.array(forced, dtype=np.int64)))
+        variable = Variable("force", "input", "N", (len(forced_nodes), 2), text, start=0.0, axes=("forced_node", "direction"))
+        found.append(EdgeInput(variable, np.array(forced_nodes, dtype=np.int64)))
     return found
 
 
@@ -150,22 +150,22 @@ def prescribed_components(mesh: Mesh, boundaries: Mapping[str, Boundary]) -> dic
     Raises:
         ParameterError: a symmetry edge does not lie along an axis.
     """
-    return shared.prescribed_components(boundaries, mesh.edge_nodes, lambda name, one: _components(mesh, name, one))
+    return shared.prescribed_components(boundaries, mesh.edge_nodes, lambda name, one: _prescribed_axes(mesh, name, one))
 
 
 def held_edges(
-    mesh: Mesh, boundaries: Mapping[str, Boundary], prescribed: Mapping[int, Mapping[int, str]]
+    mesh: Mesh, boundaries: Mapping[str, Boundary], prescribing_edges: Mapping[int, Mapping[int, str]]
 ) -> dict[str, tuple[IntArray, npt.NDArray[np.bool_]]]:
     """Return the nodes on velocity-controlled edges, shape (k,), and a mask of the prescribed components, shape (k, 2)."""
     found = {}
     for name, boundary in boundaries.items():
         if isinstance(boundary, (Fixed, PrescribedVelocity, Symmetry)):
             nodes = mesh.edge_nodes(name)
-            found[name] = nodes, np.array([[prescribed[node].get(k) == name for k in (0, 1)] for node in nodes.tolist()])
+            found[name] = nodes, np.array([[prescribing_edges[node].get(k) == name for k in (0, 1)] for node in nodes.tolist()])
     return found
 
 
-def _components(mesh: Mesh, name: str, boundary: Boundary) -> tuple[int, ...]:
+def _prescribed_axes(mesh: Mesh, name: str, boundary: Boundary) -> tuple[int, ...]:
     if isinstance(boundary, Symmetry):
         nodes = mesh.nodes[mesh.edge_nodes(name)]
         extent = nodes.max(axis=0) - nodes.min(axis=0)
@@ -175,7 +175,7 @@ def _components(mesh: Mesh, name: str, boundary: Boundary) -> tuple[int, ...]:
     return boundary.prescribed_axes if isinstance(boundary, PrescribedVelocity) else (0, 1)
 
 
-def dashpots(
+def dashpot_damping(
     mesh: Mesh, boundaries: Mapping[str, Boundary], density: FloatArray, longitudinal: FloatArray, shear: FloatArray,
     mass: FloatArray,
 ) -> FloatArray:  # fmt: skip
@@ -195,18 +195,18 @@ def dashpots(
     for name, boundary in boundaries.items():
         if isinstance(boundary, Absorbing):
             sides = mesh.edges[name]
-            cell, length = cells_of_sides(mesh, sides), mesh.lengths(sides)
+            cell, length = side_cells(mesh, sides), mesh.side_lengths(sides)
             tx, ty = ((mesh.nodes[sides[:, 1]] - mesh.nodes[sides[:, 0]]) / length[:, None]).T
             along, across = 0.5 * density[cell] * shear[cell] * length, 0.5 * density[cell] * longitudinal[cell] * length
             xx, yy = along * tx * tx + across * ty * ty, along * ty * ty + across * tx * tx
             for end in (0, 1):
                 np.add.at(damping, sides[:, end], np.stack([xx, yy, (along - across) * tx * ty], axis=1))
             if boundary.sponge_width > 0.0:
-                damping[:, :2] += _sponge(mesh, name, boundary, longitudinal, mass)[:, None]
+                damping[:, :2] += _sponge_damping(mesh, name, boundary, longitudinal, mass)[:, None]
     return damping
 
 
-def _sponge(mesh: Mesh, name: str, boundary: Absorbing, longitudinal: FloatArray, mass: FloatArray) -> FloatArray:
+def _sponge_damping(mesh: Mesh, name: str, boundary: Absorbing, longitudinal: FloatArray, mass: FloatArray) -> FloatArray:
     """Return the damping coefficient of each node in the layer at an absorbing edge, shape (n,) [N s/m]."""
     from scipy.spatial import cKDTree  # type: ignore[attr-defined]
 
@@ -230,7 +230,7 @@ def absorbing_sides(mesh: Mesh, boundaries: Mapping[str, Boundary]) -> IntArray:
     return np.concatenate([np.zeros((0, 2), dtype=np.int64), *sides])
 
 
-def cells_of_sides(mesh: Mesh, sides: IntArray) -> IntArray:
+def side_cells(mesh: Mesh, sides: IntArray) -> IntArray:
     """Return the cell of each side of the boundary."""
     n = len(mesh.nodes)
     keys = np.concatenate([mesh.cells[:, j] * n + mesh.cells[:, (j + 1) % 4] for j in range(4)])
@@ -238,34 +238,34 @@ def cells_of_sides(mesh: Mesh, sides: IntArray) -> IntArray:
     return order[np.searchsorted(keys[order], sides[:, 0] * n + sides[:, 1])] % len(mesh.cells)
 
 
-def join_rows(rows: FloatArray, places: IntArray, joined: IntArray) -> FloatArray:
+def sum_joined_rows(rows: FloatArray, places: IntArray, groups: IntArray) -> FloatArray:
     """Return the rows of the special nodes, with the rows of joined nodes summed.
 
     Args:
         rows: shape (s, k).
         places: node -> its row, shape (n,).
-        joined: see `joined_nodes`.
+        groups: see `joined_nodes`.
     """
     total = rows.copy()
-    at_corner = joined[:, 3] >= 0
-    pairs, corners = places[joined[~at_corner, :2]], places[joined[at_corner]]
+    at_corner = groups[:, 3] >= 0
+    pairs, corners = places[groups[~at_corner, :2]], places[groups[at_corner]]
     total[pairs] = (rows[pairs[:, 0]] + rows[pairs[:, 1]])[:, None]
     total[corners] = ((rows[corners[:, 0]] + rows[corners[:, 1]]) + (rows[corners[:, 2]] + rows[corners[:, 3]]))[:, None]
     return total
 
 
-def leading_rows(
-    prescribed: Mapping[int, Mapping[int, str]], places: IntArray, joined: IntArray, count: int
+def leader_rows(
+    prescribing_edges: Mapping[int, Mapping[int, str]], places: IntArray, groups: IntArray, count: int
 ) -> npt.NDArray[np.int64]:
     """Return, per special node and component, the row of the node whose prescribed velocity it follows, shape (count, 2).
 
     Joined nodes follow the first member with a prescribed velocity; all other nodes follow themselves.
     """
     leaders = np.repeat(np.arange(count)[:, None], 2, axis=1)
-    for group in joined:
+    for group in groups:
         members = group[group >= 0]
         for component in (0, 1):
-            own = [node for node in members.tolist() if component in prescribed.get(node, {})]
+            own = [node for node in members.tolist() if component in prescribing_edges.get(node, {})]
             if own:
                 leaders[places[members], component] = places[own[0]]
     return leaders

@@ -65,9 +65,9 @@ class GridParameters(Parameters):
 
     @field_validator("plasticity", mode="before")
     @classmethod
-    def _one_law_for_all(cls, given: Any) -> Any:
+    def _expand_single_law(cls, value: Any) -> Any:
         """Accept one law without brackets for all materials."""
-        return given if isinstance(given, (list, tuple)) else [given]
+        return value if isinstance(value, (list, tuple)) else [value]
 
     @model_validator(mode="after")
     def _validate_materials(self) -> GridParameters:

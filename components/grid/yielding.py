@@ -1,7 +1,8 @@
 """The plastic step of a cell in plane strain, for one or several materials.
 
 The laws form a nested list of named tuples, so that their types decide which code is compiled. A material that yields is a
-`Yielding`, an elastic one before it a `Skipped`. `NoYield` at the end represents all materials after the last that yields.
+`YieldingEntry`, an elastic one before it an `ElasticEntry`. `NoYield` at the end represents all materials after the last that
+yields.
 """
 
 from __future__ import annotations
@@ -20,13 +21,13 @@ class NoYield(NamedTuple):
     """The end of the list: no further material yields."""
 
 
-class Skipped(NamedTuple):
+class ElasticEntry(NamedTuple):
     """A material that does not yield, and the rest of the list."""
 
     others: Any
 
 
-class Yielding(NamedTuple):
+class YieldingEntry(NamedTuple):
     """The law of a material that yields, and the rest of the list."""
 
     law: Any
@@ -76,9 +77,9 @@ def law_list(laws: Sequence[PlasticLaw]) -> Any:
     found: Any = NoYield()
     for constants in reversed([law.constants() for law in laws]):
         if constants is not None:
-            found = Yielding(constants, found)
+            found = YieldingEntry(constants, found)
         elif found != NoYield():
-            found = Skipped(found)
+            found = ElasticEntry(found)
     return found
 
 
@@ -94,19 +95,19 @@ def plastic_step(laws, material, step):
 
 
 @plastic_step.register(NoYield)
-def _stay_elastic(laws, material, step):
+def _elastic_step(laws, material, step):
     return PlasticStep(step.trial, 0.0, 0.0, 1.0, 0.0, 0.0)
 
 
-@plastic_step.register(Skipped)
-def _skip_first(laws, material, step):
+@plastic_step.register(ElasticEntry)
+def _skip_elastic_entry(laws, material, step):
     if material == 0:
         return PlasticStep(step.trial, 0.0, 0.0, 1.0, 0.0, 0.0)
     return plastic_step(laws.others, material - 1, step)
 
 
-@plastic_step.register(Yielding)
-def _yield_first(laws, material, step):
+@plastic_step.register(YieldingEntry)
+def _yield_or_skip_entry(laws, material, step):
     if material == 0:
         return yield_cell(laws.law, step)
     return plastic_step(laws.others, material - 1, step)

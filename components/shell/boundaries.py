@@ -44,7 +44,7 @@ def edge_nodes(lattice: Lattice, edge: str) -> IntArray:
     axis, end = EDGES[edge]
     numbers = np.arange(lattice.node_count).reshape(lattice.shape)
     nodes = np.take(numbers, end, axis=axis).ravel()
-    return nodes[lattice.places(nodes)[:, axis] == end % lattice.shape[axis]]
+    return nodes[lattice.indices(nodes)[:, axis] == end % lattice.shape[axis]]
 
 
 def make_conditions(body: object, lattice: Lattice, boundaries: dict[EdgeName, BoundaryName]) -> Conditions:
@@ -72,28 +72,28 @@ def make_conditions(body: object, lattice: Lattice, boundaries: dict[EdgeName, B
     return Conditions(prescribed, moved, wall)
 
 
-def tick_signals(held: Mapping[str, Held], moved: Mapping[str, int], tick: int, ticks: int) -> FloatArray:
+def tick_signals(inputs: Mapping[str, Held], moved_edges: Mapping[str, int], tick: int, ticks: int) -> FloatArray:
     """Return the mean pressure factor and the mean velocities of moved edges over each of `ticks` ticks from `tick` on.
 
     Returns:
         Shape (ticks, 1 + 3 edges).
     """
-    signals = np.ones((ticks, 1 + 3 * len(moved)))
-    if isinstance(held["pressure"], CompiledProfile):
-        signals[:, 0] = held["pressure"].mean_factors(tick, ticks)
-    for place, (edge, axis) in enumerate(moved.items()):
-        velocity = held[f"{edge}_velocity"]
+    signals = np.ones((ticks, 1 + 3 * len(moved_edges)))
+    if isinstance(inputs["pressure"], CompiledProfile):
+        signals[:, 0] = inputs["pressure"].mean_factors(tick, ticks)
+    for place, (edge, axis) in enumerate(moved_edges.items()):
+        velocity = inputs[f"{edge}_velocity"]
         columns = slice(1 + 3 * place, 4 + 3 * place) if axis < 0 else slice(1 + 3 * place + axis, 2 + 3 * place + axis)
-        signals[:, columns] = pattern_of(velocity)
+        signals[:, columns] = signal_pattern(velocity)
         if isinstance(velocity, CompiledProfile):
             signals[:, columns] *= velocity.mean_factors(tick, ticks)[:, None]
     return signals
 
 
-def pattern_of(held: Held) -> FloatArray:
+def signal_pattern(value: Held) -> FloatArray:
     """Return a copy of the array that the signal of an array input scales.
 
     The copy is always writable. Held arrays are read-only and arrays of some profiles are not: numba would compile twice.
     """
-    pattern = held.pattern if isinstance(held, CompiledProfile) else held
+    pattern = value.pattern if isinstance(value, CompiledProfile) else value
     return np.array(1.0 if pattern is None else pattern, dtype=np.float64)

@@ -47,7 +47,7 @@ class ColumnMeans(NamedTuple):
 def make_column_means(lattice: Lattice, points: IntegrationPoints) -> ColumnMeans:
     """Return the tables of a body without cracks."""
     along, across, through = (len(line.at) for line in points.lines)
-    around, own = column_neighbours(along, across, lattice.axes[1].closed).T, np.arange(along * across)
+    around, own = column_neighbours(along, across, lattice.axes[1].is_closed).T, np.arange(along * across)
     # Below a notch the points have other heights.
     lowest = points.heights.reshape(-1, through)[:, 0]
     alike = np.where(lowest[around] == lowest, around, own).astype(np.int32)
@@ -65,14 +65,14 @@ def write_column_means(stress: FloatArray, means: ColumnMeans) -> None:
 
 
 @jit
-def write_means(stress, before, after, sound, cosine, sine, out):
+def write_means(stress, before, after, is_sound, cosine, sine, out):
     """Write stress means over three columns, the middle one with twice the weight, in a frame rotated about x.
 
     Args:
         stress: shape (m, 6).
         before: the column before each one, shape (c,).
         after: the column after it.
-        sound: whether no crack has parted a point, shape (m,).
+        is_sound: whether no crack has parted a point, shape (m,).
         cosine: of the angle of rotation at each point, shape (m,).
         sine: of the same angle, shape (m,).
         out: shape (m, 6).
@@ -81,7 +81,7 @@ def write_means(stress, before, after, sound, cosine, sine, out):
     for p in range(stress.shape[0]):
         column, layer = p // through, p % through
         q, r = before[column] * through + layer, after[column] * through + layer
-        if not (sound[p] and sound[q] and sound[r]):
+        if not (is_sound[p] and is_sound[q] and is_sound[r]):
             q, r = p, p
         # At an end the only neighbour counts twice.
         if r == p:

@@ -15,18 +15,18 @@ from ..support.float_arrays import FloatArray
 from ..support.stable_step import longest_suggested_step, refuse_large_step, suggest_step
 from ..variables import Variable
 from . import energies, kernel_arrays, kernels
-from .boundaries import AT_REST, pattern_of, tick_signals
+from .boundaries import AT_REST, signal_pattern, tick_signals
 from .fields import Fields
 from .fracture.breaking_body import KINDS, BreakingBody
-from .fracture.law import FractureLaw
+from .fracture.laws.fracture_law import FractureLaw
 from .fracture.outcome import BULGED, BULGED_STRAIN, OUTCOMES, WHOLE
 from .geometry.lattice import Lattice
 from .kernel_arrays import IntArray, Solid, State, Tables
-from .kernel_setup import Assembly, assemble, station_means, surface_quads
+from .kernel_setup import Assembly, assemble_solid, station_means, surface_quads
 from .parameters import ShellParameters
 from .quadrature import RuleName
 from .stability import CRACKED, WALL_STIFFNESS, highest_frequency
-from .ticks import advance, measure_wall, update_forces
+from .ticks import advance, update_forces, write_wall_force
 
 _STATE = ("displacement", "velocity", "force", "gradient", "stress", "plastic_strain", "temperature", "plastic_work", "area")
 # Bytes per node and per integration point, at least: tables, state, its copy, scratch, and the stencils for reading fields. A
@@ -70,7 +70,7 @@ class Shell(Component):
 
     def _build(self) -> None:
         p, law = self.parameters, self.parameters.fracture
-        self.assembly: Assembly = assemble(p)
+        self.assembly: Assembly = assemble_solid(p)
         self.lattice: Lattice = self.assembly.lattice
         self.nodes: FloatArray = self.lattice.nodes
         self.mass: FloatArray = self.assembly.solid.nodes.mass
@@ -80,14 +80,14 @@ class Shell(Component):
         self.longest_suggested_step: float = longest_suggested_step(bounding)
         self.step_size = p.step_size or suggested
         refuse_large_step(self.step_size, bounding, "leave it out, or give fewer nodes")
-        whole = self._finish_solid()
+        whole = self._complete_solid()
         self._plastic = whole.plastic
         self._breaking = BreakingBody(p, law, self.assembly, whole) if isinstance(law, FractureLaw) else None
         if self._breaking is not None:
             self._declare_events(KINDS, self._breaking.details)
         self._lay_out_state(whole)
 
-    def _finish_solid(self) -> Solid:
+    def _complete_solid(self) -> Solid:
         """Return the tables, including those that depend on the step."""
         p, wall = self.parameters, self.assembly.conditions.wall
         stiffness = WALL_STIFFNESS * self.highest_frequency * self.highest_frequency * self.mass
@@ -96,9 +96,9 @@ class Shell(Component):
             bounce=stiffness if wall[1] else np.zeros(0),
         )  # fmt: skip
 
-    def _lay_out_state(self, whole: Solid) -> None:
-        n, m, s = len(self.nodes), self.point_count, len(whole.surface.nodes)
-        plastic = m if whole.plastic else 0
+    def _lay_out_state(self, intact_solid: Solid) -> None:
+        n, m, s = len(self.nodes), self.point_count, len(intact_solid.surface.nodes)
+        plastic = m if intact_solid.plastic else 0
         growing, fields = ({}, {}) if self._breaking is None else (self._breaking.growing, self._breaking.fields)
         self._lay_out(
             growing,
@@ -108,12 +108,12 @@ class Shell(Component):
             **fields,
         )  # fmt: skip
         self._state = State(*(self._block[name] for name in _STATE))
-        self._scratch = kernel_arrays.make_scratch(m, len(whole.hourglass.partner), s)
-        self._whole = Tables(whole, self._state, self._scratch, self._block["tally"])
+        self._scratch = kernel_arrays.make_scratch(m, len(intact_solid.hourglass.partner), s)
+        self._whole = Tables(intact_solid, self._state, self._scratch, self._block["tally"])
         self._failed = np.zeros(2, dtype=np.int64)
         self._fields = Fields(self.assembly, self._whole, self._breaking, self.parameters.initial_temperature)
         if self._breaking is not None:
-            self._breaking.attach(self._block, self._whole, self._add_event)
+            self._breaking.attach_state(self._block, self._whole, self._add_event)
 
     def _contradiction(self, state: Mapping[str, np.ndarray]) -> str:
         return "" if self._breaking is None else self._breaking.contradiction(state)
@@ -164,7 +164,7 @@ class Shell(Component):
                     raise ParameterError("got a value that is too small", expected=expected, at=("start", name))
         if "nodal_displacement" in values:
             # As if the displacement had happened in one tick.
-            self._write_start("nodal_displacement", state.displacement, values)
+            self._write_start_value("nodal_displacement", state.displacement, values)
         if update_forces(solid, state, self._scratch, self._failed):
             raise ParameterError(
                 f"the body would be inverted or strained beyond measure at point {self._failed[0]}",
@@ -174,14 +174,14 @@ class Shell(Component):
             state.stress[:] = values["stress"]
             update_forces(solid, state, self._scratch, self._failed)
         if "nodal_velocity" in values:
-            self._write_start("nodal_velocity", state.velocity, values)
-        measure_wall(solid, state, self._block["tally"])
+            self._write_start_value("nodal_velocity", state.velocity, values)
+        write_wall_force(solid, state, self._block["tally"])
         kernels.write_areas(solid.surface, state.displacement, state.area)
-        sums = self._sums()
+        sums = self._energies_and_momenta()
         self._block["start"][:] = sums["energy"], *sums["momentum"]
         return {}
 
-    def _write_start(self, name: str, part: FloatArray, values: Mapping[str, FloatArray]) -> None:
+    def _write_start_value(self, name: str, part: FloatArray, values: Mapping[str, FloatArray]) -> None:
         """Write a start value of the nodes."""
         part[:] = values[name]
         moving = (self._whole.solid.nodes.prescribed == AT_REST) & (part != 0.0)
@@ -192,29 +192,29 @@ class Shell(Component):
 
     def _advance(self, ticks: int) -> int:
         signals = tick_signals(self._held, self.assembly.conditions.moved, self._tick, ticks)
-        pressures = pattern_of(self._held["pressure"])
+        pressures = signal_pattern(self._held["pressure"])
         if self._breaking is not None:
             return self._breaking.advance(signals, pressures, self._tick, self._failed)
         return advance(self._whole, signals, pressures, self._tick, self._failed)
 
     def _explain(self, status: int) -> StepError:
         point, tick = (int(number) for number in self._failed)
-        time, where = tick * self.step_size, self.assembly.describe(point)
+        time, where = tick * self.step_size, self.assembly.describe_position(point)
         value, limit = (float(number) for number in self._scratch.pull[point, :2])
         what, variable = _FAILURES[status]
         return StepError(
             f"{what.format(value=value, limit=limit)} at point {point} ({where}) at {time:.9g} s; load the body "
             f"less, or take a smaller step_size (now {self.step_size:g} s; as compressed as the body was, the largest stable "
-            f"one is {self.step_size / self._compressed_step():.2g} s)",
+            f"one is {self.step_size / self._compressed_step_part():.2g} s)",
             time=time, at=variable, variable=variable, index=point, value=value, limit=limit,
         )  # fmt: skip
 
     # -- reading ----------------------------------------------------------------------------------------------------
 
     @np.errstate(all="ignore")
-    def _sums(self) -> dict[str, Any]:
+    def _energies_and_momenta(self) -> dict[str, Any]:
         """Return the present energies and momentum."""
-        return energies.measure(self.tables())
+        return energies.energies_and_momentum(self.tables())
 
     def balances(self) -> tuple[Balance, ...]:
         """Return the balances of energy, momentum, and mass.
@@ -222,13 +222,16 @@ class Shell(Component):
         `leapfrog_energy` is -h^2/8 times the sum of force^2 / mass; with it, the scheme conserves the energy of a linear body.
         The remainder is of second order in the step.
         """
-        sums, tally, start = self._sums(), self._block["tally"].copy(), self._block["start"].copy()
+        sums, tally, start = self._energies_and_momenta(), self._block["tally"].copy(), self._block["start"].copy()
         stored = {name: sums[name] for name in energies.STORED}
         supplied = {
             "pressure_work": float(tally[kernel_arrays.PRESSURE_WORK]),
             "boundary_work": float(tally[kernel_arrays.BOUNDARY_WORK]),
         }
-        lost = {"plastic_work": sums["plastic_work"], **({} if self._breaking is None else self._breaking.losses())}
+        lost = {
+            "plastic_work": sums["plastic_work"],
+            **({} if self._breaking is None else self._breaking.dissipated_energies()),
+        }
         impulse = {
             "pressure_impulse": tally[kernel_arrays.PRESSURE_IMPULSE : kernel_arrays.PRESSURE_IMPULSE + 3],
             "boundary_impulse": tally[kernel_arrays.BOUNDARY_IMPULSE : kernel_arrays.BOUNDARY_IMPULSE + 3],
@@ -243,11 +246,11 @@ class Shell(Component):
 
     def report(self) -> dict[str, float]:
         """Return the step over the largest stable one, and the largest loads and strains of the body."""
-        sums = self._sums()
+        sums = self._energies_and_momenta()
         stored = sums["elastic_energy"] + sums["kinetic_energy"] + sums["plastic_work"]
         found = {
             "step over the largest stable one, at rest": 0.5 * self.highest_frequency * self.step_size,
-            "step over the largest stable one, as compressed as it is": self._compressed_step(),
+            "step over the largest stable one, as compressed as it is": self._compressed_step_part(),
             "largest equivalent stress now, Pa": float(self._fields.equivalent_stress().max()),
             "hourglass energy over that of the body": sums["hourglass_energy"] / stored if stored > 0.0 else 0.0,
         }
@@ -256,7 +259,7 @@ class Shell(Component):
                 "largest plastic strain": float(self._state.plastic_strain.max()),
                 "highest temperature, K": float(self._state.temperature.max()),
             }
-        if self._fields.judges:
+        if self._fields.has_fracture_ratio:
             ratio = self._fields.fracture_ratio()
             nearest = int(ratio.argmax())
             found |= {
@@ -281,7 +284,7 @@ class Shell(Component):
     def cautions(self) -> list[str]:
         """Return cautions if hourglass control holds too much energy, or if the body is compressed too much for the step."""
         found, report = [], self.report()
-        part, step = report["hourglass energy over that of the body"], self._compressed_step()
+        part, step = report["hourglass energy over that of the body"], self._compressed_step_part()
         if part > _HOURGLASS_PART:
             found.append(
                 f"hourglass control holds {part:.1%} of the energy: displacements alternate from column to column; give more "
@@ -302,7 +305,7 @@ class Shell(Component):
             found += self._breaking.cautions(self.events(), self.step_size, float(self.mass.sum()))
         return found
 
-    def _compressed_step(self) -> float:
+    def _compressed_step_part(self) -> float:
         """Return the step over the largest stable one at the largest compression, where frequencies are highest."""
         return 0.5 * self.highest_frequency * self.step_size / energies.smallest_stretch(self._state.gradient)
 

@@ -58,7 +58,7 @@ def smallest_stretch(gradient: FloatArray) -> float:
     return math.sqrt(max(-float(largest.max()), 1e-12))
 
 
-def measure(tables: Tables) -> dict[str, Any]:
+def energies_and_momentum(tables: Tables) -> dict[str, Any]:
     """Return the energies of `STORED` and the plastic work [J], their sum `energy` without the latter, and the momentum."""
     solid, state, _, _ = tables
     mass, (x, y, z) = solid.nodes.mass, state.velocity.T

@@ -12,40 +12,42 @@ from . import kernels
 from .column_means import ColumnMeans, make_column_means, write_column_means
 from .energies import write_largest_principal
 from .fracture.breaking_body import BreakingBody
-from .fracture.principal_stress import PrincipalStress
+from .fracture.laws.principal_stress import PrincipalStress
 from .kernel_arrays import Tables
 from .kernel_setup import Assembly
-from .outputs import Output, output
+from .outputs import Output, make_output
 
 
 class Fields:
     """The outputs of a solid, computed from its state when they are read."""
 
-    def __init__(self, assembly: Assembly, whole: Tables, breaking: BreakingBody | None, temperature: float) -> None:
+    def __init__(
+        self, assembly: Assembly, intact_tables: Tables, breaking_body: BreakingBody | None, temperature: float
+    ) -> None:
         """Build from the tables of the body without cracks, its cracks if it can break, and its initial temperature [K]."""
-        self._assembly, self._breaking, self._temperature_at_start = assembly, breaking, temperature
-        self._solid, self._state = whole.solid, whole.state
+        self._assembly, self._breaking, self._temperature_at_start = assembly, breaking_body, temperature
+        self._solid, self._state = intact_tables.solid, intact_tables.state
         self._lattice, self._point_count = assembly.lattice, len(assembly.points.volume)
 
     def outputs(self) -> Iterator[Output]:
         """Yield the outputs of the solid, including those on its cracks."""
         state, plastic, top, lattice = self._state, self._solid.plastic, self._lattice.top_nodes, self._lattice
         n, m, k, s = lattice.node_count, self._point_count, len(self._assembly.gauges), len(top)
-        yield output(
+        yield make_output(
             "nodal_displacement", "m", (n, 3), "parameters u_J of the nodes, which the field does not pass through; a start "
             "value gives stresses too, elastically, where they have none of their own", lambda: state.displacement, "node",
             "direction", state=True,
         )  # fmt: skip
         text = "parameters of the velocity"
-        yield output("nodal_velocity", "m/s", (n, 3), text, lambda: state.velocity, "node", "direction", state=True)
+        yield make_output("nodal_velocity", "m/s", (n, 3), text, lambda: state.velocity, "node", "direction", state=True)
         for name, unit, values in (("displacement", "m", state.displacement), ("velocity", "m/s", state.velocity)):
-            read = partial(self.at_lattice, values)
-            yield output(name, unit, (n, 3), f"{name} where the nodes are", read, "node", "direction")
-        yield output(
+            read = partial(self.lattice_values, values)
+            yield make_output(name, unit, (n, 3), f"{name} where the nodes are", read, "node", "direction")
+        yield make_output(
             "stress", "Pa", (m, 6), "Kirchhoff stress xx, yy, zz, xy, yz, zx of the integration points, tension positive; at "
             "steps of the wall they alternate from column to column", lambda: state.stress, "point", "entry", state=True,
         )  # fmt: skip
-        yield output(
+        yield make_output(
             "mean_stress", "Pa", (m, 6), "mean of the stress over neighbouring columns, 1-2-1 along and across, which does not "
             "alternate: it is judged, and all outputs below are computed from it", self.mean_stress, "point", "entry",
         )  # fmt: skip
@@ -54,75 +56,75 @@ class Fields:
             ("plastic_strain", "1", "equivalent plastic strain", self.plastic_strain, plastic),
             ("temperature", "K", "temperature", self.temperature, plastic),
         ):
-            yield output(name, unit, (m,), f"{text} of the points", read, "point", minimum=0.0, state=is_state)
-        yield output(
+            yield make_output(name, unit, (m,), f"{text} of the points", read, "point", minimum=0.0, state=is_state)
+        yield make_output(
             "triaxiality", "1", (m,), "mean stress over the equivalent one at the points, 0 without stress", self._triaxiality,
             "point",
         )  # fmt: skip
-        if self.judges:
-            yield output(
+        if self.has_fracture_ratio:
+            yield make_output(
                 "fracture_ratio", "1", (m,), "what decides on fracture over its limit, at the points; without a law the "
                 "largest principal stress over three times the yield stress", self.fracture_ratio, "point",
             )  # fmt: skip
-        yield output(
+        yield make_output(
             "node_stress", "Pa", (n,), "mean equivalent stress around each node",
-            lambda: self.around_nodes(self.equivalent_stress()), "node", minimum=0.0,
+            lambda: self.node_means(self.equivalent_stress()), "node", minimum=0.0,
         )  # fmt: skip
-        yield output(
+        yield make_output(
             "surface_displacement", "m", (s, 3), "displacement of the outer surface, of a plate the upper one",
-            lambda: self.at_lattice(state.displacement)[top], "surface_node", "direction",
+            lambda: self.lattice_values(state.displacement)[top], "surface_node", "direction",
         )  # fmt: skip
         for name, unit, text, values in (
             ("stress", "Pa", "equivalent stress", self.equivalent_stress),
             ("plastic_strain", "1", "plastic strain", self.plastic_strain),
         ):
-            read = partial(self._around_surface, values)
+            read = partial(self._surface_means, values)
             text = f"mean {text} around the nodes of the outer surface"
-            yield output(f"surface_{name}", unit, (s,), text, read, "surface_node", minimum=0.0)
-        yield output(
+            yield make_output(f"surface_{name}", unit, (s,), text, read, "surface_node", minimum=0.0)
+        yield make_output(
             "surface_temperature_rise", "K", (s,), "mean temperature around the nodes of the outer surface less that at the "
-            "start", lambda: self._around_surface(lambda: self.temperature() - self._temperature_at_start), "surface_node",
+            "start", lambda: self._surface_means(lambda: self.temperature() - self._temperature_at_start), "surface_node",
         )  # fmt: skip
         if lattice.bent:
-            yield output(
+            yield make_output(
                 "mean_inner_radius", "m", lattice.shape[:1], "mean radius of the inner surface at each plane of nodes "
                 "along the tube", self._mean_inner_radius, "station", minimum=0.0, nominal=0.01,
             )  # fmt: skip
         if self._breaking is not None:
             yield from self._breaking.outputs()
-        yield output(
+        yield make_output(
             "gauge_strain", "1", (k, 2), "Green-Lagrange strain on the outer surface at the `gauges`: along the body, and "
             "across or around it (hoop strain)", self._gauge_strain, "gauge", "direction",
         )  # fmt: skip
 
-    def at_lattice(self, parameters: FloatArray) -> FloatArray:
+    def lattice_values(self, parameters: FloatArray) -> FloatArray:
         """Return the values of a field at the positions of the nodes, from its parameters, shape (n, 3)."""
         if self._breaking is not None:
-            return self._breaking.node_field(parameters)
+            return self._breaking.node_values(parameters)
         out = np.zeros_like(parameters)
         kernels.interpolate(self._assembly.node_stencils, parameters, out)
         return out
 
-    def around_nodes(self, values: FloatArray) -> FloatArray:
+    def node_means(self, values: FloatArray) -> FloatArray:
         """Return means around each node of a field of the points, shape (n,); 0 for a node in no point's support."""
         sums, assembly = np.zeros((len(self._lattice.nodes), 2)), self._assembly
-        seen = assembly.stencils if self._breaking is None else self._breaking.seen
+        seen = assembly.stencils if self._breaking is None else self._breaking.cracked_stencils
         kernels.weigh_points(seen, assembly.solid.nodes, assembly.points.volume, np.arange(len(sums)), values, sums)
         return np.divide(sums[:, 1], sums[:, 0], out=np.zeros(len(sums)), where=sums[:, 0] > 0.0)
 
-    def _around_surface(self, values: Callable[[], FloatArray]) -> FloatArray:
+    def _surface_means(self, values: Callable[[], FloatArray]) -> FloatArray:
         """Return means of a field of the points around the nodes of the outer surface, shape (s,)."""
-        return self.around_nodes(values())[self._lattice.top_nodes]
+        return self.node_means(values())[self._lattice.top_nodes]
 
     def mean_stress(self) -> FloatArray:
         """Return the mean stress over neighbouring columns, shape (m, 6); see `column_means`."""
         if self._breaking is not None:
             return self._breaking.mean_stress()
-        write_column_means(self._state.stress, self._means)
-        return self._means.stress
+        write_column_means(self._state.stress, self._column_means)
+        return self._column_means.stress
 
     @cached_property
-    def _means(self) -> ColumnMeans:
+    def _column_means(self) -> ColumnMeans:
         return make_column_means(self._lattice, self._assembly.points)
 
     @np.errstate(all="ignore")
@@ -138,14 +140,14 @@ class Fields:
         return np.where(equivalent > 0.0, (xx + yy + zz) / 3.0 / equivalent, 0.0)
 
     @property
-    def judges(self) -> bool:
+    def has_fracture_ratio(self) -> bool:
         """True with a fracture law, or with a yield stress for comparison."""
         return self._solid.plastic or self._breaking is not None
 
     def fracture_ratio(self) -> FloatArray:
         """Return the fracture ratio of each point, by the fracture law or, without one, by that of the paper, shape (m,)."""
         if self._breaking is not None:
-            return self._breaking.ratios()
+            return self._breaking.fracture_ratios()
         out = np.zeros(self._point_count)
         write_largest_principal(self.mean_stress(), out)
         return out / PrincipalStress().limit(self._solid.law)
@@ -161,7 +163,7 @@ class Fields:
     def _mean_inner_radius(self) -> FloatArray:
         """Return the mean distance of the inner surface from the axis at each station, weighted by the arcs at rest."""
         ring = self._lattice.axes[1]
-        place = (self._lattice.nodes + self.at_lattice(self._state.displacement))[self._solid.surface.nodes]
+        place = (self._lattice.nodes + self.lattice_values(self._state.displacement))[self._solid.surface.nodes]
         radius = np.sqrt(place[:, 1] * place[:, 1] + place[:, 2] * place[:, 2]).reshape(-1, ring.count)
         return (radius * ring.widths).sum(axis=1) / ring.widths.sum()
 

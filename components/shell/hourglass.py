@@ -24,20 +24,20 @@ from .kernel_arrays import Hourglass, IntArray, Tables
 
 
 @internal
-def misfit(tied, u, h, c, d):
+def tie_misfit(ties, u, h, c, d):
     """Return r of the tie from column c to column d [m]: x, y, z."""
-    dx, dy, dz = distance(tied.place, c, d)
+    dx, dy, dz = column_distance(ties.place, c, d)
     x, y, z = 0.0, 0.0, 0.0
-    for layer in range(tied.layers):
-        a, b = c * tied.layers + layer, d * tied.layers + layer
+    for layer in range(ties.layers):
+        a, b = c * ties.layers + layer, d * ties.layers + layer
         # Below a notch the layers have other shares.
-        share, other = tied.shares[a], tied.shares[b] - tied.shares[a]
+        share, other = ties.shares[a], ties.shares[b] - ties.shares[a]
         x += share * (u[b, 0] - u[a, 0]) + other * u[b, 0]
         y += share * (u[b, 1] - u[a, 1]) + other * u[b, 1]
         z += share * (u[b, 2] - u[a, 2]) + other * u[b, 2]
-    part = 0.5 / tied.points
-    for point in range(tied.points):
-        p, q = c * tied.points + point, d * tied.points + point
+    part = 0.5 / ties.points
+    for point in range(ties.points):
+        p, q = c * ties.points + point, d * ties.points + point
         x -= part * ((h[p, 0] + h[q, 0]) * dx + (h[p, 1] + h[q, 1]) * dy + (h[p, 2] + h[q, 2]) * dz)
         y -= part * ((h[p, 3] + h[q, 3]) * dx + (h[p, 4] + h[q, 4]) * dy + (h[p, 5] + h[q, 5]) * dz)
         z -= part * ((h[p, 6] + h[q, 6]) * dx + (h[p, 7] + h[q, 7]) * dy + (h[p, 8] + h[q, 8]) * dz)
@@ -45,13 +45,13 @@ def misfit(tied, u, h, c, d):
 
 
 @internal_inlined
-def distance(place, c, d):
+def column_distance(place, c, d):
     """Return the vector from column c to column d [m]: x, y, z."""
     return place[d, 0] - place[c, 0], place[d, 1] - place[c, 1], place[d, 2] - place[c, 2]
 
 
 @internal
-def least_flow_stress(law, plastic_strain, temperature, column, count):
+def smallest_flow_stress(law, plastic_strain, temperature, column, count):
     """Return the smallest flow stress of the points of a column [Pa]."""
     least = np.inf
     for p in range(column * count, (column + 1) * count):
@@ -60,37 +60,37 @@ def least_flow_stress(law, plastic_strain, temperature, column, count):
 
 
 @jit
-def hold_columns(tied, points, law, plastic, state, scratch, columns):
+def write_tie_forces(ties, points, law, is_plastic, state, scratch, columns):
     """Write forces and energies of the ties of some columns, and add to the pull of their points.
 
     Half of the energy of a tie belongs to each of its columns; beyond the largest force the energy is that of a constant force.
 
     Args:
-        tied: `kernel_arrays.Hourglass`.
+        ties: `kernel_arrays.Hourglass`.
         points: `kernel_arrays.Points`.
         law: `FlowConstants`.
-        plastic: whether the material can yield.
+        is_plastic: whether the material can yield.
         state: `kernel_arrays.State`.
         scratch: `kernel_arrays.Scratch`.
         columns: numbers of the columns, shape (k,).
     """
-    pull, count = scratch.pull, tied.points
+    pull, count = scratch.pull, ties.points
     for number in range(columns.size):
         c = columns[number]
         fx, fy, fz, own = 0.0, 0.0, 0.0, 0.0
         txx, txy, txz, tyx, tyy, tyz, tzx, tzy, tzz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for side in range(4):
-            d = np.int64(tied.partner[c, side])
+            d = np.int64(ties.partner[c, side])
             energy = 0.0
             if d >= 0:
-                x, y, z = misfit(tied, state.displacement, state.gradient, c, d)
-                stiffness, long = tied.stiffness[c, side], sqrt(x * x + y * y + z * z)
+                x, y, z = tie_misfit(ties, state.displacement, state.gradient, c, d)
+                stiffness, long = ties.stiffness[c, side], sqrt(x * x + y * y + z * z)
                 size, scale, most = stiffness * long, stiffness, np.inf
-                if plastic and size > tied.section[c, side] * law.yield_stress * LEAST_FLOW:
+                if is_plastic and size > ties.section[c, side] * law.yield_stress * LEAST_FLOW:
                     if own == 0.0:
-                        own = least_flow_stress(law, state.plastic_strain, state.temperature, c, count)
-                    other = least_flow_stress(law, state.plastic_strain, state.temperature, d, count)
-                    most = min(own, other) * tied.section[c, side]
+                        own = smallest_flow_stress(law, state.plastic_strain, state.temperature, c, count)
+                    other = smallest_flow_stress(law, state.plastic_strain, state.temperature, d, count)
+                    most = min(own, other) * ties.section[c, side]
                 if size > most:
                     scale = scale * most / size
                     energy = 0.5 * (most * (long - 0.5 * most / stiffness))
@@ -98,7 +98,7 @@ def hold_columns(tied, points, law, plastic, state, scratch, columns):
                     energy = 0.25 * stiffness * long * long
                 x, y, z = scale * x, scale * y, scale * z
                 fx, fy, fz = fx + x, fy + y, fz + z
-                dx, dy, dz = distance(tied.place, c, d)
+                dx, dy, dz = column_distance(ties.place, c, d)
                 txx, txy, txz = txx + dx * x, txy + dx * y, txz + dx * z
                 tyx, tyy, tyz = tyx + dy * x, tyy + dy * y, tyz + dy * z
                 tzx, tzy, tzz = tzx + dz * x, tzy + dz * y, tzz + dz * z
@@ -125,7 +125,7 @@ def tie_energy(tables: Tables, columns: IntArray) -> float:
     The kernel of a tick computes it, in the scratch of the tick.
     """
     solid, state, scratch, _ = tables
-    hold_columns(solid.hourglass, solid.points, solid.law, solid.plastic, state, scratch, columns)
+    write_tie_forces(solid.hourglass, solid.points, solid.law, solid.plastic, state, scratch, columns)
     return ordered_sum(scratch.tie_energy[columns])
 
 
@@ -147,9 +147,9 @@ def make_hourglass(lattice: Lattice, points: int, young: float, alpha: float) ->
     volumes = lattice.volumes.reshape(n * m, layers)
     shares = volumes / volumes.sum(axis=1)[:, None] if lattice.hollow else np.tile(volumes[0] / volumes[0].sum(), (n * m, 1))
     place = (lattice.nodes.reshape(n * m, layers, 3) * shares[..., None]).sum(axis=1)
-    around = column_neighbours(n, m, lattice.axes[1].closed)
+    around = column_neighbours(n, m, lattice.axes[1].is_closed)
     along, across = np.divmod(np.arange(n * m), m)
-    inner = np.stack([(along > 0) & (along < n - 1), lattice.axes[1].closed | ((across > 0) & (across < m - 1))], axis=1)
+    inner = np.stack([(along > 0) & (along < n - 1), lattice.axes[1].is_closed | ((across > 0) & (across < m - 1))], axis=1)
     inner = np.repeat(inner, 2, axis=1)
     partner = np.where(inner & inner[around, np.arange(4)], around, -1)
     apart = place[partner] - place[:, None]

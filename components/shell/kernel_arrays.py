@@ -195,7 +195,7 @@ def make_scratch(points: int, columns: int, surface: int) -> Scratch:
     )
 
 
-def entries_of(points: Any, numbers: IntArray) -> tuple[IntArray, IntArray, IntArray]:
+def support_entries(points: Any, numbers: IntArray) -> tuple[IntArray, IntArray, IntArray]:
     """Return for all neighbours of some points: the index of the point in `numbers`, the node, the row of its function.
 
     Args:

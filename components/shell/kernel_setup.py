@@ -66,12 +66,13 @@ class Assembly:
     def coordinates(self, point: int) -> list[float]:
         """Return the initial position of an integration point: x, y, z [m], or x [m], angle [rad], radius [m]."""
         return [
-            float(axis.at(one)) for axis, one in zip(self.lattice.axes, self.points.places(np.array([point]))[0], strict=True)
+            float(axis.coordinates(one))
+            for axis, one in zip(self.lattice.axes, self.points.indices(np.array([point]))[0], strict=True)
         ]
 
-    def describe(self, point: int) -> str:
+    def describe_position(self, point: int) -> str:
         """Return this position in words."""
-        return self.lattice.describe(self.coordinates(point))
+        return self.lattice.describe_position(self.coordinates(point))
 
 
 # The parameters that determine the tables, and the assemblies in use.
@@ -79,7 +80,7 @@ _SOURCES = ("body", "material", "boundaries", "basis", "radius", "integration", 
 _in_use: WeakValueDictionary[str, Assembly] = WeakValueDictionary()
 
 
-def assemble(p: ShellParameters) -> Assembly:
+def assemble_solid(p: ShellParameters) -> Assembly:
     """Return the tables, shared with a component of an alike body if there is one, e.g. that from which a tube gets its step.
 
     Raises:
@@ -88,23 +89,23 @@ def assemble(p: ShellParameters) -> Assembly:
     key = repr([getattr(p, name) for name in _SOURCES])
     found = _in_use.get(key)
     if found is None:
-        found = _in_use[key] = _assemble(p)
+        found = _in_use[key] = _build_assembly(p)
     return found
 
 
-def _assemble(p: ShellParameters) -> Assembly:
+def _build_assembly(p: ShellParameters) -> Assembly:
     refuse_soft_rule(p)
     lattice, rule, radius = p.body.lattice(), p.rule, p.chosen_radius
     points = integration_points(lattice, rule.surface, rule.through, radius)
     along, across, through = lattice.axes
     lines = points_at_planes(along), points_at_planes(across), points_at_planes(through)
     try:
-        stencils = make_stencils(lattice, points.lines, radius, p.basis, points.all_places())
-        node_stencils = make_stencils(lattice, lines, radius, p.basis, lattice.places(np.arange(lattice.node_count)))
+        stencils = make_stencils(lattice, points.lines, radius, p.basis, points.all_indices())
+        node_stencils = make_stencils(lattice, lines, radius, p.basis, lattice.indices(np.arange(lattice.node_count)))
     except UnspannedBasisError as error:
         why = str(error)
         if error.place:
-            why = f"the point at {lattice.describe(error.place)} sees too few nodes for the basis {p.basis!r}"
+            why = f"the point at {lattice.describe_position(error.place)} sees too few nodes for the basis {p.basis!r}"
         raise ParameterError(
             f"got {radius:g} spacings: {why}", expected="a radius within which there are enough nodes",
             hint="give a larger radius, or more nodes", at="body" if p.radius is None else "radius",
@@ -115,11 +116,13 @@ def _assemble(p: ShellParameters) -> Assembly:
         points=Points(
             *stencils[:4], stencils.gradients, stencils.along, points.volume, points.sine, points.cosine
         ),
-        nodes=Nodes(p.material.density * lattice.volumes, conditions.prescribed, *transpose(stencils, lattice.node_count)),
+        nodes=Nodes(
+            p.material.density * lattice.volumes, conditions.prescribed, *transpose_stencils(stencils, lattice.node_count)
+        ),
         hourglass=make_hourglass(lattice, rule.through, p.material.young, alpha), surface=inner_surface(lattice),
         law=p.material.constants(1.0), plastic=False, step=1.0, wall=np.zeros(2), bounce=np.zeros(0), reference=lattice.nodes,
     )  # fmt: skip
-    gauges = [_gauge(lattice, node_stencils, column) for column in gauge_columns(p, lattice)]
+    gauges = [_make_gauge(lattice, node_stencils, column) for column in gauge_columns(p, lattice)]
     return Assembly(lattice, points, stencils, node_stencils.without_gradients(), gauges, solid, conditions)
 
 
@@ -141,7 +144,7 @@ def refuse_soft_rule(p: ShellParameters) -> None:
         )  # fmt: skip
 
 
-def transpose(stencils: Stencils, nodes: int) -> tuple[IndexArray, IndexArray, npt.NDArray[np.uint16]]:
+def transpose_stencils(stencils: Stencils, nodes: int) -> tuple[IndexArray, IndexArray, npt.NDArray[np.uint16]]:
     """Return `begin`, `points` and `slot` of `kernel_arrays.Nodes`."""
     begin, seen = stencils.begin.astype(np.int64), stencils.nodes
     order = np.argsort(seen, kind="stable")
@@ -154,14 +157,14 @@ def inner_surface(lattice: Lattice) -> Surface:
     """Return the surface under pressure: the inner one of a tube, the lower one of a plate."""
     n, m, _ = lattice.shape
     nodes = edge_nodes(lattice, "bottom")
-    around = column_neighbours(n, m, lattice.axes[1].closed).astype(np.int32)
+    around = column_neighbours(n, m, lattice.axes[1].is_closed).astype(np.int32)
     return Surface(nodes, np.repeat(np.arange(n), m), around, lattice.nodes[nodes])
 
 
 def surface_quads(lattice: Lattice) -> IntArray:
     """Return the four columns of each cell of the surface, in cyclic order, shape (cells, 4)."""
     n, m, _ = lattice.shape
-    rows = m if lattice.axes[1].closed else m - 1
+    rows = m if lattice.axes[1].is_closed else m - 1
     along, across = (one.ravel() for one in np.meshgrid(np.arange(n - 1), np.arange(rows), indexing="ij"))
     after = (across + 1) % m
     quads = (along * m + across, (along + 1) * m + across, (along + 1) * m + after, along * m + after)
@@ -188,16 +191,16 @@ def gauge_columns(p: ShellParameters, lattice: Lattice) -> list[int]:
                 expected = f"0 to {axis.length:g} {unit}"
                 raise ParameterError(f"got {value:g} {unit}", expected=expected, at=("gauges", number, len(indices)))
             distance: FloatArray = np.abs(axis.positions - value)
-            if axis.closed:
+            if axis.is_closed:
                 distance = np.minimum(distance, axis.period - distance)
             indices.append(int(distance.argmin()))
         found.append(indices[0] * lattice.shape[1] + indices[1])
     return found
 
 
-def _gauge(lattice: Lattice, stencils: Stencils, column: int) -> Gauge:
+def _make_gauge(lattice: Lattice, stencils: Stencils, column: int) -> Gauge:
     node = int(lattice.top_nodes[column])
     place = column % lattice.shape[1]
-    (sine,), (cosine,) = lattice.turn(lattice.axes[1].positions[place : place + 1])
+    (sine,), (cosine,) = lattice.frame_rotation(lattice.axes[1].positions[place : place + 1])
     directions = np.array([[1.0, 0.0, 0.0], [0.0, cosine, -sine]])
-    return Gauge(stencils.neighbours(node), stencils.gradients_at(node).copy(), float(stencils.along[node]), directions)
+    return Gauge(stencils.neighbours(node), stencils.point_gradients(node).copy(), float(stencils.along[node]), directions)

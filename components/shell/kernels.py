@@ -132,18 +132,18 @@ def write_areas(surface, u, out):
 
 
 @jit
-def update_stresses(points, law, plastic, state, pull, begin, end, failed):
+def update_stresses(points, law, is_plastic, state, pull, begin, end, failure_out):
     """Advance the stresses of some points to the present displacements, and write their pull on their nodes.
 
     Args:
         points: `kernel_arrays.Points`.
         law: `FlowConstants`.
-        plastic: whether the material can yield.
+        is_plastic: whether the material can yield.
         state: `kernel_arrays.State`.
         pull: `kernel_arrays.Scratch.pull`.
         begin: first of the points.
         end: one past the last point.
-        failed: in a failure, its first entry is set to the point.
+        failure_out: in a failure, its first entry is set to the point.
 
     Returns:
         0, or a status; then the row of the point in `pull` contains the decisive value and its limit.
@@ -179,23 +179,23 @@ def update_stresses(points, law, plastic, state, pull, begin, end, failed):
         after = Tensor(1.0 + axx, axy, axz, ayx, 1.0 + ayy, ayz, azx, azy, 1.0 + azz)
         volume = determinant(after)
         if not (volume > 0.0 and volume < 1e300):
-            failed[0], pull[p, 0], pull[p, 1] = p, volume, 0.0
+            failure_out[0], pull[p, 0], pull[p, 1] = p, volume, 0.0
             return INVERTED
         strain, spin = strain_and_spin(load_deformation(old, p), after)
         largest = max(abs(strain.xx), abs(strain.yy), abs(strain.zz), abs(strain.xy), abs(strain.yz), abs(strain.zx))
         if not largest < LARGEST_STRAIN_OF_TICK:
-            failed[0], pull[p, 0], pull[p, 1] = p, largest, LARGEST_STRAIN_OF_TICK
+            failure_out[0], pull[p, 0], pull[p, 1] = p, largest, LARGEST_STRAIN_OF_TICK
             return STRAINED
         old[p, 0], old[p, 1], old[p, 2], old[p, 3], old[p, 4] = axx, axy, axz, ayx, ayy
         old[p, 5], old[p, 6], old[p, 7], old[p, 8] = ayz, azx, azy, azz
         turned = rotate_tensor(load_symmetric(stresses, p), spin)
-        if plastic:
+        if is_plastic:
             new = advance_stress(law, turned, strain, state.plastic_strain[p], state.temperature[p])
             if not new.plastic_strain < LARGEST_PLASTIC_STRAIN:
-                failed[0], pull[p, 0], pull[p, 1] = p, new.plastic_strain, LARGEST_PLASTIC_STRAIN
+                failure_out[0], pull[p, 0], pull[p, 1] = p, new.plastic_strain, LARGEST_PLASTIC_STRAIN
                 return FLOWN
             if not new.temperature < LARGEST_TEMPERATURE:
-                failed[0], pull[p, 0], pull[p, 1] = p, new.temperature, LARGEST_TEMPERATURE
+                failure_out[0], pull[p, 0], pull[p, 1] = p, new.temperature, LARGEST_TEMPERATURE
                 return HEATED
             if new.work > 0.0:
                 moduli = elastic_moduli(law, state.temperature[p])

@@ -15,6 +15,8 @@ class Output(NamedTuple):
     read: Callable[[], Any]
 
 
-def output(name: str, unit: str, shape: tuple[int, ...], text: str, read: Callable[[], Any], *axes: str, **more: Any) -> Output:
-    """Return an output whose indices count `axes`; `more` are further fields of its `Variable`."""
-    return Output(Variable(name, "output", unit, shape, text, axes=axes, **more), read)
+def make_output(
+    name: str, unit: str, shape: tuple[int, ...], text: str, read: Callable[[], Any], *axes: str, **fields: Any
+) -> Output:
+    """Return an output whose indices count `axes`; `fields` are further fields of its `Variable`."""
+    return Output(Variable(name, "output", unit, shape, text, axes=axes, **fields), read)

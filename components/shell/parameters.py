@@ -11,9 +11,9 @@ from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, SignedPa
 from ..support.tagged_union import ByName, Named
 from ..support.validation import Parameters
 from .boundaries import BoundaryName, EdgeName
-from .fracture import ChosenFracture, NoFracture
+from .fracture.laws import ChosenFracture, NoFracture
 from .geometry.bodies import ChosenBody, Plate, Rod, Tube
-from .geometry.notch import edge_at
+from .geometry.notch import notch_edge
 from .quadrature import RuleName
 from .shape_functions import BasisName
 
@@ -133,7 +133,7 @@ class ShellParameters(Parameters):
         if isinstance(body, Plate):
             places.append(("around", body.notch.around, body.width, ("left", "right")))
         for name, middle, length, edges in places:
-            edge = edge_at(middle, length, *edges)
+            edge = notch_edge(middle, length, *edges)
             if edge and kinds.get(edge) != "symmetry":
                 raise ValueError(
                     f"body.notch.{name}: got {middle:g} m, where the notch reaches beyond the edge {edge!r}; move it into the "

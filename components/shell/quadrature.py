@@ -49,14 +49,14 @@ class IntegrationPoints(NamedTuple):
     sine: FloatArray
     cosine: FloatArray
 
-    def places(self, points: IntArray) -> FloatArray:
+    def indices(self, points: IntArray) -> FloatArray:
         """Return the fractional indices of points along the axes, shape (len(points), 3)."""
         along, across, _ = np.unravel_index(points, [len(line.at) for line in self.lines])
         return np.stack([self.lines[0].at[along], self.lines[1].at[across], self.heights[points]], axis=-1)
 
-    def all_places(self) -> FloatArray:
+    def all_indices(self) -> FloatArray:
         """Return the fractional indices of all points, shape (m, 3)."""
-        return self.places(np.arange(len(self.volume)))
+        return self.indices(np.arange(len(self.volume)))
 
 
 def points_at_planes(axis: Axis) -> LinePoints:
@@ -66,13 +66,13 @@ def points_at_planes(axis: Axis) -> LinePoints:
 
 def points_in_cells(axis: Axis, radius: float) -> LinePoints:
     """Return two Gauss points between neighbouring planes, each with half a plane times dX/dxi of the shape functions."""
-    cells = axis.count if axis.closed else axis.count - 1
+    cells = axis.count if axis.is_closed else axis.count - 1
     offset, _ = gauss_points(2)
     index = (np.arange(cells)[:, None] + 0.5 + 0.5 * offset).ravel()
-    return LinePoints(index, np.array([0.5 * _seen_slope(axis, float(one), radius) for one in index]))
+    return LinePoints(index, np.array([0.5 * _interpolated_slope(axis, float(one), radius) for one in index]))
 
 
-def _seen_slope(axis: Axis, index: float, radius: float) -> float:
+def _interpolated_slope(axis: Axis, index: float, radius: float) -> float:
     """Return dX/dxi at an index, from moving least squares along one axis that reproduces linear functions of the index xi."""
     planes = np.array(axis.neighbours(index, radius))
     offset = planes - index
@@ -88,10 +88,10 @@ def _seen_slope(axis: Axis, index: float, radius: float) -> float:
     first, second = a * d0 + b * d1, a * d1 + b * d2 - 1.0
     change = -(m2 * first - m1 * second) / determinant, (m1 * first - m0 * second) / determinant
     gradient = (a + b * offset) * slope + (change[0] + change[1] * offset) * weight
-    return float((gradient * (axis.at_any(planes) - axis.at(np.array([index])))).sum())
+    return float((gradient * (axis.plane_coordinates(planes) - axis.coordinates(np.array([index])))).sum())
 
 
-def points_through(axis: Axis, count: int, top: int = -1) -> LinePoints:
+def thickness_points(axis: Axis, count: int, top: int = -1) -> LinePoints:
     """Return Gauss points between the first plane and the last, or the plane with number `top`."""
     offset, weight = gauss_points(count)
     first, last = axis.positions[0], axis.positions[top]
@@ -115,13 +115,13 @@ def gauss_points(count: int) -> tuple[FloatArray, FloatArray]:
     return 0.5 * (x - x[::-1]), 0.5 * (weight + weight[::-1])
 
 
-def integration_points(lattice: Lattice, rule: RuleName, through: int, radius: float) -> IntegrationPoints:
-    """Return the points of a rule with `through` points through the thickness and a support radius [planes]."""
+def integration_points(lattice: Lattice, rule: RuleName, thickness_count: int, radius: float) -> IntegrationPoints:
+    """Return the points of a rule with `thickness_count` points through the thickness and a support radius [planes]."""
     along, across, thickness = lattice.axes
     first, second = (
         points_at_planes(axis) if rule == "column" else points_in_cells(axis, radius) for axis in (along, across)
     )  # fmt: skip
-    lines = first, second, points_through(thickness, through)
+    lines = first, second, thickness_points(thickness, thickness_count)
     third = thickness_volumes(lattice, lines[2])
     section = lines[0].length[:, None, None] * lines[1].length[:, None]
     volume = section * third
@@ -131,10 +131,10 @@ def integration_points(lattice: Lattice, rule: RuleName, through: int, radius: f
         places = np.stack(np.meshgrid(lines[0].at, lines[1].at, indexing="ij"), axis=-1)
         nearest = lattice.nearest_columns(places.reshape(-1, 2))
         below = lattice.hollow.columns.ravel()[nearest].reshape(volume.shape[:2])
-        line = points_through(thickness, through, lattice.hollow.bottom)
+        line = thickness_points(thickness, thickness_count, lattice.hollow.bottom)
         volume = np.where(below[..., None], section * thickness_volumes(lattice, line), volume)
         heights = np.where(below[..., None], line.at, heights)
-    sine, cosine = lattice.turn(across.at(lines[1].at))
+    sine, cosine = lattice.frame_rotation(across.coordinates(lines[1].at))
     shape = volume.shape
     spread = (np.broadcast_to(one[:, None], shape).ravel() for one in (sine, cosine))
     return IntegrationPoints(lines, heights.ravel(), volume.ravel(), *spread)
@@ -142,4 +142,4 @@ def integration_points(lattice: Lattice, rule: RuleName, through: int, radius: f
 
 def thickness_volumes(lattice: Lattice, line: LinePoints) -> FloatArray:
     """Return the volume of points through the thickness per area in surface coordinates."""
-    return line.length * lattice.axes[2].at(line.at) if lattice.bent else line.length
+    return line.length * lattice.axes[2].coordinates(line.at) if lattice.bent else line.length

@@ -45,7 +45,7 @@ def quartic_spline(s: FloatArray) -> tuple[FloatArray, FloatArray]:
     return np.where(inside, value, 0.0), np.where(inside, slope, 0.0)
 
 
-def basis_at(offsets: FloatArray, basis: BasisName) -> list[FloatArray]:
+def basis_values(offsets: FloatArray, basis: BasisName) -> list[FloatArray]:
     """Return the basis at offsets (..., 3): 1, the three coordinates, and their six products for a quadratic basis."""
     x, y, z = offsets[..., 0], offsets[..., 1], offsets[..., 2]
     linear = [np.ones_like(x), x, y, z]
@@ -69,20 +69,20 @@ def moving_least_squares(
     length = np.abs(np.where(weights[..., None] > 0.0, offsets, 0.0)).max(axis=(0, 2))
     # A point without neighbours other than itself has no length; its moment matrix is singular with any length.
     length = np.where(length > 0.0, length, 1.0)
-    p = basis_at(offsets / length[:, None], basis)
-    lower, pivots = decompose(_moments(p, weights))
+    p = basis_values(offsets / length[:, None], basis)
+    lower, pivots = decompose_ldl(_moment_matrix(p, weights))
     unit = [np.ones_like(length), *[np.zeros_like(length) for _ in p[1:]]]
-    at_point = solve(lower, pivots, unit)
-    spread = _combine(p, at_point)
+    at_point = solve_ldl(lower, pivots, unit)
+    spread = _combine_basis(p, at_point)
     gradients = np.empty_like(offsets)
     for k in range(3):
         change = [-(one * spread * slopes[..., k]).sum(axis=0) for one in p]
         change[1 + k] = change[1 + k] + 1.0 / length
-        gradients[..., k] = _combine(p, solve(lower, pivots, change)) * weights + spread * slopes[..., k]
+        gradients[..., k] = _combine_basis(p, solve_ldl(lower, pivots, change)) * weights + spread * slopes[..., k]
     return spread * weights, gradients
 
 
-def _combine(p: list[FloatArray], factors: list[FloatArray]) -> FloatArray:
+def _combine_basis(p: list[FloatArray], factors: list[FloatArray]) -> FloatArray:
     """Return the sum of the basis functions at the neighbours, each times a factor of the point, shape (k, s)."""
     total = p[0] * factors[0]
     for one, factor in zip(p[1:], factors[1:], strict=True):
@@ -90,12 +90,12 @@ def _combine(p: list[FloatArray], factors: list[FloatArray]) -> FloatArray:
     return total
 
 
-def _moments(p: list[FloatArray], weights: FloatArray) -> list[list[FloatArray]]:
+def _moment_matrix(p: list[FloatArray], weights: FloatArray) -> list[list[FloatArray]]:
     """Return the lower triangle of the moment matrix, row by row, each entry of shape (s,)."""
     return [[(p[row] * p[column] * weights).sum(axis=0) for column in range(row + 1)] for row in range(len(p))]
 
 
-def decompose(matrix: list[list[FloatArray]]) -> tuple[list[list[FloatArray]], list[FloatArray]]:
+def decompose_ldl(matrix: list[list[FloatArray]]) -> tuple[list[list[FloatArray]], list[FloatArray]]:
     """Return L and D of A = L D L^T for many symmetric matrices, given by their lower triangles; L without its diagonal.
 
     Raises:
@@ -122,7 +122,7 @@ def decompose(matrix: list[list[FloatArray]]) -> tuple[list[list[FloatArray]], l
     return lower, pivots
 
 
-def solve(lower: list[list[FloatArray]], pivots: list[FloatArray], right: list[FloatArray]) -> list[FloatArray]:
+def solve_ldl(lower: list[list[FloatArray]], pivots: list[FloatArray], right: list[FloatArray]) -> list[FloatArray]:
     """Return x of L D L^T x = right."""
     found: list[FloatArray] = []
     for row, entry in enumerate(right):
@@ -140,7 +140,7 @@ def solve(lower: list[list[FloatArray]], pivots: list[FloatArray], right: list[F
 
 
 @jit
-def least_squares_rows(offsets, weights, slopes, size, values, gradients, sound):
+def least_squares_rows(offsets, weights, slopes, size, values, gradients, is_spanned):
     """Write moving-least-squares functions and their gradients, point by point, in a fixed order of sums.
 
     Like `moving_least_squares`, whose sums however depend on the number of points per call.
@@ -152,7 +152,7 @@ def least_squares_rows(offsets, weights, slopes, size, values, gradients, sound)
         size: number of basis functions, 4 or 10.
         values: written, shape (s, k).
         gradients: written, shape (s, k, 3) [1/m].
-        sound: written: whether the neighbours span the basis, shape (s,).
+        is_spanned: written: whether the neighbours span the basis, shape (s,).
     """
     moment, factor = np.zeros((10, 10)), np.zeros((10, 10))
     p, x, change = np.zeros(10), np.zeros(10), np.zeros(10)
@@ -162,8 +162,8 @@ def least_squares_rows(offsets, weights, slopes, size, values, gradients, sound)
         for j in range(weights.shape[1]):
             if weights[s, j] > 0.0:
                 length = max(length, abs(offsets[s, j, 0]), abs(offsets[s, j, 1]), abs(offsets[s, j, 2]))
-        sound[s] = length > 0.0
-        if not sound[s]:
+        is_spanned[s] = length > 0.0
+        if not is_spanned[s]:
             continue
         moment[:] = 0.0
         for j in range(weights.shape[1]):
@@ -172,8 +172,8 @@ def least_squares_rows(offsets, weights, slopes, size, values, gradients, sound)
                 for row in range(size):
                     for column in range(row + 1):
                         moment[row, column] += p[row] * p[column] * weights[s, j]
-        sound[s] = decompose_in_place(moment, factor, size)
-        if not sound[s]:
+        is_spanned[s] = decompose_in_place(moment, factor, size)
+        if not is_spanned[s]:
             continue
         x[:] = 0.0
         x[0] = 1.0

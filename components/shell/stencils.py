@@ -47,11 +47,11 @@ class Stencils(NamedTuple):
         """Return the neighbours of a point."""
         return self.nodes[self.begin[point] : self.begin[point + 1]]
 
-    def counts(self, points: IntArray) -> IntArray:
+    def neighbour_counts(self, points: IntArray) -> IntArray:
         """Return the number of neighbours of some points."""
         return self.begin[points + 1].astype(np.int64) - self.begin[points]
 
-    def gradients_at(self, point: int) -> FloatArray:
+    def point_gradients(self, point: int) -> FloatArray:
         """Return the rows of a point in `gradients`, shape (neighbours, 3)."""
         first, end = self.first[self.kind[point] :][:2]
         return self.gradients[first:end]
@@ -66,7 +66,7 @@ _SAME = 1e-12
 _Marks = npt.NDArray[np.bool_]
 
 
-class _Line(NamedTuple):
+class _LineStencils(NamedTuple):
     """The neighbouring planes of points along one axis; at most k.
 
     Attributes:
@@ -86,7 +86,7 @@ class _Line(NamedTuple):
     stretch: FloatArray
 
 
-def _line(axis: Axis, index: FloatArray, radius: float, shared: bool, scaled: bool) -> _Line:
+def _make_line_stencils(axis: Axis, index: FloatArray, radius: float, is_shared: bool, is_scaled: bool) -> _LineStencils:
     found = [axis.neighbours(float(one), radius) for one in index]
     for point, some in enumerate(found):
         if not some:
@@ -98,15 +98,15 @@ def _line(axis: Axis, index: FloatArray, radius: float, shared: bool, scaled: bo
     # Points whose planes look alike, to rounding, are of one kind; if the axis may be scaled, also points whose planes differ
     # by a factor. Through the thickness of a bent body no two points are alike.
     slope = axis.slope(index)
-    scale = slope[:, None] if scaled else float(np.abs(slope).min())
-    seen = np.concatenate([axis.at_any(planes) - axis.at(index)[:, None], slope[:, None]], axis=1)
+    scale = slope[:, None] if is_scaled else float(np.abs(slope).min())
+    seen = np.concatenate([axis.plane_coordinates(planes) - axis.coordinates(index)[:, None], slope[:, None]], axis=1)
     rounded = np.rint(np.concatenate([seen / scale, planes - index[:, None], present], axis=1) * 1e9)
-    if not shared:
+    if not is_shared:
         rounded = np.concatenate([rounded, np.arange(len(index))[:, None]], axis=1)
     _, kept, kinds = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
     stretch = slope[kept[kinds.ravel()]] / slope
     stretch = np.where(np.abs(stretch - 1.0) < _SAME, 1.0, stretch)
-    return _Line(planes, present, kinds.ravel(), kept, index, stretch)
+    return _LineStencils(planes, present, kinds.ravel(), kept, index, stretch)
 
 
 def make_stencils(
@@ -133,66 +133,66 @@ def make_stencils(
     below = np.repeat(lattice.hollow.columns.ravel(), lattice.shape[2])
     near = np.logical_or.reduceat(below[even.nodes], even.begin[:-1])
     picked = np.flatnonzero(near | (places != product).any(axis=1))
-    return _replace(even, picked, *_stencils_at(lattice, places[picked], radius, basis))
+    return _replace_stencils(even, picked, *_individual_stencils(lattice, places[picked], radius, basis))
 
 
-def _replace(
-    even: Stencils, picked: IntArray, nodes: IntArray, there: _Marks, values: FloatArray, gradients: FloatArray
+def _replace_stencils(
+    stencils: Stencils, point_numbers: IntArray, nodes: IntArray, is_valid: _Marks, values: FloatArray, gradients: FloatArray
 ) -> Stencils:
     """Return stencils with individual stencils for some points."""
-    counts, own = np.diff(even.begin.astype(np.int64)), there.sum(axis=1)
+    counts, own = np.diff(stencils.begin.astype(np.int64)), is_valid.sum(axis=1)
     is_own = np.zeros(len(counts), dtype=bool)
-    is_own[picked] = True
-    kept = even.nodes[np.repeat(~is_own, counts)]
-    counts[picked] = own
+    is_own[point_numbers] = True
+    kept = stencils.nodes[np.repeat(~is_own, counts)]
+    counts[point_numbers] = own
     mixed = np.empty(counts.sum(), dtype=np.uint32)
     entries = np.repeat(is_own, counts)
-    mixed[~entries], mixed[entries] = kept, nodes[there]
-    kind = even.kind.copy()
-    kind[picked] = len(even.first) - 1 + np.arange(len(picked))
-    first = np.concatenate([even.first[:-1], even.first[-1] + _ends(own)]).astype(np.uint32)
-    values, gradients = np.concatenate([even.values, values]), np.concatenate([even.gradients, gradients])
-    begin = _ends(counts)
-    return Stencils(begin, mixed, kind, first, values, gradients, np.where(is_own, 1.0, even.along))
+    mixed[~entries], mixed[entries] = kept, nodes[is_valid]
+    kind = stencils.kind.copy()
+    kind[point_numbers] = len(stencils.first) - 1 + np.arange(len(point_numbers))
+    first = np.concatenate([stencils.first[:-1], stencils.first[-1] + _row_starts(own)]).astype(np.uint32)
+    values, gradients = np.concatenate([stencils.values, values]), np.concatenate([stencils.gradients, gradients])
+    begin = _row_starts(counts)
+    return Stencils(begin, mixed, kind, first, values, gradients, np.where(is_own, 1.0, stencils.along))
 
 
-def _stencils_at(
+def _individual_stencils(
     lattice: Lattice, places: FloatArray, radius: float, basis: BasisName
 ) -> tuple[IntArray, _Marks, FloatArray, FloatArray]:
     """Return neighbours of arbitrary points, a mask of the valid ones, shape (m, k), and their functions and gradients.
 
-    Below a notch the third radius is shorter, see `Lattice.reach`.
+    Below a notch the third radius is shorter, see `Lattice.support_radius`.
     """
     planes, near = [], []
     for axis, place in zip(lattice.axes[:2], places.T[:2], strict=True):
         some = np.ceil(place - radius).astype(np.int64)[:, None] + np.arange(int(2.0 * radius) + 2)
         there = np.abs(some - place[:, None]) < radius
-        near.append(there if axis.closed else there & (some >= 0) & (some < axis.count))
-        planes.append(np.clip(some, 0, axis.count - 1) if not axis.closed else some)
+        near.append(there if axis.is_closed else there & (some >= 0) & (some < axis.count))
+        planes.append(np.clip(some, 0, axis.count - 1) if not axis.is_closed else some)
     layers = np.broadcast_to(np.arange(lattice.shape[2]), (len(places), lattice.shape[2]))
-    along, across, layer = _cross([*planes, layers])
-    nodes = lattice.number(along, across, layer)
+    along, across, layer = _product_arrays([*planes, layers])
+    nodes = lattice.node_numbers(along, across, layer)
     seen = [along, across, lattice.heights(nodes)]
-    marks = _cross([*near, np.ones_like(layers, dtype=bool)])
-    reach = lattice.reach(places, radius)[:, None]
+    marks = _product_arrays([*near, np.ones_like(layers, dtype=bool)])
+    reach = lattice.support_radius(places, radius)[:, None]
     present = marks[0] & marks[1] & (np.abs(seen[2] - places[:, 2, None]) < reach)
     own = [places[:, axis, None] for axis in range(3)]
-    values, gradients = _least_squares(lattice, own, seen, present, (radius, radius, reach), basis)
+    values, gradients = _least_squares_functions(lattice, own, seen, present, (radius, radius, reach), basis)
     return nodes, present, values[present], gradients[present]
 
 
-def _cross(lines: list[Any]) -> list[Any]:
+def _product_arrays(lines: list[Any]) -> list[Any]:
     """Return the product of the values of each point along three axes, each of shape (m, k)."""
     shape = (len(lines[0]), *(line.shape[1] for line in lines))
     forms = ((slice(None), slice(None), None, None), (slice(None), None, slice(None), None), (slice(None), None, None))
     return [np.broadcast_to(line[form], shape).reshape(shape[0], -1) for line, form in zip(lines, forms, strict=True)]
 
 
-def _least_squares(
+def _least_squares_functions(
     lattice: Lattice,
-    own: list[FloatArray],
-    seen: list[Any],
-    present: _Marks,
+    point_indices: list[FloatArray],
+    neighbour_indices: list[Any],
+    is_valid: _Marks,
     radii: tuple[float, float, float | FloatArray],
     basis: BasisName,
 ) -> tuple[FloatArray, FloatArray]:
@@ -204,20 +204,20 @@ def _least_squares(
 
     Args:
         lattice: the nodes.
-        own: indices of the points along each axis, each of shape (m, 1).
-        seen: indices of the neighbours along each axis, counted on beyond a seam, fractional through the thickness, each of
-            shape (m, k).
-        present: mask of valid neighbours, shape (m, k).
+        point_indices: indices of the points along each axis, each of shape (m, 1).
+        neighbour_indices: indices of the neighbours along each axis, counted on beyond a seam, fractional through the
+            thickness, each of shape (m, k).
+        is_valid: mask of valid neighbours, shape (m, k).
         radii: support radii along each axis, in planes; the third may differ per point, shape (m, 1).
         basis: of the shape functions.
 
     Raises:
         UnspannedBasisError: the neighbours of a point do not span the basis; the error names its position.
     """
-    offsets, weights, slopes = weights_at(lattice, own, seen, present, radii)
-    at_point = [axis.at(one) for axis, one in zip(lattice.axes, own, strict=True)]
-    even = [at_point[k] + lattice.axes[k].slope(own[k]) * (seen[k] - own[k]) for k in range(2)]
-    by_index = local_offsets(lattice, [*even, lattice.axes[2].at(seen[2])], at_point)
+    offsets, weights, slopes = point_weights(lattice, point_indices, neighbour_indices, is_valid, radii)
+    at_point = [axis.coordinates(one) for axis, one in zip(lattice.axes, point_indices, strict=True)]
+    even = [at_point[k] + lattice.axes[k].slope(point_indices[k]) * (neighbour_indices[k] - point_indices[k]) for k in range(2)]
+    by_index = local_offsets(lattice, [*even, lattice.axes[2].coordinates(neighbour_indices[2])], at_point)
     try:
         values, _ = moving_least_squares(offsets.swapaxes(0, 1), weights.T, slopes.swapaxes(0, 1), basis)
         _, gradients = moving_least_squares(by_index.swapaxes(0, 1), weights.T, slopes.swapaxes(0, 1), basis)
@@ -229,10 +229,10 @@ def _least_squares(
     offsets, gradients = offsets / reach, gradients.swapaxes(0, 1) * reach
     # d(coordinate i)/d(the uniform coordinate j), by which the gradients are divided.
     stretch = [[(offsets[..., i] * gradients[..., j]).sum(axis=1) for j in range(3)] for i in range(3)]
-    return values.T, _divide(gradients, stretch) / reach
+    return values.T, _divide_by_matrices(gradients, stretch) / reach
 
 
-def _divide(gradients: FloatArray, stretch: list[list[FloatArray]]) -> FloatArray:
+def _divide_by_matrices(gradients: FloatArray, stretch: list[list[FloatArray]]) -> FloatArray:
     """Return gradients (m, k, 3) times the inverses of 3 x 3 matrices, whose entries have the shape (m,)."""
     a, b, c = stretch
     minors = [
@@ -249,30 +249,30 @@ def _product_stencils(
 ) -> Stencils:
     """Return the stencils of points that are the product of points along the axes, as if all nodes existed."""
     rows = [
-        _line(axis, line.at, radius, not (lattice.bent and place == 2), place == 0)
+        _make_line_stencils(axis, line.at, radius, not (lattice.bent and place == 2), place == 0)
         for place, (axis, line) in enumerate(zip(lattice.axes, lines, strict=True))
     ]
     # A representative point of each kind: the product of the kinds along the axes.
     picks = [one.ravel() for one in np.meshgrid(*(row.kept for row in rows), indexing="ij")]
     pairs = list(zip(rows, picks, strict=True))
-    own, seen = [row.at[pick][:, None] for row, pick in pairs], _cross([row.planes[pick] for row, pick in pairs])
-    present = np.logical_and.reduce(_cross([row.present[pick] for row, pick in pairs]))
-    values, gradients = _least_squares(lattice, own, seen, present, (radius, radius, radius), basis)
+    own, seen = [row.at[pick][:, None] for row, pick in pairs], _product_arrays([row.planes[pick] for row, pick in pairs])
+    present = np.logical_and.reduce(_product_arrays([row.present[pick] for row, pick in pairs]))
+    values, gradients = _least_squares_functions(lattice, own, seen, present, (radius, radius, radius), basis)
     kinds = np.meshgrid(*(row.kinds for row in rows), indexing="ij")
     kind = np.ravel_multi_index(kinds, [len(row.kept) for row in rows]).ravel()
     nodes, there = _neighbours(lattice, rows)
-    begin = _ends(there.sum(axis=1))
+    begin = _row_starts(there.sum(axis=1))
     return Stencils(
-        begin, nodes[there], kind.astype(np.uint32), _ends(present.sum(axis=1)), values[present],
+        begin, nodes[there], kind.astype(np.uint32), _row_starts(present.sum(axis=1)), values[present],
         gradients[present], np.repeat(rows[0].stretch, len(kind) // len(rows[0].stretch)),
     )  # fmt: skip
 
 
-def _ends(counts: IntArray) -> npt.NDArray[np.uint32]:
+def _row_starts(counts: IntArray) -> npt.NDArray[np.uint32]:
     return np.concatenate([[0], np.cumsum(counts)]).astype(np.uint32)
 
 
-def _neighbours(lattice: Lattice, rows: Sequence[_Line]) -> tuple[npt.NDArray[np.uint32], npt.NDArray[np.bool_]]:
+def _neighbours(lattice: Lattice, rows: Sequence[_LineStencils]) -> tuple[npt.NDArray[np.uint32], npt.NDArray[np.bool_]]:
     """Return the neighbours of all points, and a mask of the valid ones, shape (m, k).
 
     The number of a node is the sum of one number per axis. Indices of neighbours are not stored, because they would take most
@@ -281,37 +281,41 @@ def _neighbours(lattice: Lattice, rows: Sequence[_Line]) -> tuple[npt.NDArray[np
     _, across, layers = lattice.shape
     along, around, through = rows
     parts = (along.planes * (across * layers), around.planes % across * layers, through.planes)
-    nodes = _spread([one.astype(np.uint32) for one in parts], np.add)
-    return nodes, _spread([row.present for row in rows], np.logical_and)
+    nodes = _product_values([one.astype(np.uint32) for one in parts], np.add)
+    return nodes, _product_values([row.present for row in rows], np.logical_and)
 
 
-def _spread(parts: list[npt.NDArray[Any]], join: np.ufunc) -> npt.NDArray[Any]:
-    """Return the values of product points along the three axes, joined by `join`, shape (m, k)."""
-    first, second, third = parts
-    plane = join(second[:, None, :, None], third[None, :, None, :])
-    joined = join(first[:, None, None, :, None, None], plane[None, :, :, None])
+def _product_values(axis_values: list[npt.NDArray[Any]], operation: np.ufunc) -> npt.NDArray[Any]:
+    """Return the values of product points along the three axes, joined by `operation`, shape (m, k)."""
+    first, second, third = axis_values
+    plane = operation(second[:, None, :, None], third[None, :, None, :])
+    joined = operation(first[:, None, None, :, None, None], plane[None, :, :, None])
     return joined.reshape(len(first) * len(second) * len(third), -1)
 
 
-def weights_at(
+def point_weights(
     lattice: Lattice,
-    own: list[FloatArray],
-    seen: list[Any],
-    present: _Marks,
+    point_indices: list[FloatArray],
+    neighbour_indices: list[Any],
+    is_valid: _Marks,
     radii: tuple[float, float, float | FloatArray],
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return offsets (m, k, 3), weights (m, k) and gradients of the weights (m, k, 3) of points at indices `own` (m, 1).
+    """Return offsets (m, k, 3), weights (m, k) and gradients of the weights (m, k, 3) of points at `point_indices` (m, 1).
 
-    The arguments are as in `_least_squares`.
+    The arguments are as in `_least_squares_functions`.
     """
-    parts = [quartic_spline((own[k] - seen[k]) / radii[k]) for k in range(3)]
-    there = present.astype(np.float64)
+    parts = [quartic_spline((point_indices[k] - neighbour_indices[k]) / radii[k]) for k in range(3)]
+    there = is_valid.astype(np.float64)
     weights = parts[0][0] * parts[1][0] * parts[2][0] * there
     by_index = [parts[k][1] * parts[(k + 1) % 3][0] * parts[(k + 2) % 3][0] * there / radii[k] for k in range(3)]
-    stretch = [axis.slope(one) for axis, one in zip(lattice.axes, own, strict=True)]
+    stretch = [axis.slope(one) for axis, one in zip(lattice.axes, point_indices, strict=True)]
     along, across, through = lattice.axes
-    at_planes = [along.at_any(seen[0]), across.at_any(seen[1]), through.at(seen[2])]
-    at_point = [axis.at(one) for axis, one in zip(lattice.axes, own, strict=True)]
+    at_planes = [
+        along.plane_coordinates(neighbour_indices[0]),
+        across.plane_coordinates(neighbour_indices[1]),
+        through.coordinates(neighbour_indices[2]),
+    ]
+    at_point = [axis.coordinates(one) for axis, one in zip(lattice.axes, point_indices, strict=True)]
     if lattice.bent:
         stretch[1] = stretch[1] * at_point[2]
     offsets = local_offsets(lattice, at_planes, at_point)
@@ -319,16 +323,16 @@ def weights_at(
     return offsets, weights, slopes
 
 
-def local_offsets(lattice: Lattice, seen: list[FloatArray], own: list[FloatArray]) -> FloatArray:
+def local_offsets(lattice: Lattice, nodes: list[FloatArray], points: list[FloatArray]) -> FloatArray:
     """Return the positions of nodes in the frames of the points with these neighbours, shape (m, k, 3) [m].
 
     Args:
         lattice: straight or bent.
-        seen: coordinates of the nodes along each axis, shape (m, k).
-        own: coordinates of the points, shape (m, 1).
+        nodes: coordinates of the nodes along each axis, shape (m, k).
+        points: coordinates of the points, shape (m, 1).
     """
-    along = seen[0] - own[0]
+    along = nodes[0] - points[0]
     if not lattice.bent:
-        return np.stack([along, seen[1] - own[1], seen[2] - own[2]], axis=-1)
-    sine, cosine = lattice.turn(seen[1] - own[1])
-    return np.stack([along, seen[2] * sine, seen[2] * cosine - own[2]], axis=-1)
+        return np.stack([along, nodes[1] - points[1], nodes[2] - points[2]], axis=-1)
+    sine, cosine = lattice.frame_rotation(nodes[1] - points[1])
+    return np.stack([along, nodes[2] * sine, nodes[2] * cosine - points[2]], axis=-1)

@@ -13,7 +13,7 @@ import numpy as np
 from ..support.float_arrays import FloatArray, ordered_sum
 from ..support.threads import call_in_threads, split_range, thread_count
 from . import kernels
-from .hourglass import hold_columns
+from .hourglass import write_tie_forces
 from .kernel_arrays import WALL_FORCE, WALL_IMPULSE, IntArray, Scratch, Solid, State, Tables
 
 # Below this number of integration points a sweep is too short for the synchronisation of threads.
@@ -29,7 +29,7 @@ class Failure(NamedTuple):
     limit: float
 
 
-def advance(tables: Tables, signals: FloatArray, pressures: FloatArray, first_tick: int, failed: IntArray) -> int:
+def advance(tables: Tables, signals: FloatArray, pressures: FloatArray, first_tick: int, failure_out: IntArray) -> int:
     """Advance by one tick per row of `signals`; return 0 or a status of `kernel_arrays`.
 
     Args:
@@ -37,12 +37,12 @@ def advance(tables: Tables, signals: FloatArray, pressures: FloatArray, first_ti
         signals: means over each tick: the factor of the pressure, then velocities of edges, shape (ticks, k).
         pressures: pressure that the factor scales at each station of the inner surface, shape (stations,) [Pa].
         first_tick: number at the beginning of the first of these ticks.
-        failed: written: point and tick of a failure, shape (2,).
+        failure_out: written: point and tick of a failure, shape (2,).
     """
     for row in range(len(signals)):
         failures = advance_tick(tables, signals[row], pressures, lambda _: False)
         if failures:
-            return note_failure(failures[0], tables.scratch, first_tick + row, failed)
+            return record_failure(failures[0], tables.scratch, first_tick + row, failure_out)
     return 0
 
 
@@ -57,7 +57,7 @@ def advance_tick(
     kernels.drift(solid.nodes, solid.surface, state, scratch, signals, pressures, solid.step, tally)
     tally[WALL_IMPULSE] += 0.5 * solid.step * tally[WALL_FORCE]
     parts = split_range(len(solid.points.volume), _part_count(solid))
-    found = call_in_threads(update_part, [(solid, state, scratch, *part, is_bearable) for part in parts])
+    found = call_in_threads(update_point_range, [(solid, state, scratch, *part, is_bearable) for part in parts])
     failures = [failure for part in found for failure in part]
     if not failures:
         finish_tick(tables, signals, pressures)
@@ -70,7 +70,7 @@ def finish_tick(tables: Tables, signals: FloatArray, pressures: FloatArray) -> N
     write_forces(solid, state, scratch)
     kernels.write_areas(solid.surface, state.displacement, scratch.area)
     kernels.kick(solid.nodes, solid.surface, state, scratch, signals, pressures, solid.step, tally)
-    measure_wall(solid, state, tally)
+    write_wall_force(solid, state, tally)
     tally[WALL_IMPULSE] += 0.5 * solid.step * tally[WALL_FORCE]
 
 
@@ -91,9 +91,9 @@ def write_forces(
     nodes = np.arange(len(solid.nodes.mass)) if nodes is None else nodes
     if len(columns):
         common = (tied, points, solid.law, solid.plastic, state, scratch)
-        call_in_threads(hold_columns, [(*common, part) for part in _parts(solid, columns)])
+        call_in_threads(write_tie_forces, [(*common, part) for part in _thread_parts(solid, columns)])
     common = (points, solid.nodes, tied, scratch, state.force)
-    call_in_threads(kernels.gather_forces, [(*common, part) for part in _parts(solid, nodes)])
+    call_in_threads(kernels.gather_forces, [(*common, part) for part in _thread_parts(solid, nodes)])
     if len(solid.bounce):
         state.force[nodes, 0] += (solid.wall[1] * solid.bounce * wall_depths(solid, state))[nodes]
 
@@ -106,22 +106,22 @@ def wall_depths(solid: Solid, state: State) -> FloatArray:
     return np.where(depth > 0.0, depth, 0.0)
 
 
-def measure_wall(solid: Solid, state: State, tally: FloatArray) -> None:
+def write_wall_force(solid: Solid, state: State, tally: FloatArray) -> None:
     """Write the present force of the wall on the body [N]."""
     if len(solid.bounce):
         tally[WALL_FORCE] = ordered_sum(solid.wall[1] * solid.bounce * wall_depths(solid, state))
 
 
-def update_forces(solid: Solid, state: State, scratch: Scratch, failed: IntArray) -> int:
+def update_forces(solid: Solid, state: State, scratch: Scratch, failure_out: IntArray) -> int:
     """Advance stresses elastically to the present displacements, and write the forces; return 0 or a status."""
     elastic = solid._replace(plastic=False)
-    status = _update_stresses(elastic, state, scratch, 0, len(solid.points.volume), failed)
+    status = _update_stresses(elastic, state, scratch, 0, len(solid.points.volume), failure_out)
     if status == 0:
         write_forces(elastic, state, scratch)
     return status
 
 
-def update_part(
+def update_point_range(
     solid: Solid, state: State, scratch: Scratch, begin: int, end: int, is_bearable: Callable[[int], bool]
 ) -> list[Failure]:
     """Advance the stresses of the points begin..end-1; return the failures, the last of which may end the run."""
@@ -139,18 +139,18 @@ def update_part(
     return found
 
 
-def _update_stresses(solid: Solid, state: State, scratch: Scratch, begin: int, end: int, failed: IntArray) -> int:
-    return int(kernels.update_stresses(solid.points, solid.law, solid.plastic, state, scratch.pull, begin, end, failed))
+def _update_stresses(solid: Solid, state: State, scratch: Scratch, begin: int, end: int, failure_out: IntArray) -> int:
+    return int(kernels.update_stresses(solid.points, solid.law, solid.plastic, state, scratch.pull, begin, end, failure_out))
 
 
-def note_failure(failure: Failure, scratch: Scratch, tick: int, failed: IntArray) -> int:
-    """Write a failure in the tick after `tick` to `failed` and to the scratch row of its point; return its status."""
-    failed[:] = failure.point, tick + 1
+def record_failure(failure: Failure, scratch: Scratch, tick: int, failure_out: IntArray) -> int:
+    """Write a failure in the tick after `tick` to `failure_out` and to the scratch row of its point; return its status."""
+    failure_out[:] = failure.point, tick + 1
     scratch.pull[failure.point, :2] = failure.value, failure.limit
     return failure.status
 
 
-def _parts(solid: Solid, numbers: IntArray) -> list[IntArray]:
+def _thread_parts(solid: Solid, numbers: IntArray) -> list[IntArray]:
     return [numbers[begin:end] for begin, end in split_range(len(numbers), _part_count(solid))]
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from ..support.float_arrays import FloatArray
 from .geometry.axis import even_axis
 from .geometry.lattice import Lattice
-from .kernel_arrays import entries_of
+from .kernel_arrays import support_entries
 from .quadrature import IntegrationPoints, RuleName, integration_points
 from .shape_functions import BasisName
 from .stencils import Stencils, make_stencils
@@ -24,7 +24,7 @@ _POISSON = 0.3
 
 
 @lru_cache(maxsize=32)
-def zero_mode_count(layers: int, rule: RuleName, through: int, basis: BasisName, radius: float) -> int:
+def zero_mode_count(layers: int, rule: RuleName, thickness_count: int, basis: BasisName, radius: float) -> int:
     """Return the number of zero-energy modes of a free patch of cubes.
 
     Raises:
@@ -32,7 +32,7 @@ def zero_mode_count(layers: int, rule: RuleName, through: int, basis: BasisName,
     """
     side, depth = even_axis(_COLUMNS - 1.0, _COLUMNS), even_axis(layers - 1.0, layers)
     lattice = Lattice((side, side, depth), bent=False)
-    points = integration_points(lattice, rule, through, radius)
+    points = integration_points(lattice, rule, thickness_count, radius)
     stencils = make_stencils(lattice, points.lines, radius, basis)
     stiffnesses = np.linalg.eigvalsh(stiffness_matrix(lattice.node_count, points, stencils, 1.0, _POISSON))
     return int((stiffnesses < _NONE * stiffnesses[-1]).sum())
@@ -41,7 +41,7 @@ def zero_mode_count(layers: int, rule: RuleName, through: int, basis: BasisName,
 def gradient_matrices(nodes: int, points: IntegrationPoints, stencils: Stencils) -> FloatArray:
     """Return the derivatives along x, y and z at the points by the parameters of the nodes, shape (3, m, n) [1/m]."""
     count = len(points.volume)
-    owner, seen, rows = entries_of(stencils, np.arange(count))
+    owner, seen, rows = support_entries(stencils, np.arange(count))
     along, around, out = stencils.gradients[rows].T
     sine, cosine, found = points.sine[owner], points.cosine[owner], np.zeros((3, count, nodes))
     found[:, owner, seen] = stencils.along[owner] * along, cosine * around + sine * out, cosine * out - sine * around

@@ -9,7 +9,7 @@ import pytest
 
 import granular_env as ge
 from granular_env.components.automata import Automata
-from granular_env.components.automata.lattice import FORCE_Y, TORQUE, load
+from granular_env.components.automata.lattice import FORCE_Y, TORQUE, load_motion
 
 ROW = 0.5 * math.sqrt(3.0)
 SOLID = ge.Material(density=1.0, young=2.5, poisson=0.25)
@@ -24,8 +24,10 @@ def block(packing: str = "square", columns: int = 8, rows: int = 8, **parameters
 
 def forces_at(automata: Automata, displacement: np.ndarray, rotation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the forces and torques on automata at given displacements, shape (n, 2), and rotations, shape (n,)."""
-    steps, place = automata.steps, automata.body.layout.place
-    load(automata.body.layout, displacement, np.zeros_like(displacement), rotation, np.zeros_like(rotation), steps.motion)
-    steps.update_forces()
-    cells = steps.scratch.cells
+    specimen, place = automata.specimen, automata.body.layout.place
+    load_motion(
+        automata.body.layout, displacement, np.zeros_like(displacement), rotation, np.zeros_like(rotation), specimen.motion
+    )
+    specimen.update_forces()
+    cells = specimen.scratch.cells
     return cells[: FORCE_Y + 1, place].T, cells[TORQUE, place]

@@ -17,18 +17,18 @@ from .. import kernels
 from ..column_means import write_column_means
 from ..energies import elastic_energy, leapfrog_energy
 from ..geometry.lattice import Lattice
-from ..kernel_arrays import ColumnArray, IntArray, Solid, Tables, entries_of
+from ..kernel_arrays import ColumnArray, IntArray, Solid, Tables, support_entries
 from ..kernel_setup import Assembly, station_means
-from ..outputs import Output, output
+from ..outputs import Output, make_output
 from ..parameters import ShellParameters
-from ..ticks import Failure, advance_tick, finish_tick, note_failure, write_forces
-from .cracks import ERODED, KINDS, LOOSENED, LOST_KINDS, PARTED, SPENT, TORN, Cause, Cracks, Parting
+from ..ticks import Failure, advance_tick, finish_tick, record_failure, write_forces
+from .cracks import ERODED, KINDS, LOOSENED, LOST_KINDS, PARTED, SPENT, TORN, Cause, Cracks, NewCracks
 from .facets import facet_rows
-from .force_recalculation import new_gradients, volume_ratios, work_of_half_kick, write_pull
-from .judgement import find_parting
-from .law import FractureLaw
+from .force_recalculation import displacement_gradients, half_kick_work, volume_ratios, write_pull
+from .fracture_check import find_cracking_points
+from .laws.fracture_law import FractureLaw
 from .open_area import crack_length, open_areas
-from .outcome import AXIAL, OUTCOMES, CutSides, connects_ends, crack_along, crack_around, outcome
+from .outcome import AXIAL, OUTCOMES, CutSides, axial_crack_extent, circumferential_crack_part, connects_ends, outcome
 from .pieces import ACROSS, ALONG, Marks
 from .visibility import Visibility
 
@@ -46,13 +46,13 @@ AddEvent = Callable[[int, str, int, float, float], None]
 class BreakingBody:
     """The cracks of a component, in its state and in the tables of its kernels."""
 
-    def __init__(self, parameters: ShellParameters, law: FractureLaw, assembly: Assembly, whole: Solid) -> None:
+    def __init__(self, parameters: ShellParameters, law: FractureLaw, assembly: Assembly, intact_solid: Solid) -> None:
         """Build from the body without cracks.
 
         Raises:
             ParameterError: the law requires a material with plastic flow.
         """
-        if law.needs_flow and not whole.plastic:
+        if law.needs_flow and not intact_solid.plastic:
             raise ParameterError(
                 f"got the law {law.name!r} with an elastic material", expected="one that flows",
                 hint="choose material = 'thermoviscoplastic', or fracture = {name = 'principal_stress', stress = ...}",
@@ -64,7 +64,7 @@ class BreakingBody:
             SPENT: EventDetail(law.unit, "points"), TORN: EventDetail("1", "points"),
             LOOSENED: EventDetail("", "nodes"),
         }  # fmt: skip
-        self.cracks = Cracks(parameters, law, assembly, whole)
+        self.cracks = Cracks(parameters, law, assembly, intact_solid)
         points, nodes = len(assembly.points.volume), assembly.lattice.node_count
         self.growing: Layout = {
             "facets": facet_rows(points, assembly.lattice.shape),
@@ -74,7 +74,7 @@ class BreakingBody:
         self._found = np.zeros(points, dtype=np.int64)
         self._seen_facets = np.zeros((0, 9))
 
-    def attach(self, block: Block, tables: Tables, add_event: AddEvent) -> None:
+    def attach_state(self, block: Block, tables: Tables, add_event: AddEvent) -> None:
         """Attach the state, laid out with `growing` and `fields`, and the tables of the whole body that contain it."""
         self._block, self._tables, self._add_event = block, tables, add_event
 
@@ -89,12 +89,12 @@ class BreakingBody:
 
     def tables(self) -> Tables:
         """Return the tables of the kernels with the cracks of the state."""
-        self.cracks.follow(self._block["facets"], self._block["eroded"], self._block["loosened"])
+        self.cracks.load_state(self._block["facets"], self._block["eroded"], self._block["loosened"])
         return self._tables._replace(solid=self.cracks.solid)
 
     # -- ticks ------------------------------------------------------------------------------------------------------
 
-    def advance(self, signals: FloatArray, pressures: FloatArray, first_tick: int, failed: IntArray) -> int:
+    def advance(self, signals: FloatArray, pressures: FloatArray, first_tick: int, failure_out: IntArray) -> int:
         """Advance like `ticks.advance`, and at the end of each tick part the points beyond their limit."""
         tables, cracks, block = self.tables(), self.cracks, self._block
         state = tables.state
@@ -103,120 +103,122 @@ class BreakingBody:
             failures = advance_tick(tables, signals[row], pressures, cracks.is_beside_crack)
             for failure in failures:
                 if not cracks.is_beside_crack(failure.point):
-                    return note_failure(failure, tables.scratch, tick, failed)
+                    return record_failure(failure, tables.scratch, tick, failure_out)
             if failures:
-                tables = self._tear(failures, tick + 1)
+                tables = self._erode_failed_points(failures, tick + 1)
                 finish_tick(tables, signals[row], pressures)
             write_column_means(state.stress, cracks.means)
-            judged = (cracks.judged, cracks.means.stress, state.gradient, state.plastic_strain)
-            count = find_parting(*judged, self._found, block["nearest"], tick + 1)
+            check = (cracks.check, cracks.means.stress, state.gradient, state.plastic_strain)
+            count = find_cracking_points(*check, self._found, block["nearest"], tick + 1)
             if count:
-                tables = self._part(self._found[:count].copy(), tick + 1)
+                tables = self._add_cracks(self._found[:count].copy(), tick + 1)
         return 0
 
-    def _part(self, found: IntArray, tick: int) -> Tables:
+    def _add_cracks(self, cracking_points: IntArray, tick: int) -> Tables:
         """Part the body at some points; return its new tables."""
         state, scratch, losses = self._tables.state, self._tables.scratch, self._block["losses"]
         before = self.cracks.solid
-        parting = self._without_distorted(self.cracks.part(state, found, tick))
+        new_cracks = self._erode_distorted_points(self.cracks.add_cracks(state, cracking_points, tick))
         after = self.cracks.solid
-        points, columns, nodes = self._surroundings(parting.changed)
+        points, columns, nodes = self._affected_parts(new_cracks.changed)
         losses[_FRACTURE] += ordered_sum(scratch.tie_energy[columns]) + leapfrog_energy(before, state, nodes)
-        self._erode(parting)
+        self._remove_eroded_stress(new_cracks)
         write_pull(after, state, scratch, points)
         write_forces(after, state, scratch, columns, nodes)
         kernels.write_areas(after.surface, state.displacement, state.area)
         losses[_FRACTURE] -= ordered_sum(scratch.tie_energy[columns]) + leapfrog_energy(after, state, nodes)
-        self._note(parting, tick)
+        self._record_cracks(new_cracks, tick)
         return self._tables._replace(solid=after)
 
-    def _tear(self, failures: list[Failure], tick: int) -> Tables:
+    def _erode_failed_points(self, failures: list[Failure], tick: int) -> Tables:
         """Erode the points at which a tick failed; return the tables for finishing the tick."""
         state, scratch = self._tables.state, self._tables.scratch
         torn = {failure.point: Cause(TORN, failure.value, failure.limit) for failure in failures}
-        self._block["losses"][_ERODED] += ordered_sum(*(work_of_half_kick(self.cracks.solid, state, point) for point in torn))
-        parting = self._without_distorted(self.cracks.erode(torn))
-        self._erode(parting)
-        write_pull(self.cracks.solid, state, scratch, parting.changed)
-        self._note(parting, tick)
+        self._block["losses"][_ERODED] += ordered_sum(*(half_kick_work(self.cracks.solid, state, point) for point in torn))
+        new_cracks = self._erode_distorted_points(self.cracks.erode_points(torn))
+        self._remove_eroded_stress(new_cracks)
+        write_pull(self.cracks.solid, state, scratch, new_cracks.changed)
+        self._record_cracks(new_cracks, tick)
         return self._tables._replace(solid=self.cracks.solid)
 
-    def _without_distorted(self, parting: Parting) -> Parting:
+    def _erode_distorted_points(self, new_cracks: NewCracks) -> NewCracks:
         """Erode points whose remaining neighbours give a volume that no metal has.
 
         Their stress would produce extremely large forces.
         """
         while True:
-            left = np.setdiff1d(parting.changed, np.array(list(parting.eroded), dtype=np.int64))
-            ratios = volume_ratios(new_gradients(self.cracks.points, self._tables.state.displacement, left))
+            left = np.setdiff1d(new_cracks.changed, np.array(list(new_cracks.eroded), dtype=np.int64))
+            ratios = volume_ratios(displacement_gradients(self.cracks.points, self._tables.state.displacement, left))
             wild = ~((ratios > _VOLUMES[0]) & (ratios < _VOLUMES[1]))
             if not wild.any():
-                return parting
+                return new_cracks
             found = zip(left[wild].tolist(), ratios[wild].tolist(), strict=True)
-            parting = parting.joined(self.cracks.erode({p: Cause(TORN, ratio, _VOLUMES[ratio > 1.0]) for p, ratio in found}))
+            new_cracks = new_cracks.merged_with(
+                self.cracks.erode_points({p: Cause(TORN, ratio, _VOLUMES[ratio > 1.0]) for p, ratio in found})
+            )
 
-    def _erode(self, parting: Parting) -> None:
+    def _remove_eroded_stress(self, new_cracks: NewCracks) -> None:
         """Remove the stress of eroded points, and update the gradients of all changed points."""
-        state, points = self._tables.state, np.array(list(parting.eroded), dtype=np.int64)
+        state, points = self._tables.state, np.array(list(new_cracks.eroded), dtype=np.int64)
         self._block["losses"][_ERODED] += elastic_energy(self.cracks.solid, state, points)
         state.stress[points] = state.gradient[points] = 0.0
-        state.gradient[parting.changed] = new_gradients(self.cracks.points, state.displacement, parting.changed)
+        state.gradient[new_cracks.changed] = displacement_gradients(self.cracks.points, state.displacement, new_cracks.changed)
 
-    def _surroundings(self, changed: IntArray) -> tuple[IntArray, IntArray, IntArray]:
+    def _affected_parts(self, changed_points: IntArray) -> tuple[IntArray, IntArray, IntArray]:
         """Return the points, tied columns, and nodes whose forces change with some points."""
-        tied, points, columns = self._assembly.solid.hourglass, changed, np.zeros(0, dtype=np.int64)
+        tied, points, columns = self._assembly.solid.hourglass, changed_points, np.zeros(0, dtype=np.int64)
         if len(tied.partner):
-            own = np.unique(changed // tied.points)
+            own = np.unique(changed_points // tied.points)
             columns = np.unique(np.concatenate([own, tied.partner[own].ravel()])).astype(np.int64)
             columns = columns[columns >= 0]
             points = (columns[:, None] * tied.points + np.arange(tied.points)).ravel()
-        return points, columns, np.unique(entries_of(self._assembly.solid.points, points)[1]).astype(np.int64)
+        return points, columns, np.unique(support_entries(self._assembly.solid.points, points)[1]).astype(np.int64)
 
-    def _note(self, parting: Parting, tick: int) -> None:
+    def _record_cracks(self, new_cracks: NewCracks, tick: int) -> None:
         """Append the cracks of a tick to the state, and record their events."""
-        for facet, cause in parting.facets:
+        for facet, cause in new_cracks.facets:
             self._block.append("facets", facet)
             self._add_event(tick, PARTED, int(facet[0]), cause.value, cause.limit)
         for kind in (SPENT, TORN):
-            for point, cause in parting.eroded.items():
+            for point, cause in new_cracks.eroded.items():
                 if cause is not None and cause.kind == kind:
                     value = cause.value if abs(cause.value) < _LARGEST else _LARGEST
                     self._add_event(tick, kind, point, value, cause.limit)
         begin, hidden = self._assembly.stencils.begin, self.cracks.visibility.hidden
-        for point, cause in parting.eroded.items():
+        for point, cause in new_cracks.eroded.items():
             self._block.append("eroded", float(point))
             if cause is None:
                 left = np.count_nonzero(~hidden[begin[point] : begin[point + 1]])
                 self._add_event(tick, ERODED, point, float(left), float(_FEWEST[self._parameters.basis]))
-        for node in parting.loosened:
+        for node in new_cracks.loosened:
             self._block.append("loosened", float(node))
             self._add_event(tick, LOOSENED, node, 0.0, 0.0)
 
     # -- reading ----------------------------------------------------------------------------------------------------
 
     @property
-    def seen(self) -> Any:
+    def cracked_stencils(self) -> Any:
         """The stencils of the points with the cracks of the state."""
         self.tables()
         return self.cracks.visibility.seen
 
     @cached_property
-    def _nodes(self) -> Visibility:
+    def _node_stencils(self) -> Visibility:
         """Stencils of the nodes themselves, for the output of displacements."""
         lattice, p = self._assembly.lattice, self._parameters
         self._seen_facets = np.zeros((0, 9))
-        return Visibility(lattice, lattice.places, self._assembly.node_stencils, p.chosen_radius, p.basis)
+        return Visibility(lattice, lattice.indices, self._assembly.node_stencils, p.chosen_radius, p.basis)
 
-    def node_field(self, parameters: FloatArray) -> FloatArray:
+    def node_values(self, parameters: FloatArray) -> FloatArray:
         """Return the values of a field at the nodes; a node isolated by cracks has the value of its parameter."""
         self.tables()
-        nodes, facets, known = self._nodes, self.cracks.facets, len(self._seen_facets)
+        nodes, facets, known = self._node_stencils, self.cracks.facets, len(self._seen_facets)
         if known > len(facets) or not np.array_equal(facets[:known], self._seen_facets):
             nodes.clear()
             known = 0
         if len(facets) > known:
-            changed = np.unique(np.concatenate([nodes.hide(facet) for facet in facets[known:]]))
-            for node in changed[~nodes.rebuild(changed)]:
+            changed = np.unique(np.concatenate([nodes.hide_neighbours(facet) for facet in facets[known:]]))
+            for node in changed[~nodes.rebuild_stencils(changed)]:
                 neighbours, row = nodes.seen.neighbours(node), int(nodes.seen.first[nodes.seen.kind[node]])
                 nodes.seen.values[row : row + len(neighbours)] = neighbours == node
         self._seen_facets = facets
@@ -229,12 +231,12 @@ class BreakingBody:
         write_column_means(self.tables().state.stress, self.cracks.means)
         return self.cracks.means.stress
 
-    def ratios(self) -> FloatArray:
+    def fracture_ratios(self) -> FloatArray:
         """Return the fracture ratio of each point, i.e. the decisive value over its limit."""
         self.mean_stress()
-        return self.cracks.ratios(self._tables.state)
+        return self.cracks.fracture_ratios(self._tables.state)
 
-    def losses(self) -> dict[str, float]:
+    def dissipated_energies(self) -> dict[str, float]:
         """Return the energies dissipated by cracks [J]: of cut ties, and of eroded points."""
         fracture, eroded = self._block["losses"].tolist()
         return {"fracture_energy": fracture, "eroded_energy": eroded}
@@ -244,7 +246,7 @@ class BreakingBody:
         self.tables()
         ratio, point, tick = self._block["nearest"].tolist()
         found = {
-            "points that have parted": float(np.count_nonzero(self.cracks.judged.cracks)),
+            "points that have parted": float(np.count_nonzero(self.cracks.check.cracks)),
             "eroded points": float(len(self.cracks.eroded)), "pieces": float(self.cracks.piece_count),
             "crack length, m": crack_length(self._assembly, self.cracks),
         }  # fmt: skip
@@ -259,8 +261,8 @@ class BreakingBody:
     def drawables(self, size: float) -> tuple[Drawable, ...]:
         """Return the points, coloured by their fracture ratio, and the surface links that no crack has cut."""
         lattice = self._assembly.lattice
-        indices = self._assembly.points.all_places().T
-        places = lattice.place(*(axis.at(one) for axis, one in zip(lattice.axes, indices, strict=True)))
+        indices = self._assembly.points.all_indices().T
+        places = lattice.positions(*(axis.coordinates(one) for axis, one in zip(lattice.axes, indices, strict=True)))
         return (
             Points("points", places, np.full(len(places), size), "point_displacement", "fracture_ratio"),
             Links("surface links", "nodes", lattice.top_nodes[self.surface_pairs], "surface_links"),
@@ -269,28 +271,28 @@ class BreakingBody:
     def outputs(self) -> Iterator[Output]:
         """Yield the outputs on cracks; each one updates the cracks from the state before it is read."""
 
-        def follow(read: Callable[[], Any]) -> Any:
+        def read_current(read: Callable[[], Any]) -> Any:
             self.tables()
             return read()
 
         for variable, read in self._outputs():
-            yield Output(variable, partial(follow, read))
+            yield Output(variable, partial(read_current, read))
 
     def _outputs(self) -> Iterator[Output]:
         cracks, lattice, m = self.cracks, self._assembly.lattice, len(self._found)
-        limit, text = cracks.judged.limit, "limit of the fracture law at each point"
-        yield output("fracture_limit", self.law.unit, (m,), text, limit.copy, "point")
+        limit, text = cracks.check.limit, "limit of the fracture law at each point"
+        yield make_output("fracture_limit", self.law.unit, (m,), text, limit.copy, "point")
         text = "displacement of the points, 0 at eroded ones"
-        yield output("point_displacement", "m", (m, 3), text, self._point_displacement, "point", "direction")
+        yield make_output("point_displacement", "m", (m, 3), text, self._point_displacement, "point", "direction")
         text = "0 where a crack lies between two neighbouring columns of the outer surface, or no point sees one, otherwise 1"
-        yield output(
+        yield make_output(
             "surface_links", "1", (len(self.surface_pairs),), text, self._surface_links, "link", minimum=0.0, maximum=1.0
         )
         text = "0 where a crack crosses an edge of a cell of the outer surface, or no point sees a corner of it, otherwise 1"
-        yield output(
+        yield make_output(
             "surface_cells",
             "1",
-            ((lattice.shape[0] - 1) * self._rows,),
+            ((lattice.shape[0] - 1) * self._row_count,),
             text,
             self._surface_cells,
             "cell",
@@ -301,21 +303,21 @@ class BreakingBody:
             "0 whole, 1 bulged, 2 axial crack, 3 hoop crack (around the body), by the cracks through the wall where there are "
             "any, 4 severed: no piece reaches from one end to the other"
         )
-        yield output("outcome", "1", (), text, lambda: float(self.outcome()), minimum=0.0, maximum=4.0)
+        yield make_output("outcome", "1", (), text, lambda: float(self.outcome()), minimum=0.0, maximum=4.0)
         amounts: list[tuple[str, str, tuple[int, ...], str, Callable[[], Any], *tuple[str, ...]]] = [
-            ("cracks", "1", (m,), "number of cracks of each point", lambda: cracks.judged.cracks.astype(float), "point"),
+            ("cracks", "1", (m,), "number of cracks of each point", lambda: cracks.check.cracks.astype(float), "point"),
             ("pieces", "1", (), "pieces of the body that carry stress", lambda: float(cracks.piece_count)),
             ("crack_along", "m", (), "reach of cracks along the body, at any depth of the wall, from first to last",
-             lambda: crack_along(lattice, self._cut_sides())),
+             lambda: axial_crack_extent(lattice, self._cut_sides())),
             ("crack_around", "1", (), "largest part of the circumference, or of the width, that one crack takes at one place",
-             lambda: crack_around(lattice, self._cut_sides())),
+             lambda: circumferential_crack_part(lattice, self._cut_sides())),
             ("crack_length", "m", (), "length of all cracks in the surface", lambda: crack_length(self._assembly, cracks)),
             ("crack_area", "m^2", lattice.shape[:1], "open area of the cracks through the wall, at each plane of nodes",
-             lambda: open_areas(lattice, cracks, self.node_field(self._tables.state.displacement)), "station"),
+             lambda: open_areas(lattice, cracks, self.node_values(self._tables.state.displacement)), "station"),
             ("eroded_mass", "kg", (), "mass of the points that carry no stress any more", self.eroded_mass),
         ]  # fmt: skip
         for name, unit, shape, text, read, *axes in amounts:
-            yield output(name, unit, shape, text, read, *axes, minimum=0.0)
+            yield make_output(name, unit, shape, text, read, *axes, minimum=0.0)
 
     def _point_displacement(self) -> FloatArray:
         out = np.zeros((len(self._found), 3))
@@ -332,32 +334,35 @@ class BreakingBody:
         """Neighbouring columns, along and across, shape (links, 2)."""
         n, m, _ = self._assembly.lattice.shape
         columns = np.arange(n * m, dtype=np.int32).reshape(n, m)
-        pairs = ((columns[:-1], columns[1:]), (columns[:, : self._rows], np.roll(columns, -1, axis=1)[:, : self._rows]))
+        pairs = (
+            (columns[:-1], columns[1:]),
+            (columns[:, : self._row_count], np.roll(columns, -1, axis=1)[:, : self._row_count]),
+        )
         return np.concatenate([np.stack([one.ravel(), other.ravel()], axis=1) for one, other in pairs])
 
     @property
-    def _rows(self) -> int:
+    def _row_count(self) -> int:
         """Number of surface cells across or around the body."""
         across = self._assembly.lattice.axes[1]
-        return across.count if across.closed else across.count - 1
+        return across.count if across.is_closed else across.count - 1
 
-    def _holding_sides(self) -> tuple[Marks, Marks]:
+    def _intact_sides(self) -> tuple[Marks, Marks]:
         """Return whether columns are linked at the surface to the next one along, (n - 1, m), and across, (n, rows)."""
         cut, borne = (
-            self._sides_of(self.cracks.links[:, :, -1] > 0),
+            self._neighbour_sides(self.cracks.links[:, :, -1] > 0),
             self.cracks.borne.reshape(self._assembly.lattice.shape[:2]),
         )
         across = ~cut.across & borne & np.roll(borne, -1, axis=1)
-        return ~cut.along[:-1] & borne[:-1] & borne[1:], across[:, : self._rows]
+        return ~cut.along[:-1] & borne[:-1] & borne[1:], across[:, : self._row_count]
 
     def _surface_links(self) -> FloatArray:
         """Return 1 for each intact link of `surface_pairs`, 0 for one cut by a crack or at a column without any support."""
-        return np.concatenate([sides.ravel() for sides in self._holding_sides()]).astype(np.float64)
+        return np.concatenate([sides.ravel() for sides in self._intact_sides()]).astype(np.float64)
 
     def _surface_cells(self) -> FloatArray:
         """Return 1 for each cell of the surface whose edges are all intact, otherwise 0."""
-        along, across = self._holding_sides()
-        sides = (along & np.roll(along, -1, axis=1))[:, : self._rows]
+        along, across = self._intact_sides()
+        sides = (along & np.roll(along, -1, axis=1))[:, : self._row_count]
         return (sides & across[:-1] & across[1:]).ravel().astype(np.float64)
 
     def _cut_sides(self) -> CutSides:
@@ -365,17 +370,17 @@ class BreakingBody:
 
         Columns in no point's support do not count.
         """
-        return self._sides_of(np.any(self.cracks.links > 0, axis=2))
+        return self._neighbour_sides(np.any(self.cracks.links > 0, axis=2))
 
     def _leaking_sides(self) -> CutSides:
         """Return the sides that a crack cuts through the whole wall."""
-        return self._sides_of(self.cracks.severed)
+        return self._neighbour_sides(self.cracks.severed)
 
-    def _sides_of(self, cut: Marks) -> CutSides:
+    def _neighbour_sides(self, is_cut: Marks) -> CutSides:
         """Return which of the cut links, shape (columns, 4), lie between neighbouring columns."""
         around, (n, m, _) = self._assembly.solid.surface.around, self._assembly.lattice.shape
         own = np.arange(len(around))
-        return CutSides(*((cut[:, way] & (around[:, side] != own)).reshape(n, m) for way, side in ((ALONG, 1), (ACROSS, 3))))
+        return CutSides(*((is_cut[:, way] & (around[:, side] != own)).reshape(n, m) for way, side in ((ALONG, 1), (ACROSS, 3))))
 
     def outcome(self) -> int:
         """Return the number of the outcome in `OUTCOMES`."""
@@ -391,27 +396,27 @@ class BreakingBody:
         facets, number = self.cracks.facets, self.outcome()
         found = [f"outcome: {OUTCOMES[number]}"]
         if number >= AXIAL:
-            found[0] += f": {self._crack_words()}; {self._piece_words()}"
+            found[0] += f": {self._describe_cracks()}; {self._describe_pieces()}"
         elif len(facets):
             found[0] += ": no crack lies between columns of nodes, some lie within the wall or at its edges"
         if len(facets):
-            parted, place = np.count_nonzero(self.cracks.judged.cracks), self._assembly.describe(int(facets[0, 0]))
+            parted, place = np.count_nonzero(self.cracks.check.cracks), self._assembly.describe_position(int(facets[0, 0]))
             time = 1e6 * facets[0, 8] * step_size
             return [*found, f"the first of {parted} points that parted did so at {time:.4g} us, at {place}"]
         ratio, point, tick = self._block["nearest"].tolist()
-        place = self._assembly.describe(int(point))
+        place = self._assembly.describe_position(int(point))
         near = f"reached {ratio:.3g} of its limit at {1e6 * tick * step_size:.4g} us, at {place}"
         return [*found, f"{self.law.quantity} {near if ratio > 0.0 else 'stayed below half of its limit everywhere'}"]
 
-    def _crack_words(self) -> str:
+    def _describe_cracks(self) -> str:
         """Return the extent of cracks in words, at any depth and through the wall."""
         lattice, through = self._assembly.lattice, self._leaking_sides()
         whole, leaks = "circumference" if lattice.bent else "width", "none of them goes through the wall"
         if through.is_cut:
-            leaks = f"those through the wall {_reach_words(lattice, through)}"
-        return f"cracks {_reach_words(lattice, self._cut_sides())} of the {whole}, {leaks}"
+            leaks = f"those through the wall {_describe_extent(lattice, through)}"
+        return f"cracks {_describe_extent(lattice, self._cut_sides())} of the {whole}, {leaks}"
 
-    def _piece_words(self) -> str:
+    def _describe_pieces(self) -> str:
         """Return the number of pieces in words, and the number of detached columns."""
         pieces, lost = self.cracks.piece_count, np.count_nonzero(~self.cracks.borne)
         words = f"{pieces} {'piece' if pieces == 1 else 'pieces'}"
@@ -425,13 +430,13 @@ class BreakingBody:
             return []
         first = next(event for event in events if event.kind in LOST_KINDS)
         assert first.index is not None
-        place = self._assembly.describe(first.index)
+        place = self._assembly.describe_position(first.index)
         return [
             f"{part:.0%} of the mass carries no stress any more, the first of it from {1e6 * first.tick * step_size:.4g} us "
             f"on, at {place}: what is left does not stand for the body; load it less, or give more nodes"
         ]
 
 
-def _reach_words(lattice: Lattice, sides: CutSides) -> str:
-    along, around = 1e3 * crack_along(lattice, sides), 100.0 * crack_around(lattice, sides)
+def _describe_extent(lattice: Lattice, sides: CutSides) -> str:
+    along, around = 1e3 * axial_crack_extent(lattice, sides), 100.0 * circumferential_crack_part(lattice, sides)
     return f"reach {along:.3g} mm along the body and take up to {around:.3g} %"

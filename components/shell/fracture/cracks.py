@@ -10,13 +10,13 @@ import numpy.typing as npt
 
 from ...support.float_arrays import FloatArray, ordered_sum
 from ..column_means import make_column_means
-from ..kernel_arrays import ColumnArray, IntArray, Points, Solid, State, entries_of
+from ..kernel_arrays import ColumnArray, IntArray, Points, Solid, State, support_entries
 from ..kernel_setup import Assembly
 from ..kernels import weigh_points
 from ..parameters import ShellParameters
-from .facets import mark_links
-from .judgement import UNBREAKABLE, Judgement, points_in_grips, write_judgements
-from .law import FractureLaw
+from .facets import mark_cut_links
+from .fracture_check import UNBREAKABLE, FractureCheck, points_in_grips, write_fracture_values
+from .laws.fracture_law import FractureLaw
 from .pieces import Marks, crack_lips, detached_columns, label_columns, severed_links
 from .visibility import Visibility
 
@@ -58,7 +58,7 @@ class Cause(NamedTuple):
     limit: float
 
 
-class Parting(NamedTuple):
+class NewCracks(NamedTuple):
     """The new cracks at the end of a tick.
 
     Attributes:
@@ -73,36 +73,37 @@ class Parting(NamedTuple):
     loosened: list[int]
     changed: IntArray
 
-    def joined(self, other: Parting) -> Parting:
+    def merged_with(self, other: NewCracks) -> NewCracks:
         """Return this parting extended by the points and nodes of one that it caused."""
         eroded, loosened = {**self.eroded, **other.eroded}, self.loosened + other.loosened
-        return Parting(self.facets, eroded, loosened, np.union1d(self.changed, other.changed))
+        return NewCracks(self.facets, eroded, loosened, np.union1d(self.changed, other.changed))
 
 
 class Cracks:
     """The cracks and the tables derived from them, which are rebuilt if the state has other cracks."""
 
-    def __init__(self, parameters: ShellParameters, law: FractureLaw, assembly: Assembly, whole: Solid) -> None:
+    def __init__(self, parameters: ShellParameters, law: FractureLaw, assembly: Assembly, intact_solid: Solid) -> None:
         """Build from a body without cracks."""
-        self._lattice, self._points, self._whole = assembly.lattice, assembly.points, whole
+        self._lattice, self._points, self._whole = assembly.lattice, assembly.points, intact_solid
         lattice, points = self._lattice, self._points
         along, across, thickness = lattice.axes
         lines, count = points.lines, len(points.volume)
         self._through = len(lines[2].at)
         self._shift = _BESIDE_NODES if len(lines[0].at) == along.count else _BESIDE_POINTS
-        self.visibility = Visibility(lattice, points.places, assembly.stencils, parameters.chosen_radius, parameters.basis)
-        limits = law.limits(whole.law, count // self._through, self._through)
+        self.visibility = Visibility(lattice, points.indices, assembly.stencils, parameters.chosen_radius, parameters.basis)
+        limits = law.limits(intact_solid.law, count // self._through, self._through)
         limits[points_in_grips(parameters, assembly, law.grip_length)] = UNBREAKABLE
-        self.judged = Judgement(
-            law.constants(whole.law), limits, along.slope(lines[0].at), across.slope(lines[1].at),
-            thickness.slope(lines[2].at), thickness.at(lines[2].at) if lattice.bent else np.ones(self._through), points.sine,
-            points.cosine, np.zeros((count, 3)), np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.int64),
-            self._ticks_to_unload(whole),
+        self.check = FractureCheck(
+            law.constants(intact_solid.law), limits, along.slope(lines[0].at), across.slope(lines[1].at),
+            thickness.slope(lines[2].at),
+            thickness.coordinates(lines[2].at) if lattice.bent else np.ones(self._through), points.sine, points.cosine,
+            np.zeros((count, 3)), np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.int64),
+            self._ticks_to_unload(intact_solid),
         )  # fmt: skip
         self.means = make_column_means(lattice, points)
-        self._hold = self._measure_hold(np.arange(lattice.node_count))
+        self._hold = self._node_weights(np.arange(lattice.node_count))
         every = np.array_split(np.arange(count), -(-count // _AT_A_TIME))
-        self._stiffest = _STIFFEST * max(float(self._stiffness(some).max()) for some in every)
+        self._stiffest = _STIFFEST * max(float(self._point_stiffness(some).max()) for some in every)
         self.clear()
 
     def _ticks_to_unload(self, solid: Solid) -> int:
@@ -119,104 +120,106 @@ class Cracks:
         self.links = np.zeros((self._lattice.shape[0] * self._lattice.shape[1], 4, self._lattice.shape[2]), dtype=np.uint8)
         self.severed: Marks = severed_links(self.links)
         self.visibility.clear()
-        self.judged.normal[:] = 0.0
-        self.judged.cracks[:] = self.judged.since[:] = 0
+        self.check.normal[:] = 0.0
+        self.check.cracks[:] = self.check.since[:] = 0
         self.means.sound[:] = True
         self._update_tables()
 
-    def follow(self, facets: FloatArray, eroded: FloatArray, loosened: FloatArray) -> None:
+    def load_state(self, facets: FloatArray, eroded_points: FloatArray, loosened_nodes: FloatArray) -> None:
         """Update the tables to the facets, eroded points and loosened nodes of the state if they differ."""
-        given, known = (facets, eroded, loosened), (self.facets, self.eroded, self.loosened)
+        given, known = (facets, eroded_points, loosened_nodes), (self.facets, self.eroded, self.loosened)
         if all(np.array_equal(one, other) for one, other in zip(given, known, strict=True)):
             return
         self.clear()
-        changed = [self._add(facet) for facet in facets] + [self._hide_node(int(node)) for node in loosened]
-        blind = eroded.astype(np.int64)
+        changed = [self._add_facet(facet) for facet in facets] + [self._hide_node(int(node)) for node in loosened_nodes]
+        blind = eroded_points.astype(np.int64)
         if changed:
             points = np.unique(np.concatenate(changed))
-            self.visibility.rebuild(points[~np.isin(points, blind)])
-        self.visibility.blind(blind)
-        self.facets, self.eroded, self.loosened = facets.copy(), eroded.copy(), loosened.copy()
+            self.visibility.rebuild_stencils(points[~np.isin(points, blind)])
+        self.visibility.remove_neighbours(blind)
+        self.facets, self.eroded, self.loosened = facets.copy(), eroded_points.copy(), loosened_nodes.copy()
         self._update_tables()
 
     # -- parting ----------------------------------------------------------------------------------------------------
 
-    def part(self, state: State, found: IntArray, tick: int) -> Parting:
+    def add_cracks(self, state: State, points: IntArray, tick: int) -> NewCracks:
         """Part the body at points beyond their limit, beginning with the one whose own stress exceeds it most.
 
         Several points may pass it together, because stresses are means over columns. A point that loses neighbours to a crack
         of this tick waits for the next tick. A parted point that has had time to unload is eroded: its remaining links are
         bridges that the lattice leaves between cracks.
         """
-        limit, judged = self.judged.limit, self.judged
-        decided = dict(zip(found.tolist(), self._judge(state, self.means.stress, found)[:, 0].tolist(), strict=True))
-        own = dict(zip(found.tolist(), self._judge(state, state.stress, found)[:, 0] / limit[found], strict=True))
+        limit, check = self.check.limit, self.check
+        decided = dict(
+            zip(points.tolist(), self._fracture_values(state, self.means.stress, points)[:, 0].tolist(), strict=True)
+        )
+        own = dict(zip(points.tolist(), self._fracture_values(state, state.stress, points)[:, 0] / limit[points], strict=True))
         facets, changed, spent = list[tuple[FloatArray, Cause]](), set[int](), dict[int, Cause]()
         order = sorted(decided, key=lambda p: (-own[p], p))
         for p in order:
-            if judged.cracks[p] > 0 and tick >= judged.since[p] + judged.wait:
+            if check.cracks[p] > 0 and tick >= check.since[p] + check.wait:
                 spent[p] = Cause(SPENT, decided[p], float(limit[p]))
         for p in order:
             if p not in changed and p not in spent:
                 facet = np.append(self._choose_facet(state, p), float(tick))
                 facets.append((facet, Cause(PARTED, decided[p], float(limit[p]))))
-                changed |= set(self._add(facet).tolist())
+                changed |= set(self._add_facet(facet).tolist())
         self.facets = np.concatenate([self.facets, np.array([facet for facet, _ in facets]).reshape(-1, 9)])
-        return self._settle(changed, spent)._replace(facets=facets)
+        return self._rebuild_supports(changed, spent)._replace(facets=facets)
 
-    def erode(self, points: dict[int, Cause]) -> Parting:
+    def erode_points(self, points: dict[int, Cause]) -> NewCracks:
         """Erode some points, which then carry no stress any more."""
-        return self._settle(set(), points)
+        return self._rebuild_supports(set(), points)
 
-    def _judge(self, state: State, stress: FloatArray, points: IntArray) -> FloatArray:
+    def _fracture_values(self, state: State, stress: FloatArray, points: IntArray) -> FloatArray:
         """Return for some points the decisive value, and the normal of a crack there in index space, shape (k, 4)."""
         out = np.zeros((len(points), 4))
-        write_judgements(self.judged, stress, state.gradient, state.plastic_strain, points, out)
+        write_fracture_values(self.check, stress, state.gradient, state.plastic_strain, points, out)
         return out
 
-    def ratios(self, state: State) -> FloatArray:
+    def fracture_ratios(self, state: State) -> FloatArray:
         """Return the fracture ratio of each point, by the means written last, shape (m,)."""
-        return self._judge(state, self.means.stress, np.arange(len(self.judged.limit)))[:, 0] / self.judged.limit
+        return self._fracture_values(state, self.means.stress, np.arange(len(self.check.limit)))[:, 0] / self.check.limit
 
-    def _settle(self, changed: set[int], lost: dict[int, Cause]) -> Parting:
+    def _rebuild_supports(self, changed_points: set[int], points_to_erode: dict[int, Cause]) -> NewCracks:
         """Rebuild supports, erode points with too few neighbours, and loosen nodes with hardly any weight, until all is sound.
 
         Args:
-            changed: points that have lost neighbours.
-            lost: points to be eroded.
+            changed_points: points that have lost neighbours.
+            points_to_erode: points to be eroded.
         """
         seen, loosened, gone = self.visibility, list[int](), {int(p) for p in self.eroded}
-        eroded: dict[int, Cause | None] = {**lost}
-        fresh = changed - gone - set(lost)
-        if lost:
-            points = np.array(list(lost), dtype=np.int64)
-            seen.blind(points)
-            fresh |= self._loosen(points, loosened) - gone - set(lost)
-        concerned = {*fresh, *lost}
+        eroded: dict[int, Cause | None] = {**points_to_erode}
+        fresh = changed_points - gone - set(points_to_erode)
+        if points_to_erode:
+            points = np.array(list(points_to_erode), dtype=np.int64)
+            seen.remove_neighbours(points)
+            fresh |= self._loosen_nodes(points, loosened) - gone - set(points_to_erode)
+        concerned = {*fresh, *points_to_erode}
         while fresh:
             points = np.array(sorted(fresh), dtype=np.int64)
-            poor = points[~seen.rebuild(points) | (self._stiffness(points) > self._stiffest)]
-            seen.blind(poor)
+            poor = points[~seen.rebuild_stencils(points) | (self._point_stiffness(points) > self._stiffest)]
+            seen.remove_neighbours(poor)
             eroded |= dict.fromkeys(poor.tolist())
-            fresh = self._loosen(points, loosened) - gone - set(eroded)
+            fresh = self._loosen_nodes(points, loosened) - gone - set(eroded)
             concerned |= fresh
         self.eroded = np.concatenate([self.eroded, np.array(list(eroded), dtype=np.float64)])
         self.loosened = np.concatenate([self.loosened, np.array(loosened, dtype=np.float64)])
         self._update_tables()
-        return Parting([], eroded, loosened, np.array(sorted(concerned), dtype=np.int64))
+        return NewCracks([], eroded, loosened, np.array(sorted(concerned), dtype=np.int64))
 
-    def _loosen(self, points: IntArray, loosened: list[int]) -> set[int]:
+    def _loosen_nodes(self, points: IntArray, loosened_nodes: list[int]) -> set[int]:
         """Hide nodes near some points that have hardly any weight left; return the points that lose them as neighbours."""
-        nodes = np.unique(entries_of(self.points, points)[1]).astype(np.int64)
+        nodes = np.unique(support_entries(self.points, points)[1]).astype(np.int64)
         losing = set[int]()
-        known = {int(j) for j in self.loosened} | set(loosened)
-        for node in nodes[self._measure_hold(nodes) < _LOOSE * self._hold[nodes]].tolist():
+        known = {int(j) for j in self.loosened} | set(loosened_nodes)
+        for node in nodes[self._node_weights(nodes) < _LOOSE * self._hold[nodes]].tolist():
             if node not in known:
-                loosened.append(node)
+                loosened_nodes.append(node)
                 losing |= set(self._hide_node(node).tolist())
         return losing
 
-    def _measure_hold(self, nodes: IntArray) -> FloatArray:
+    def _node_weights(self, nodes: IntArray) -> FloatArray:
         """Return the total weight of nodes in points: the sum of shape functions times volumes, shape (k,) [m^3]."""
         found, volume = np.zeros((len(nodes), 2)), self._points.volume
         weigh_points(self.visibility.seen, self._whole.nodes, volume, nodes, volume, found)
@@ -237,45 +240,45 @@ class Cracks:
         begin, end = self._whole.points.begin[point : point + 2].tolist()
         return bool(self.visibility.hidden[begin:end].any()) and float(point) not in self.eroded
 
-    def _add(self, facet: FloatArray) -> IntArray:
+    def _add_facet(self, facet: FloatArray) -> IntArray:
         """Add a facet; return the points that lose neighbours."""
         p = int(facet[0])
-        if self.judged.cracks[p] == 0:
-            self.judged.normal[p] = facet[4:7]
-        self.judged.cracks[p] += 1
+        if self.check.cracks[p] == 0:
+            self.check.normal[p] = facet[4:7]
+        self.check.cracks[p] += 1
         self.means.sound[p] = False
-        self.judged.since[p] = int(facet[8])
+        self.check.since[p] = int(facet[8])
         ring = self._lattice.axes[1]
-        near = self._columns_near(facet, ring.count)
-        mark_links(facet, self._lattice, near, self.links)
+        near = self._nearby_columns(facet, ring.count)
+        mark_cut_links(facet, self._lattice, near, self.links)
         self.severed[near] = severed_links(self.links[near])
-        return self.visibility.hide(facet)
+        return self.visibility.hide_neighbours(facet)
 
-    def _columns_near(self, facet: FloatArray, around: int) -> IntArray:
+    def _nearby_columns(self, facet: FloatArray, around: int) -> IntArray:
         along = np.arange(max(int(facet[1]) - 2, 0), min(int(facet[1]) + 3, self._lattice.shape[0]))
         across = np.arange(int(facet[2]) - 2, int(facet[2]) + 4)
-        across = np.unique(across % around) if self._lattice.axes[1].closed else across[(across >= 0) & (across < around)]
+        across = np.unique(across % around) if self._lattice.axes[1].is_closed else across[(across >= 0) & (across < around)]
         return (along[:, None] * around + across).ravel()
 
     def _choose_facet(self, state: State, p: int) -> FloatArray:
         """Return the facet of a point: on the side where a crack already is, otherwise on the more loaded side."""
-        normal = self._judge(state, self.means.stress, np.array([p]))[0, 1:]
+        normal = self._fracture_values(state, self.means.stress, np.array([p]))[0, 1:]
         side = self._open_side(p, normal) or self._loaded_side(state, p, normal) or 1
-        first = self._facet(p, normal, side)
-        if self.visibility.is_sound_behind(first, p):
+        first = self._make_facet(p, normal, side)
+        if self.visibility.is_spanned_behind(first, p):
             return first
-        second = self._facet(p, normal, -side)
-        return second if self.visibility.is_sound_behind(second, p) else first
+        second = self._make_facet(p, normal, -side)
+        return second if self.visibility.is_spanned_behind(second, p) else first
 
-    def _facet(self, p: int, normal: FloatArray, side: int) -> FloatArray:
+    def _make_facet(self, p: int, normal: FloatArray, side: int) -> FloatArray:
         beside = self._shift * max(abs(normal[0]), abs(normal[1])) if normal[2] == 0.0 else _BESIDE_POINTS
-        middle, cell = self._place(p), self._thickness_cell(p)
+        middle, cell = self._point_indices(p), self._thickness_cell(p)
         middle[2] = cell[0] if normal[2] == 0.0 else middle[2]
         return np.concatenate([[p], middle + side * beside * normal, normal, [cell[1]]])
 
-    def _place(self, p: int) -> FloatArray:
+    def _point_indices(self, p: int) -> FloatArray:
         """Return the fractional indices of a point."""
-        return self._points.places(np.array([p]))[0]
+        return self._points.indices(np.array([p]))[0]
 
     def _thickness_cell(self, p: int) -> tuple[float, float]:
         """Return the middle and half the extent of a point's part of the thickness, in index space.
@@ -288,41 +291,41 @@ class Cracks:
         low, high = bounds[layer : layer + 2]
         return 0.5 * (high + low), 0.5 * (high - low)
 
-    def _offsets(self, places: FloatArray, p: int) -> FloatArray:
+    def _index_offsets(self, places: FloatArray, p: int) -> FloatArray:
         """Return the vectors from a point to places, in index space, the shorter way around a ring, shape (k, 3)."""
-        offsets, ring = places - self._place(p), self._lattice.axes[1]
-        if ring.closed:
+        offsets, ring = places - self._point_indices(p), self._lattice.axes[1]
+        if ring.is_closed:
             offsets[:, 1] -= ring.count * np.floor(offsets[:, 1] / ring.count + 0.5)
         return offsets
 
     def _open_side(self, p: int, normal: FloatArray) -> int:
         """Return the side on which a point has lost more neighbours; 0 for none."""
         begin, end = self._whole.points.begin[p : p + 2].tolist()
-        _, nodes, _ = entries_of(self._whole.points, np.array([p]))
+        _, nodes, _ = support_entries(self._whole.points, np.array([p]))
         lost = nodes[self.visibility.hidden[begin:end]].astype(np.int64)
-        return int(np.sign(np.sign((self._offsets(self._lattice.places(lost), p) * normal).sum(axis=1)).sum()))
+        return int(np.sign(np.sign((self._index_offsets(self._lattice.indices(lost), p) * normal).sum(axis=1)).sum()))
 
     def _loaded_side(self, state: State, p: int, normal: FloatArray) -> int:
         """Return the side whose neighbouring points are closer to their limits; 0 if the sides are equal."""
-        around = self._points_around(p)
-        beyond = (self._offsets(self._points.places(around), p) * normal).sum(axis=1)
-        ratios = self._judge(state, self.means.stress, around)[:, 0] / self.judged.limit[around]
+        around = self._neighbour_points(p)
+        beyond = (self._index_offsets(self._points.indices(around), p) * normal).sum(axis=1)
+        ratios = self._fracture_values(state, self.means.stress, around)[:, 0] / self.check.limit[around]
         low, high = (ordered_sum(ratios[side]) for side in (beyond < -_ASIDE, beyond > _ASIDE))
         return 0 if abs(high - low) <= _EQUAL * (abs(low) + abs(high)) else (1 if high > low else -1)
 
-    def _points_around(self, p: int) -> IntArray:
+    def _neighbour_points(self, p: int) -> IntArray:
         """Return the points in the same layer of the neighbouring columns of points."""
-        along, across = len(self.judged.along), len(self.judged.across)
+        along, across = len(self.check.along), len(self.check.across)
         column, layer = divmod(p, self._through)
         x, y = (one.ravel() for one in np.meshgrid(*(np.arange(-1, 2) + one for one in divmod(column, across)), indexing="ij"))
-        there = (x >= 0) & (x < along) & (self._lattice.axes[1].closed | ((y >= 0) & (y < across)))
+        there = (x >= 0) & (x < along) & (self._lattice.axes[1].is_closed | ((y >= 0) & (y < across)))
         around = (x * across + y % across)[there]
         return around[around != column] * self._through + layer
 
-    def _stiffness(self, points: IntArray) -> FloatArray:
+    def _point_stiffness(self, points: IntArray) -> FloatArray:
         """Return V sum |grad N_J|^2 / m_J of points: their share of the squared frequency, over the squared speed of sound."""
         table = self.points
-        owner, nodes, rows = entries_of(table, points)
+        owner, nodes, rows = support_entries(table, points)
         gradients = table.gradients[rows]
         gradients[:, 0] *= table.along[points][owner]
         terms = (gradients * gradients).sum(axis=1) / self._whole.nodes.mass[nodes]
@@ -343,9 +346,9 @@ class Cracks:
         self.labels, self.borne = self._label_pieces()
         self.detached: Marks = detached_columns(lattice, self.severed, self.labels) | self._loose_columns()
         self.released: Marks = crack_lips(lattice, self.severed) | self.detached
-        surface = whole.surface._replace(around=self._loaded_neighbours())
+        surface = whole.surface._replace(around=self._area_neighbours())
         self.solid = whole._replace(
-            points=self.points, hourglass=whole.hourglass._replace(partner=self._ties()), surface=surface
+            points=self.points, hourglass=whole.hourglass._replace(partner=self._uncut_ties()), surface=surface
         )
 
     def _label_pieces(self) -> tuple[IntArray, Marks]:
@@ -364,14 +367,14 @@ class Cracks:
         """Number of pieces; columns in no point's support do not count."""
         return len(np.unique(self.labels[self.borne]))
 
-    def _cut_sides(self, cut: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    def _cut_sides(self, is_cut: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
         """Return whether each column is cut from its neighbours before and after along and across, shape (columns, 4)."""
         n, m, _ = self._lattice.shape
-        along, across = cut[:, 0].reshape(n, m), cut[:, 1].reshape(n, m)
+        along, across = is_cut[:, 0].reshape(n, m), is_cut[:, 1].reshape(n, m)
         sides = (np.roll(along, 1, axis=0), along, np.roll(across, 1, axis=1), across)
         return np.stack([one.ravel() for one in sides], axis=1)
 
-    def _ties(self) -> ColumnArray:
+    def _uncut_ties(self) -> ColumnArray:
         """Return the partners of hourglass control: none across a crack, and none for a column with an eroded point."""
         partner = self._whole.hourglass.partner
         if len(partner) == 0:
@@ -381,7 +384,7 @@ class Cracks:
         cut = self._cut_sides(np.any(self.links[:, :2] > 0, axis=2))
         return np.where(cut | lost[:-1, None] | lost[partner], -1, partner)
 
-    def _loaded_neighbours(self) -> ColumnArray:
+    def _area_neighbours(self) -> ColumnArray:
         """Return the neighbours that span the area of each node of the inner surface; across a crack it is the node itself.
 
         A loose node spans no area with the nodes from which it has separated, because this area would grow without bound.

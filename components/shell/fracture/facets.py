@@ -35,7 +35,7 @@ def facet_rows(points: int, shape: tuple[int, int, int]) -> Field:
     return Field("f8", (9,), (0, -1.0, -1.0, -1.0, -1.0, -1.0, -1.0, 0.0, 0), high, 2 * points)
 
 
-def crosses(facet: FloatArray, period: int, a: FloatArray, b: FloatArray) -> Marks:
+def crosses_facet(facet: FloatArray, period: int, a: FloatArray, b: FloatArray) -> Marks:
     """Return whether the straight lines from a to b cross a facet.
 
     Args:
@@ -47,7 +47,7 @@ def crosses(facet: FloatArray, period: int, a: FloatArray, b: FloatArray) -> Mar
     middle, normal = facet[1:4], facet[4:7]
     if period > 0:
         shift = np.zeros_like(a)
-        shift[:, 1] = round_to_period(middle[1] - a[:, 1], period)
+        shift[:, 1] = nearest_period_multiple(middle[1] - a[:, 1], period)
         a, b = a + shift, b + shift
     # Term by term, because a sum along an axis has no fixed order.
     first, second = (
@@ -61,12 +61,12 @@ def crosses(facet: FloatArray, period: int, a: FloatArray, b: FloatArray) -> Mar
     return apart & (np.abs(x) <= half) & (np.abs(y) <= half) & (np.abs(z) <= facet[7] + _OVERLAP)
 
 
-def round_to_period(distance: FloatArray, period: int) -> FloatArray:
+def nearest_period_multiple(distance: FloatArray, period: int) -> FloatArray:
     """Return the multiples of the period nearest to the distances."""
     return period * np.floor(distance / period + 0.5)
 
 
-def mark_links(facet: FloatArray, lattice: Lattice, columns: IntArray, links: npt.NDArray[np.uint8]) -> None:
+def mark_cut_links(facet: FloatArray, lattice: Lattice, columns: IntArray, links: npt.NDArray[np.uint8]) -> None:
     """Mark the links between neighbouring columns that cross a facet.
 
     Args:
@@ -77,7 +77,7 @@ def mark_links(facet: FloatArray, lattice: Lattice, columns: IntArray, links: np
             layer, updated in place, shape (columns, 4, layers).
     """
     along, across, layers = lattice.shape
-    closed, layer = lattice.axes[1].closed, np.tile(np.arange(layers), len(columns))
+    closed, layer = lattice.axes[1].is_closed, np.tile(np.arange(layers), len(columns))
     column = np.repeat(columns, layers)
     x, y = column // across, column % across
     own = np.stack([x, y, layer * lattice.layer_steps[column]], axis=1).astype(np.float64)
@@ -85,5 +85,5 @@ def mark_links(facet: FloatArray, lattice: Lattice, columns: IntArray, links: np
         there = (x + dx < along) & (closed | ((y + dy >= 0) & (y + dy < across)))
         other = ((x + dx) * across + (y + dy) % across)[there]
         ends = np.stack([(x + dx)[there], (y + dy)[there], layer[there] * lattice.layer_steps[other]], axis=1)
-        cut = crosses(facet, across if closed else 0, own[there], ends.astype(np.float64))
+        cut = crosses_facet(facet, across if closed else 0, own[there], ends.astype(np.float64))
         links[column[there][cut], way, layer[there][cut]] = 1

@@ -8,13 +8,13 @@ from ...materials.finite_strain import nominal_stress
 from ...materials.tensors import load_deformation, load_symmetric
 from ...support.float_arrays import FloatArray, ordered_sum
 from ...support.jit import jit
-from ..kernel_arrays import IntArray, Points, Scratch, Solid, State, entries_of
+from ..kernel_arrays import IntArray, Points, Scratch, Solid, State, support_entries
 from ..kernels import write_point_pull
 
 
-def new_gradients(points: Points, displacement: FloatArray, numbers: IntArray) -> FloatArray:
+def displacement_gradients(points: Points, displacement: FloatArray, numbers: IntArray) -> FloatArray:
     """Return the displacement gradients of k points with their present neighbours, shape (k, 9); summed as in a tick."""
-    owner, neighbours, rows = entries_of(points, numbers)
+    owner, neighbours, rows = support_entries(points, numbers)
     local = points.gradients[rows]
     terms = displacement[neighbours][:, :, None] * local[:, None, :]
     sums = np.array([np.bincount(owner, one, minlength=len(numbers)) for one in terms.reshape(-1, 9).T]).reshape(3, 3, -1)
@@ -30,11 +30,11 @@ def volume_ratios(gradients: FloatArray) -> FloatArray:
     return (f[:, 0, 0] * minors[:, 0] + f[:, 0, 1] * minors[:, 1]) + f[:, 0, 2] * minors[:, 2]
 
 
-def work_of_half_kick(solid: Solid, state: State, point: int) -> float:
+def half_kick_work(solid: Solid, state: State, point: int) -> float:
     """Return minus the work of a point's stress on the nodes in the half kick before a tick's new stresses [J]."""
     own, one, none, stress = slice(point, point + 1), np.ones(1), np.zeros(1), np.zeros((1, 9))
     write_pulls(state.gradient[own], state.stress[own], one, one, none, one, np.zeros(1, dtype=np.int64), stress)
-    change = new_gradients(solid.points, state.displacement, np.array([point]))[0] - state.gradient[point]
+    change = displacement_gradients(solid.points, state.displacement, np.array([point]))[0] - state.gradient[point]
     work = ordered_sum(stress.reshape(3, 3).T.ravel() * change)
     return 0.5 * float(solid.points.volume[point]) * work
 

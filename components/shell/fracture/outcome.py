@@ -39,34 +39,34 @@ class CutSides(NamedTuple):
         return bool(self.along.any() or self.across.any())
 
 
-def crack_along(lattice: Lattice, cut: CutSides) -> float:
+def axial_crack_extent(lattice: Lattice, cut_sides: CutSides) -> float:
     """Return the extent of cracks along the body, from the first station to the last [m]; 0 if none runs along it."""
-    stations = np.flatnonzero(cut.across.any(axis=1))
+    stations = np.flatnonzero(cut_sides.across.any(axis=1))
     return float(np.ptp(lattice.axes[0].positions[stations])) if len(stations) else 0.0
 
 
-def crack_around(lattice: Lattice, cut: CutSides) -> float:
+def circumferential_crack_part(lattice: Lattice, cut_sides: CutSides) -> float:
     """Return the largest fraction of the circumference, or of the width of a plate, that one crack takes at one station."""
-    return float(_turns(lattice, cut)[0].max(initial=0.0))
+    return float(_crack_extents(lattice, cut_sides)[0].max(initial=0.0))
 
 
-def _turns(lattice: Lattice, cut: CutSides) -> tuple[FloatArray, IntArray]:
+def _crack_extents(lattice: Lattice, cut_sides: CutSides) -> tuple[FloatArray, IntArray]:
     """Return the extent of each crack at each station that it crosses: fraction of the circumference, and number of sides."""
     widths = lattice.axes[1].widths
-    station, column = np.nonzero(cut.along)
+    station, column = np.nonzero(cut_sides.along)
     if not len(station):
         return np.zeros(0), np.zeros(0, np.int64)
     # A table of all stations and cracks would take more memory than the state.
-    _, part = np.unique(_cracks(lattice, cut) * len(cut.along) + station, return_inverse=True)
+    _, part = np.unique(_crack_labels(lattice, cut_sides) * len(cut_sides.along) + station, return_inverse=True)
     return np.bincount(part, widths[column]) / widths.sum(), np.bincount(part)
 
 
-def _cracks(lattice: Lattice, cut: CutSides) -> IntArray:
+def _crack_labels(lattice: Lattice, cut_sides: CutSides) -> IntArray:
     """Return the crack number of each cut side along the body; cracks join at corners, halfway between four columns."""
-    n, m = cut.along.shape
-    corners = m if lattice.axes[1].closed else m + 1
+    n, m = cut_sides.along.shape
+    corners = m if lattice.axes[1].is_closed else m + 1
     ends = []
-    for sides, first, second in ((cut.along, (1, 0), (1, 1)), (cut.across, (0, 1), (1, 1))):
+    for sides, first, second in ((cut_sides.along, (1, 0), (1, 1)), (cut_sides.across, (0, 1), (1, 1))):
         station, column = np.nonzero(sides)
         ends.append([(station + i) * corners + (column + j) % corners for i, j in (first, second)])
     one, other = np.concatenate(ends, axis=1)
@@ -75,31 +75,31 @@ def _cracks(lattice: Lattice, cut: CutSides) -> IntArray:
     return labels[ends[0][0]].astype(np.int64)
 
 
-def connects_ends(labels: IntArray, borne: Marks, shape: tuple[int, int]) -> bool:
+def connects_ends(labels: IntArray, is_supported: Marks, shape: tuple[int, int]) -> bool:
     """Return whether a piece reaches from the first station to the last.
 
     Args:
         labels: number of the piece of each column, shape (n m,).
-        borne: whether a point supports each column, shape (n m,).
+        is_supported: whether a point supports each column, shape (n m,).
         shape: n, m.
     """
-    rows, bearing = labels.reshape(shape), borne.reshape(shape)
+    rows, bearing = labels.reshape(shape), is_supported.reshape(shape)
     return bool(np.isin(rows[0][bearing[0]], rows[-1][bearing[-1]]).any())
 
 
-def outcome(lattice: Lattice, cut: CutSides, is_severed: bool, plastic_strain: FloatArray) -> int:
+def outcome(lattice: Lattice, cut_sides: CutSides, is_severed: bool, plastic_strain: FloatArray) -> int:
     """Return the number of the outcome in `OUTCOMES`.
 
     Args:
         lattice: of the nodes.
-        cut: sides of the columns that cracks cut.
+        cut_sides: sides of the columns that cracks cut.
         is_severed: whether no piece joins both ends any more.
         plastic_strain: mean at each station, i.e. row of points, shape (stations,).
     """
     if is_severed:
         return SEVERED
-    if not cut.is_cut:
+    if not cut_sides.is_cut:
         return BULGED if float(plastic_strain.max(initial=0.0)) > BULGED_STRAIN else WHOLE
-    parts, sides = _turns(lattice, cut)
+    parts, sides = _crack_extents(lattice, cut_sides)
     turned = (parts >= _TURNED) & (sides >= min(_TURNED_SIDES, lattice.shape[1] / 2))
-    return HOOP if turned.any() or not cut.across.any() else AXIAL
+    return HOOP if turned.any() or not cut_sides.across.any() else AXIAL

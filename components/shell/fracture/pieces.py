@@ -9,7 +9,7 @@ from ...support.jit import internal, jit
 from ..geometry.lattice import Lattice
 from ..kernel_arrays import IntArray
 
-# Ways of `facets.mark_links`: along, across, and both diagonals.
+# Ways of `facets.mark_cut_links`: along, across, and both diagonals.
 ALONG, ACROSS = 0, 1
 Marks = npt.NDArray[np.bool_]
 # Smallest shape function that connects: that of a direct neighbour is 0.04, across a corner 0.006.
@@ -17,23 +17,23 @@ _CONNECTS = 0.01
 
 
 @jit
-def label_columns(stencils, blind, layers, labels, borne):
+def label_columns(stencils, is_stressless, layers, labels, is_supported):
     """Write for each column of nodes the first column to which points connect it.
 
     A point that carries stress connects all columns with nodes in its support, except nodes with very small shape functions.
 
     Args:
         stencils: `Stencils` of the points.
-        blind: which points carry no stress, shape (m,).
+        is_stressless: which points carry no stress, shape (m,).
         layers: nodes of a column.
         labels: written, shape (columns,).
-        borne: written: whether any point supports each column, shape (columns,).
+        is_supported: written: whether any point supports each column, shape (columns,).
     """
     begin, nodes, values = stencils.begin, stencils.nodes, stencils.values
     for column in range(labels.size):
-        labels[column], borne[column] = column, False
-    for p in range(blind.size):
-        if blind[p]:
+        labels[column], is_supported[column] = column, False
+    for p in range(is_stressless.size):
+        if is_stressless[p]:
             continue
         first, last, row = -1, -1, stencils.first[stencils.kind[p]]
         for entry in range(begin[p], begin[p + 1]):
@@ -41,7 +41,7 @@ def label_columns(stencils, blind, layers, labels, borne):
             if column == last or not abs(values[row + entry - begin[p]]) > _CONNECTS:
                 continue
             last = column
-            borne[column] = True
+            is_supported[column] = True
             root = find_root(labels, column)
             if first < 0:
                 first = root
@@ -63,29 +63,29 @@ def find_root(labels, column):
 
 
 def severed_links(links: npt.NDArray[np.uint8]) -> Marks:
-    """Return which links of `facets.mark_links` are cut through the whole wall, shape (columns, 4)."""
+    """Return which links of `facets.mark_cut_links` are cut through the whole wall, shape (columns, 4)."""
     return np.all(links > 0, axis=2)
 
 
-def crack_lips(lattice: Lattice, severed: Marks) -> Marks:
+def crack_lips(lattice: Lattice, is_severed: Marks) -> Marks:
     """Return the columns next to cracks through the whole wall."""
     n, m, _ = lattice.shape
     lips = np.zeros((n, m), dtype=bool)
     for way, axis in ((ALONG, 0), (ACROSS, 1)):
-        cut = severed[:, way].reshape(n, m).copy()
-        if not lattice.axes[axis].closed:
+        cut = is_severed[:, way].reshape(n, m).copy()
+        if not lattice.axes[axis].is_closed:
             cut[(-1,) if axis == 0 else (slice(None), -1)] = False
         lips |= cut | np.roll(cut, 1, axis=axis)
     return lips.ravel()
 
 
-def detached_columns(lattice: Lattice, severed: Marks, labels: IntArray) -> Marks:
+def detached_columns(lattice: Lattice, is_severed: Marks, labels: IntArray) -> Marks:
     """Return the columns of detached pieces: all but the largest piece and, for a tube, pieces that form closed rings."""
     n, m, _ = lattice.shape
     sizes = np.bincount(labels, minlength=n * m)
     held = {int(sizes.argmax())}
-    if lattice.axes[1].closed:
+    if lattice.axes[1].is_closed:
         rows = labels.reshape(n, m)
-        whole = (rows == rows[:, :1]).all(axis=1) & ~severed[:, ACROSS].reshape(n, m).any(axis=1)
+        whole = (rows == rows[:, :1]).all(axis=1) & ~is_severed[:, ACROSS].reshape(n, m).any(axis=1)
         held |= {int(one) for one in rows[whole, 0]}
     return ~np.isin(labels, sorted(held))

@@ -38,21 +38,21 @@ class Axis:
         return len(self.positions)
 
     @property
-    def closed(self) -> bool:
+    def is_closed(self) -> bool:
         """True for an axis without ends."""
         return self.period > 0.0
 
     @property
     def length(self) -> float:
         """Length; the period for a closed axis."""
-        return self.period if self.closed else float(self.positions[-1])
+        return self.period if self.is_closed else float(self.positions[-1])
 
     @property
     def bounds(self) -> FloatArray:
         """The ends of the part of each plane, halfway to its neighbours, shape (n + 1,)."""
         x = self.positions
         middle = 0.5 * (x[1:] + x[:-1])
-        if self.closed:
+        if self.is_closed:
             seam = 0.5 * (x[-1] + x[0] + self.period)
             return np.concatenate([[seam - self.period], middle, [seam]])
         return np.concatenate([x[:1], middle, x[-1:]])
@@ -62,29 +62,29 @@ class Axis:
         """Length of the part of each plane, shape (n,)."""
         return np.diff(self.bounds)
 
-    def at(self, index: FloatArray) -> FloatArray:
+    def coordinates(self, index: FloatArray) -> FloatArray:
         """Return the coordinates at fractional indices."""
-        return np.interp(index, *self._extended(self.positions, self.period))
+        return np.interp(index, *self._interpolation_table(self.positions, self.period))
 
-    def at_any(self, planes: IntArray) -> FloatArray:
+    def plane_coordinates(self, planes: IntArray) -> FloatArray:
         """Return the coordinates of planes, which may be counted on beyond the seam."""
         return self.positions[planes % self.count] + self.period * (planes // self.count)
 
     def slope(self, index: FloatArray) -> FloatArray:
         """Return the derivative of the coordinate with respect to the index."""
-        return np.interp(index, *self._extended(self._slopes(), 0.0))
+        return np.interp(index, *self._interpolation_table(self._plane_slopes(), 0.0))
 
-    def _slopes(self) -> FloatArray:
+    def _plane_slopes(self) -> FloatArray:
         """Return half the distance between the neighbours of each plane; at ends the distance to the only neighbour."""
-        _, x = self._extended(self.positions, self.period)
-        if self.closed:
+        _, x = self._interpolation_table(self.positions, self.period)
+        if self.is_closed:
             return 0.5 * (x[2:] - x[:-2])
         step = np.diff(x)
         return np.concatenate([step[:1], 0.5 * (step[1:] + step[:-1]), step[-1:]])
 
-    def _extended(self, values: FloatArray, jump: float) -> tuple[FloatArray, FloatArray]:
+    def _interpolation_table(self, values: FloatArray, jump: float) -> tuple[FloatArray, FloatArray]:
         """Return indices and values; for a closed axis with one additional value on each side."""
-        if not self.closed:
+        if not self.is_closed:
             return np.arange(self.count, dtype=np.float64), values
         return np.arange(-1.0, self.count + 1.0), np.concatenate([[values[-1] - jump], values, [values[0] + jump]])
 
@@ -92,11 +92,11 @@ class Axis:
         """Return the planes nearer to an index than the radius, counted on beyond the seam of a closed axis."""
         first, last = int(np.ceil(index - radius)), int(np.floor(index + radius))
         found = [plane for plane in range(first, last + 1) if abs(plane - index) < radius]
-        return found if self.closed else [plane for plane in found if 0 <= plane < self.count]
+        return found if self.is_closed else [plane for plane in found if 0 <= plane < self.count]
 
     def is_covered(self, middle: float, extent: float) -> bool:
         """Return whether an interval covers the whole axis."""
-        if self.closed:
+        if self.is_closed:
             return extent >= self.length * (1.0 - _ROUNDING)
         first, last = middle - 0.5 * extent, middle + 0.5 * extent
         return first <= _ROUNDING * self.length and last >= (1.0 - _ROUNDING) * self.length
@@ -112,31 +112,31 @@ def closed_axis(period: float, count: int) -> Axis:
     return Axis(period * np.arange(count) / count, period)
 
 
-def refuse_coinciding(axis: Axis, given: float, *name: str) -> None:
+def refuse_coinciding_planes(axis: Axis, measure: float, *name: str) -> None:
     """Raise `ParameterError` if rounding errors could make planes of an axis coincide.
 
     Args:
         axis: with its planes in ascending order.
-        given: the measure of the body that determines their distances [m].
+        measure: the measure of the body that determines their distances [m].
         name: of this measure, in the body.
     """
     x = axis.positions
     distance, largest = float(np.diff(x).min()), float(np.abs(x).max())
     if not distance >= _LEAST_DISTANCE * largest:
         raise ParameterError(
-            f"got {given:g} m: two planes of nodes would lie {distance:g} apart at {largest:g}",
+            f"got {measure:g} m: two planes of nodes would lie {distance:g} apart at {largest:g}",
             expected=f"distances of at least {_LEAST_DISTANCE:g} of the coordinate", at=("body", *name),
         )  # fmt: skip
 
 
-def graded_axis(even: Axis, middle: float, extent: float, spacing: float, name: str, unit: str) -> Axis:
+def graded_axis(base_axis: Axis, middle: float, extent: float, spacing: float, name: str, unit: str) -> Axis:
     """Return an axis with the same number of planes as an even one, closer together in an interval.
 
     Each plane has the part of the axis nearest to it; the parts of the planes in the interval together make up the interval.
     The middle of the interval may be an end of the axis, which is then a plane of symmetry.
 
     Args:
-        even: planes at equal distances, from 0.
+        base_axis: planes at equal distances, from 0.
         middle: of the interval.
         extent: of the interval.
         spacing: largest distance of planes in the interval.
@@ -146,39 +146,41 @@ def graded_axis(even: Axis, middle: float, extent: float, spacing: float, name: 
     Raises:
         ParameterError: the interval lies outside the axis, or the planes do not resolve it.
     """
-    refuse_outside(even, middle, extent, name, unit)
-    if even.is_covered(middle, extent):
-        return even
-    if not extent / spacing < even.count:
-        raise too_few(name, f"it takes {extent / spacing:.3g} of them at the distances of its spacing or columns")
+    refuse_outside_interval(base_axis, middle, extent, name, unit)
+    if base_axis.is_covered(middle, extent):
+        return base_axis
+    if not extent / spacing < base_axis.count:
+        raise unresolved_notch_error(
+            name, f"it takes {extent / spacing:.3g} of them at the distances of its spacing or columns"
+        )
     count = math.ceil(extent / spacing * (1.0 - _ROUNDING))
     count += 1 - count % 2
     step = extent / count
     inner: FloatArray = step * (np.arange(count, dtype=np.float64) - (count - 1) // 2)
     reach = 0.5 * (extent - step)
-    if even.closed:
-        steps = closing_steps(even.period - 2.0 * reach, even.count - count + 1, step, name)
+    if base_axis.is_closed:
+        steps = closing_steps(base_axis.period - 2.0 * reach, base_axis.count - count + 1, step, name)
         places: FloatArray = middle + np.concatenate([inner, reach + np.cumsum(steps)[:-1]])
-        places = places + np.where(places < 0.0, even.period, np.where(places >= even.period, -even.period, 0.0))
-        return Axis(np.sort(places), even.period)
-    length = even.length
+        places = places + np.where(places < 0.0, base_axis.period, np.where(places >= base_axis.period, -base_axis.period, 0.0))
+        return Axis(np.sort(places), base_axis.period)
+    length = base_axis.length
     below, above = middle - reach, length - middle - reach
     if middle <= _ROUNDING * length:
         below, inner = 0.0, inner[inner >= 0.0]
     if middle >= (1.0 - _ROUNDING) * length:
         above, inner = 0.0, inner[inner <= 0.0]
-    cells = even.count - len(inner)
-    first, second = divided_cells(below, above, cells, step, name)
+    cells = base_axis.count - len(inner)
+    first, second = divide_cells(below, above, cells, step, name)
     lower, upper = growing_steps(below, first, step, name), growing_steps(above, second, step, name)
     places = np.concatenate([-reach - np.cumsum(lower)[::-1], inner, reach + np.cumsum(upper)]) + middle
     places[0], places[-1] = 0.0, length
     return Axis(places)
 
 
-def refuse_outside(even: Axis, middle: float, extent: float, name: str, unit: str) -> None:
+def refuse_outside_interval(base_axis: Axis, middle: float, extent: float, name: str, unit: str) -> None:
     """Raise `ParameterError` for an interval off the axis; half of it may lie beyond an end that is its middle."""
-    length, low, high, small = even.length, middle - 0.5 * extent, middle + 0.5 * extent, _ROUNDING * even.length
-    if even.closed:
+    length, low, high, small = base_axis.length, middle - 0.5 * extent, middle + 0.5 * extent, _ROUNDING * base_axis.length
+    if base_axis.is_closed:
         inside = middle <= length + small and extent <= length + small
     elif min(middle, abs(length - middle)) <= small:
         inside = 0.5 * extent <= length + small
@@ -192,15 +194,15 @@ def refuse_outside(even: Axis, middle: float, extent: float, name: str, unit: st
         )
 
 
-def divided_cells(below: float, above: float, cells: int, step: float, name: str) -> tuple[int, int]:
+def divide_cells(below: float, above: float, cells: int, step: float, name: str) -> tuple[int, int]:
     """Return the number of cells on each side, so that distances grow about equally on both."""
     counts, lengths = [int(below > 0.0), int(above > 0.0)], (below, above)
     for _ in range(cells - sum(counts)):
-        growths = [growth(length, count, step) if count else 0.0 for length, count in zip(lengths, counts, strict=True)]
+        growths = [growth_ratio(length, count, step) if count else 0.0 for length, count in zip(lengths, counts, strict=True)]
         # The lower side first if both growths are equal, to rounding.
         counts[1 if growths[1] > growths[0] * (1.0 + _ROUNDING) else 0] += 1
     if cells < 1 or sum(counts) != cells:
-        raise too_few(name, "they do not reach beyond the notch")
+        raise unresolved_notch_error(name, "they do not reach beyond the notch")
     return counts[0], counts[1]
 
 
@@ -208,49 +210,49 @@ def growing_steps(length: float, count: int, step: float, name: str) -> FloatArr
     """Return distances that grow from a given first one, with a given number and sum."""
     if count == 0:
         return np.zeros(0)
-    steps = step * powers(refuse_growth(growth(length, count, step), name), count)
+    steps = step * ratio_powers(refuse_large_growth(growth_ratio(length, count, step), name), count)
     return steps * (length / steps.sum())
 
 
 def closing_steps(length: float, count: int, step: float, name: str) -> FloatArray:
     """Return distances around the rest of a ring, which grow towards its far side."""
     if count < 2:
-        raise too_few(name, "they do not reach beyond the notch")
-    ratio = refuse_growth(growth(0.5 * length, 0.5 * count, step), name)
-    half = step * powers(ratio, (count + 1) // 2)
+        raise unresolved_notch_error(name, "they do not reach beyond the notch")
+    ratio = refuse_large_growth(growth_ratio(0.5 * length, 0.5 * count, step), name)
+    half = step * ratio_powers(ratio, (count + 1) // 2)
     steps = np.concatenate([half, half[::-1][count % 2 :]])
     return steps * (length / steps.sum())
 
 
-def refuse_growth(ratio: float, name: str) -> float:
+def refuse_large_growth(ratio: float, name: str) -> float:
     """Return a ratio of neighbouring distances; raise `ParameterError` if it is too large."""
     if ratio > LARGEST_GROWTH:
-        raise too_few(name, f"distances would grow by {ratio:.3g} from plane to plane")
+        raise unresolved_notch_error(name, f"distances would grow by {ratio:.3g} from plane to plane")
     return ratio
 
 
-def growth(length: float, count: float, step: float) -> float:
+def growth_ratio(length: float, count: float, step: float) -> float:
     """Return the ratio q of a progression step, step q, ..., step q^(count - 1) with a given sum, by bisection."""
     if count <= 1:
         return length / (count * step)
     low, high = 0.1, 10.0
     for _ in range(_BISECTIONS):
         ratio = 0.5 * (low + high)
-        terms = powers(ratio, math.ceil(count))
+        terms = ratio_powers(ratio, math.ceil(count))
         total = step * float(terms.sum() - (math.ceil(count) - count) * terms[-1])
         low, high = (ratio, high) if total < length else (low, ratio)
     return 0.5 * (low + high)
 
 
-def powers(ratio: float, count: int) -> FloatArray:
+def ratio_powers(ratio: float, count: int) -> FloatArray:
     """Return 1, q, ..., q^(count - 1) by repeated multiplication."""
     return np.multiply.accumulate(np.concatenate([[1.0], np.full(count - 1, ratio)]))
 
 
-def too_few(name: str, why: str) -> ParameterError:
+def unresolved_notch_error(name: str, reason: str) -> ParameterError:
     """Return the error for a lattice that does not resolve a notch."""
     return ParameterError(
-        f"too few nodes for the notch: {why}",
+        f"too few nodes for the notch: {reason}",
         expected=f"ratios of at most {LARGEST_GROWTH:g}", at=("body", name),
         hint="give more nodes, a larger spacing or width of the notch, or fewer columns of it",
     )  # fmt: skip

@@ -10,7 +10,7 @@ from pydantic import SerializeAsAny
 
 from ...support.parameter_fields import Magnitude, field
 from ...support.tagged_union import ByName, Named
-from .axis import Axis, closed_axis, even_axis, refuse_coinciding
+from .axis import Axis, closed_axis, even_axis, refuse_coinciding_planes
 from .lattice import Lattice
 from .notch import Notch, notched_lattice
 
@@ -55,7 +55,7 @@ class Plate(BodyShape):
         """Return its nodes."""
         along, across = even_axis(self.length, self.along), even_axis(self.width, self.across)
         if self.notch is not None:
-            return notched_lattice(self.notch, (along, across), 0.0, self.thickness, self.layers, bent=False)
+            return notched_lattice(self.notch, (along, across), 0.0, self.thickness, self.layers, is_bent=False)
         return Lattice((along, across, even_axis(self.thickness, self.layers)), bent=False)
 
     @property
@@ -105,9 +105,9 @@ class Tube(BodyShape):
         along = even_axis(self.length, self.along)
         part = np.arange(self.layers) / (self.layers - 1)
         wall = Axis(self.inner_radius + self.wall * part)
-        refuse_coinciding(wall, self.wall, "wall")
+        refuse_coinciding_planes(wall, self.wall, "wall")
         if self.notch is not None:
-            return notched_lattice(self.notch, (along, ring), self.inner_radius, self.wall, self.layers, bent=True)
+            return notched_lattice(self.notch, (along, ring), self.inner_radius, self.wall, self.layers, is_bent=True)
         return Lattice((along, ring, wall), bent=True)
 
     @property

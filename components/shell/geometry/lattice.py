@@ -29,7 +29,7 @@ class Hollow(NamedTuple):
     columns: npt.NDArray[np.bool_]
     bottom: int
 
-    def step(self, layers: int) -> float:
+    def layer_step(self, layers: int) -> float:
         """Return the distance of nodes in columns below the notch, in planes of the lattice; each column has `layers` nodes."""
         return self.bottom / (layers - 1)
 
@@ -51,7 +51,7 @@ class Lattice:
     bent: bool
     hollow: Hollow | None = None
 
-    def describe(self, place: Sequence[float]) -> str:
+    def describe_position(self, place: Sequence[float]) -> str:
         """Return coordinates along the axes in words, with their names and units."""
         x, y, z = place
         if self.bent:
@@ -73,8 +73,8 @@ class Lattice:
         """Positions of the nodes, shape (n, 3) [m]."""
         along, across, through = np.meshgrid(*(axis.positions for axis in self.axes), indexing="ij")
         if self.hollow is not None:
-            through = self.axes[2].at(self.heights(np.arange(self.node_count)))
-        return self.place(along.ravel(), across.ravel(), through.ravel())
+            through = self.axes[2].coordinates(self.heights(np.arange(self.node_count)))
+        return self.positions(along.ravel(), across.ravel(), through.ravel())
 
     @property
     def volumes(self) -> FloatArray:
@@ -83,8 +83,8 @@ class Lattice:
         through = self._thickness_parts(self.axes[2].bounds)
         volumes = along[:, None, None] * across[:, None] * through
         if self.hollow is not None:
-            planes = self.hollow.step(self.shape[2]) * np.arange(self.shape[2], dtype=np.float64)
-            left = self._thickness_parts(Axis(self.axes[2].at(planes)).bounds)
+            planes = self.hollow.layer_step(self.shape[2]) * np.arange(self.shape[2], dtype=np.float64)
+            left = self._thickness_parts(Axis(self.axes[2].coordinates(planes)).bounds)
             volumes = np.where(self.hollow.columns[..., None], along[:, None, None] * across[:, None] * left, volumes)
         return volumes.ravel()
 
@@ -96,16 +96,16 @@ class Lattice:
         """Distance of the nodes of each column through the thickness, in planes: 1, or less below a notch, shape (columns,)."""
         steps = np.ones(self.shape[:2])
         if self.hollow is not None:
-            steps[self.hollow.columns] = self.hollow.step(self.shape[2])
+            steps[self.hollow.columns] = self.hollow.layer_step(self.shape[2])
         return steps.ravel()
 
-    def places(self, nodes: IntArray) -> FloatArray:
+    def indices(self, nodes: IntArray) -> FloatArray:
         """Return the indices of nodes along the axes, shape (len(nodes), 3); fractional only below a notch."""
         places = np.stack(np.unravel_index(nodes, self.shape), axis=-1).astype(np.float64)
         places[:, 2] = self.heights(nodes)
         return places
 
-    def reach(self, index: FloatArray, radius: float) -> FloatArray:
+    def support_radius(self, index: FloatArray, radius: float) -> FloatArray:
         """Return the support radius of points through the thickness, shape (m,) [planes].
 
         Below a notch a point has close nodes in its column and distant ones in the next; their mean distance is used.
@@ -123,7 +123,7 @@ class Lattice:
         return np.minimum(nearest[:, 0], n - 1) * m + nearest[:, 1] % m
 
     def heights(self, nodes: IntArray) -> FloatArray:
-        """Return the fractional indices of nodes through the thickness, as in `places`."""
+        """Return the fractional indices of nodes through the thickness, as in `indices`."""
         layers = self.shape[2]
         return nodes % layers * self.layer_steps[nodes // layers]
 
@@ -132,36 +132,36 @@ class Lattice:
         """The outermost node of each column, shape (columns,)."""
         return np.arange(self.shape[2] - 1, self.node_count, self.shape[2])
 
-    def place(self, along: FloatArray, across: FloatArray, through: FloatArray) -> FloatArray:
+    def positions(self, along: FloatArray, across: FloatArray, through: FloatArray) -> FloatArray:
         """Return the positions of points with given coordinates along the axes, shape (m, 3) [m]."""
         if not self.bent:
             return np.stack([along, across, through], axis=-1)
-        sine, cosine = self.turn(across)
+        sine, cosine = self.frame_rotation(across)
         return np.stack([along, through * sine, through * cosine], axis=-1)
 
-    def turn(self, across: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def frame_rotation(self, across: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return sine and cosine of the rotation angle of a point's frame about -x; 0 and 1 for a straight body."""
         if not self.bent:
             return np.zeros_like(across), np.ones_like(across)
         return sine_of_pi(across / np.pi), sine_of_pi(0.5 - across / np.pi)
 
-    def number(self, along: IntArray, across: IntArray, through: IntArray) -> IntArray:
+    def node_numbers(self, along: IntArray, across: IntArray, through: IntArray) -> IntArray:
         """Return the numbers of nodes from their indices, which may be counted on beyond the seam of a closed axis."""
         _, m, k = self.shape
         return (along * m + across % m) * k + through
 
 
-def column_neighbours(n: int, m: int, closed: bool) -> IntArray:
+def column_neighbours(n: int, m: int, is_closed: bool) -> IntArray:
     """Return the columns before and after each one along and across, itself if there is none, shape (n m, 4).
 
     Args:
         n: columns along the body.
         m: columns across it.
-        closed: whether the first column across follows the last one.
+        is_closed: whether the first column across follows the last one.
     """
     along, across = np.meshgrid(np.arange(n), np.arange(m), indexing="ij")
     before, after = np.maximum(along - 1, 0), np.minimum(along + 1, n - 1)
     left, right = across - 1, across + 1
-    left, right = (left % m, right % m) if closed else (np.maximum(left, 0), np.minimum(right, m - 1))
+    left, right = (left % m, right % m) if is_closed else (np.maximum(left, 0), np.minimum(right, m - 1))
     found = (before * m + across, after * m + across, along * m + left, along * m + right)
     return np.stack([one.ravel() for one in found], axis=1)

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from ...errors import ParameterError
 from ...support.parameter_fields import Magnitude, NotNegativeMagnitude, field
 from ...support.validation import Parameters
-from .axis import Axis, graded_axis, refuse_coinciding
+from .axis import Axis, graded_axis, refuse_coinciding_planes
 from .lattice import Hollow, Lattice
 
 # Relative tolerance, as a fraction of the notch, for positions that count as equal.
@@ -45,49 +45,53 @@ class Notch(Parameters):
     )
 
 
-def notched_lattice(notch: Notch, even: tuple[Axis, Axis], inner: float, wall: float, layers: int, bent: bool) -> Lattice:
+def notched_lattice(
+    notch: Notch, base_axes: tuple[Axis, Axis], inner: float, wall: float, layers: int, is_bent: bool
+) -> Lattice:
     """Return a lattice with the same number of planes as the even axes, graded towards the notch.
 
     Args:
         notch: the slot.
-        even: planes at equal distances along the body, and across or around it.
+        base_axes: planes at equal distances along the body, and across or around it.
         inner: coordinate of the inner surface; for a tube its radius [m].
         wall: thickness [m].
         layers: number of planes through the wall.
-        bent: whether the second axis is an angle.
+        is_bent: whether the second axis is an angle.
 
     Raises:
         ParameterError: the notch lies outside the body, or the planes do not resolve it.
     """
-    radius, (name, unit) = (inner + wall, ("around", "rad")) if bent else (1.0, ("across", "m"))
-    (measure, length), (other, width) = measures(notch)
-    position = 0.5 * even[0].positions[-1] if notch.position is None else notch.position
-    along = graded_axis(even[0], position, length, notch_spacing(notch, "hoop", even[0], 1.0), "along", "m")
-    across = graded_axis(even[1], notch.around, width / radius, notch_spacing(notch, "axial", even[1], radius), name, unit)
-    refuse_coinciding(along, length, "notch", measure)
-    refuse_coinciding(across, width, "notch", other)
-    through, bottom = planes_through(notch, inner, wall, layers)
+    radius, (name, unit) = (inner + wall, ("around", "rad")) if is_bent else (1.0, ("across", "m"))
+    (measure, length), (other, width) = notch_sizes(notch)
+    position = 0.5 * base_axes[0].positions[-1] if notch.position is None else notch.position
+    along = graded_axis(base_axes[0], position, length, notch_spacing(notch, "hoop", base_axes[0], 1.0), "along", "m")
+    across = graded_axis(
+        base_axes[1], notch.around, width / radius, notch_spacing(notch, "axial", base_axes[1], radius), name, unit
+    )
+    refuse_coinciding_planes(along, length, "notch", measure)
+    refuse_coinciding_planes(across, width, "notch", other)
+    through, bottom = thickness_planes(notch, inner, wall, layers)
     columns = planes_inside(along, position, length)[:, None] & planes_inside(across, notch.around, width / radius)
-    return Lattice((along, across, through), bent, Hollow(columns, bottom))
+    return Lattice((along, across, through), is_bent, Hollow(columns, bottom))
 
 
-def edge_at(middle: float | None, length: float, start: str, end: str) -> str | None:
+def notch_edge(middle: float | None, length: float, start: str, end: str) -> str | None:
     """Return the edge at or beyond which the middle of a notch lies, or None if it lies inside a body of that length."""
     if middle is None or _ROUNDING * length < middle < (1.0 - _ROUNDING) * length:
         return None
     return start if middle < 0.5 * length else end
 
 
-def measures(notch: Notch) -> tuple[tuple[str, float], tuple[str, float]]:
+def notch_sizes(notch: Notch) -> tuple[tuple[str, float], tuple[str, float]]:
     """Return names and sizes [m] of the notch's measures along the body, and across or around it."""
     length, width = ("length", notch.length), ("width", notch.width)
     return (length, width) if notch.direction == "axial" else (width, length)
 
 
-def notch_spacing(notch: Notch, narrow: str, axis: Axis, radius: float) -> float:
+def notch_spacing(notch: Notch, narrow_direction: str, axis: Axis, radius: float) -> float:
     """Return the largest distance of planes in the notch: that of the even axis or, across the notch, a part of its width."""
     even = float(axis.slope(np.zeros(1))[0])
-    if notch.direction == narrow:
+    if notch.direction == narrow_direction:
         return min(even, notch.width / (notch.columns * radius))
     if notch.length * (1.0 + _ROUNDING) < _FEWEST_ALONG * min(even * radius, notch.spacing or np.inf):
         raise ParameterError(
@@ -99,7 +103,7 @@ def notch_spacing(notch: Notch, narrow: str, axis: Axis, radius: float) -> float
     return even if notch.spacing is None else min(even, notch.spacing / radius)
 
 
-def planes_through(notch: Notch, inner: float, wall: float, layers: int) -> tuple[Axis, int]:
+def thickness_planes(notch: Notch, inner: float, wall: float, layers: int) -> tuple[Axis, int]:
     """Return the planes through a wall, one of them at the bottom of the notch, and the number of this plane.
 
     Raises:
@@ -123,7 +127,7 @@ def planes_through(notch: Notch, inner: float, wall: float, layers: int) -> tupl
         )  # fmt: skip
     lower, upper = left * np.arange(below + 1) / below, left + notch.depth * np.arange(1, above + 1) / above
     through = Axis(inner + np.concatenate([lower, upper]))
-    refuse_coinciding(through, notch.depth, "notch", "depth")
+    refuse_coinciding_planes(through, notch.depth, "notch", "depth")
     return through, below
 
 
@@ -132,6 +136,6 @@ def planes_inside(axis: Axis, middle: float, extent: float) -> npt.NDArray[np.bo
     if axis.is_covered(middle, extent):
         return np.ones(axis.count, dtype=bool)
     distance = np.abs(axis.positions - middle)
-    if axis.closed:
+    if axis.is_closed:
         distance = np.minimum(distance, axis.period - distance)
     return distance < 0.5 * extent * (1.0 + _ROUNDING)

@@ -10,12 +10,12 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from ...materials.thermoviscoplastic import FlowConstants
-from ...support.counter_random import uniform
-from ...support.dispatch import dispatch_by_class
-from ...support.float_arrays import FloatArray
-from ...support.parameter_fields import NotNegativeMagnitude, field
-from ...support.tagged_union import Named
+from ....materials.thermoviscoplastic import FlowConstants
+from ....support.counter_random import uniform
+from ....support.dispatch import dispatch_by_class
+from ....support.float_arrays import FloatArray
+from ....support.parameter_fields import NotNegativeMagnitude, field
+from ....support.tagged_union import Named
 
 _STREAM = 3
 

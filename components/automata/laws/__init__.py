@@ -1,4 +1,4 @@
-"""Breaking criteria for linked pairs, one module each: parameters, formula, source.
+"""Laws of linked pairs: the responses, and the breaking criteria, one module each (parameters, formula, source).
 
 A new criterion needs a module and an entry in `CRITERIA`.
 """

@@ -14,7 +14,7 @@ from pydantic import model_validator
 
 from ...errors import ParameterError
 from ...support.parameter_fields import Magnitude, field
-from .criterion import Criterion, failure
+from .criterion import Criterion, failure_measure
 
 
 class DruckerPragerLaw(NamedTuple):
@@ -41,16 +41,16 @@ class DruckerPrager(Criterion):
             )
         return self
 
-    def law(self) -> DruckerPragerLaw:
+    def constants(self) -> DruckerPragerLaw:
         """Return sigma_c and both factors."""
         a = self.compressive / self.tensile
         return DruckerPragerLaw(self.compressive, 0.5 * (a + 1.0), 1.5 * (a - 1.0))
 
-    def unbreakable(self) -> DruckerPragerLaw:
+    def unbreakable_constants(self) -> DruckerPragerLaw:
         """Return an infinite strength, and factors of 0 for the stress."""
         return DruckerPragerLaw(math.inf, 0.0, 0.0)
 
 
-@failure.register(DruckerPragerLaw)
-def _failure(law, link):
+@failure_measure.register(DruckerPragerLaw)
+def _drucker_prager_measure(law, link):
     return law.of_equivalent * link.equivalent + law.of_mean * link.mean, link.factor * law.strength, 0

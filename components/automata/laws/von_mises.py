@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Literal, NamedTuple
 
 from ...support.parameter_fields import Magnitude, field
-from .criterion import Criterion, failure
+from .criterion import Criterion, failure_measure
 
 
 class VonMisesLaw(NamedTuple):
@@ -21,11 +21,11 @@ class VonMises(Criterion):
     strength: Magnitude = field(..., "equivalent stress that breaks a pair", "Pa")
     causes = {"von_mises_break": "the equivalent stress of a pair reached its strength"}
 
-    def law(self) -> VonMisesLaw:
+    def constants(self) -> VonMisesLaw:
         """Return the strength."""
         return VonMisesLaw(self.strength)
 
 
-@failure.register(VonMisesLaw)
-def _failure(law, link):
+@failure_measure.register(VonMisesLaw)
+def _von_mises_measure(law, link):
     return link.equivalent, link.factor * law.strength, 0

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal, NamedTuple
 
-from ...materials.thermoviscoplastic import FlowConstants
-from ...support.parameter_fields import Magnitude, field
-from .law import FractureLaw, decisive_value, may_exceed
+from ....materials.thermoviscoplastic import FlowConstants
+from ....support.parameter_fields import Magnitude, field
+from .fracture_law import FractureLaw, decisive_value, may_exceed
 
 # Fraction of the yield stress that the largest principal stress of a parting point must exceed.
 _TENSION = 0.5

@@ -1,7 +1,7 @@
 """Ticks of the grid and of the automata, in stages (see `schemes`).
 
 `advance` can stop to let the caller enlarge the lists of contacts and of broken links, and continue from there. One of
-`linked` and `cracking` is None, so that numba does not compile the branch that a run does not need.
+`linked_body` and `cracking` is None, so that numba does not compile the branch that a run does not need.
 """
 
 from __future__ import annotations
@@ -11,14 +11,14 @@ from typing import NamedTuple
 import numpy as np
 
 from ..automata.contacts import dashpot_power
-from ..automata.loads import count_fast, largest_speed
-from ..automata.release import DAMPING, TRAVEL
-from ..automata.ticks import judge_links
+from ..automata.kernels import yield_and_check_links
+from ..automata.link_release import DAMPING, TRAVEL
+from ..automata.loads import count_fast_automata, largest_speed
 from ..grid.mesh import IntArray
 from ..support.jit import jit
 from .parts import update_automata_forces
-from .schemes import act, begin_tick, end_tick, move
-from .side_contacts import add_side_forces, largest_speed_of_sides
+from .schemes import begin_step, begin_tick, end_step, end_tick
+from .side_contacts import add_side_forces, largest_side_speed
 
 # Results of `advance`: all ticks are done, a tick has failed, or the reason for an interruption.
 DONE, INVERTED, TOO_FAST, SEARCH, BREAK = 0, 1, 2, 3, 4
@@ -28,7 +28,7 @@ ROW, MICRO, STAGE, PROGRESS = 0, 1, 2, 3
 BEGIN, MOVE, ACT = 0, 1, 2
 
 
-class Course(NamedTuple):
+class CallProgress(NamedTuple):
     """Progress of a call.
 
     Attributes:
@@ -41,27 +41,27 @@ class Course(NamedTuple):
 
 
 @jit
-def advance(grid, automata, linked, cracking, seam, factors, steps, tick, course):
+def advance(grid, automata, linked_body, cracking, seam, factors, steps, tick, call):
     """Advance by whole ticks, or until links break or contacts have to be searched again.
 
     Args:
         grid: a `parts.GridPart`.
         automata: a `parts.AutomataPart`.
-        linked: body of automata that stay linked and elastic; None for others.
-        cracking: a `parts.Cracking`; None for automata that stay linked and elastic.
+        linked_body: body of automata that stay linked and elastic; None for others.
+        cracking: a `parts.CrackingPart`; None for automata that stay linked and elastic.
         seam: a `parts.Seam`.
         factors: of the grid's signals at the middle of each tick, shape (ticks, signals), one row per tick.
         steps: a scheme, see `schemes`.
         tick: number at the beginning of the first row.
-        course: a `Course`, updated.
+        call: a `CallProgress`, updated.
 
     Returns:
         DONE, INVERTED or TOO_FAST; SEARCH before a step of the automata, BREAK in the middle of one.
     """
-    progress, time, rows = course.progress, steps.step / steps.micro, len(factors)
+    progress, time, rows = call.progress, steps.step / steps.micro, len(factors)
     while progress[ROW] < rows:
         row = progress[ROW]
-        now, again, failed, fast = tick + row + 1, row + 1 < rows, np.int64(-1), 0
+        now, has_next_tick, failed, fast = tick + row + 1, row + 1 < rows, np.int64(-1), 0
         if progress[STAGE] == BEGIN:
             begin_tick(steps, grid, automata, seam, factors, row)
             progress[MICRO], progress[STAGE] = 0, MOVE
@@ -69,31 +69,31 @@ def advance(grid, automata, linked, cracking, seam, factors, steps, tick, course
             own_tick = (now - 1) * steps.micro + progress[MICRO]
             if progress[STAGE] == MOVE:
                 if cracking is not None:
-                    if cracking.specimen.losses[TRAVEL] > cracking.most_travel:
+                    if cracking.specimen.losses[TRAVEL] > cracking.travel_limit:
                         return SEARCH
-                move(steps, grid, automata, seam, factors, row)
+                begin_step(steps, grid, automata, seam, factors, row)
                 progress[STAGE] = ACT
                 if cracking is not None:
                     cracking.specimen.losses[TRAVEL] += time * largest_speed(automata.motion)
-                    cracking.specimen.losses[TRAVEL] += time * largest_speed_of_sides(cracking.sides, grid.state.velocity)
-                    if judge_links(cracking.specimen, cracking.contacts, time, own_tick):
+                    cracking.specimen.losses[TRAVEL] += time * largest_side_speed(cracking.sides, grid.state.velocity)
+                    if yield_and_check_links(cracking.specimen, cracking.contacts, time, own_tick):
                         return BREAK
-            update_automata_forces(automata, linked, cracking, seam, time, own_tick)
+            update_automata_forces(automata, linked_body, cracking, seam, time, own_tick)
             if cracking is not None:
                 nodes = grid.grid.reference, grid.state.displacement
                 add_side_forces(cracking.sides, nodes, automata, seam.exchange.automata_force)
-            failed = act(steps, grid, automata, seam, now, again)
-            fast += count_fast(automata.motion, steps.speed_limit * steps.speed_limit)
+            failed = end_step(steps, grid, automata, seam, now, has_next_tick)
+            fast += count_fast_automata(automata.motion, steps.speed_limit * steps.speed_limit)
             if cracking is not None:
-                if cracking.specimen.medium.ground.damping > 0.0:
+                if cracking.specimen.medium.contact_constants.damping > 0.0:
                     # Between the two halves of the kick, where the velocities are the mean velocities.
                     power = dashpot_power(automata.body.layout.place, cracking.contacts, automata.motion)
                     cracking.specimen.losses[DAMPING] += time * power
             progress[MICRO], progress[STAGE] = progress[MICRO] + 1, MOVE
-        bad = end_tick(steps, grid, automata, seam, factors, row, now, again)
+        bad = end_tick(steps, grid, automata, seam, factors, row, now, has_next_tick)
         failed = bad if failed < 0 else failed
         if failed >= 0 or fast:
-            course.failure[0], course.failure[1] = failed, now
+            call.failure[0], call.failure[1] = failed, now
             return INVERTED if failed >= 0 else TOO_FAST
         progress[ROW], progress[STAGE] = row + 1, BEGIN
     return DONE

@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..support.jit import internal, internal_inlined, jit
-from .contacts import FIRST, SECOND, START, link_at, put, separation, stiffnesses, weight_of
-from .energies import division_energy, link_energy, volume_energy, whole_energy
+from .contacts import FIRST, SECOND, START, contact_link, contact_stiffnesses, link_weight, separation, write_link_value
+from .energies import division_energy, link_energy, pair_energy, volume_energy
 from .lattice import FACE, FIRST_SHARE, NORMAL, SECOND_SHARE
 
 # Entries of a tally of losses, and the value of the last entry that triggers a search for contacts in the next step.
@@ -18,44 +18,44 @@ NEVER_FOUND = 1e300
 
 
 @internal_inlined
-def scheduled_weight(pairs, row, tick, release):
+def scheduled_weight(pairs, row, tick, release_ticks):
     """Return the weight of a link after an internal step: decreasing after a break, increasing after relinking."""
     start = pairs[row, START]
     if start >= 0:
-        return max(0.0, 1.0 - (tick - start + 1) / release)
-    return min(1.0, (tick + start + 2) / release)
+        return max(0.0, 1.0 - (tick - start + 1) / release_ticks)
+    return min(1.0, (tick + start + 2) / release_ticks)
 
 
 @internal
-def lower_weights(layout, weight, contacts, tick, release):
+def apply_mean_weights(layout, weight, contacts, tick, release_ticks):
     """Give links in release the mean of their weights before and after an internal step.
 
-    The kick of a step belongs to both of its halves. Afterwards `settle_weights` writes the weight at the end of the step.
+    The kick of a step belongs to both of its halves. Afterwards `apply_end_weights` writes the weight at the end of the step.
 
     Args:
         layout: a `lattice.Layout`.
         weight: of `links.Histories`, updated.
         contacts: `contacts.Contacts`.
         tick: number of the internal step.
-        release: of the law of the links.
+        release_ticks: of the law of the links.
 
     Returns:
-        Whether weights of other links rise: see `welding.raise_weights`.
+        Whether weights of other links rise: see `relinking.raise_link_weights`.
     """
     rising = False
     for row in range(contacts.used):
-        before = weight_of(layout, weight, contacts.pairs, row)
+        before = link_weight(layout, weight, contacts.pairs, row)
         if 0.0 < before < 1.0:
             if contacts.pairs[row, START] >= 0:
-                after = scheduled_weight(contacts.pairs, row, tick, release)
-                put(weight, layout, contacts.pairs, row, 0.5 * (before + after))
+                after = scheduled_weight(contacts.pairs, row, tick, release_ticks)
+                write_link_value(weight, layout, contacts.pairs, row, 0.5 * (before + after))
             else:
                 rising = True
     return rising
 
 
 @internal
-def settle_weights(medium, motion, links, contacts, tick, losses):
+def apply_end_weights(medium, motion, links, contacts, tick, losses):
     """Give links in release their weights at the end of an internal step, and tally the released energy.
 
     The energy of one link depends on the weights of the other links at its ends. Each is computed with the mean weights of the
@@ -71,26 +71,26 @@ def settle_weights(medium, motion, links, contacts, tick, losses):
     """
     layout, weight, pairs = medium.body.layout, medium.histories.weight, contacts.pairs
     for row in range(contacts.used):
-        mean = weight_of(layout, weight, pairs, row)
+        mean = link_weight(layout, weight, pairs, row)
         if 0.0 < mean < 1.0 and pairs[row, START] >= 0:
             after, released = scheduled_weight(pairs, row, tick, medium.law.release), 0.0
             for sign, value in ((1.0, 2.0 * mean - after), (-1.0, after)):
-                put(weight, layout, pairs, row, value)
-                released += sign * whole_energy(medium, motion, links, contacts, row)
-            put(weight, layout, pairs, row, mean)
+                write_link_value(weight, layout, pairs, row, value)
+                released += sign * pair_energy(medium, motion, links, contacts, row)
+            write_link_value(weight, layout, pairs, row, mean)
             losses[FRACTURE] += released
     for row in range(contacts.used):
-        if 0.0 < weight_of(layout, weight, pairs, row) < 1.0:
+        if 0.0 < link_weight(layout, weight, pairs, row) < 1.0:
             after = scheduled_weight(pairs, row, tick, medium.law.release)
-            put(weight, layout, pairs, row, after)
+            write_link_value(weight, layout, pairs, row, after)
             if after == 1.0:
                 # The link holds: the search before the next step removes its contact from the list.
                 losses[TRAVEL] = NEVER_FOUND
 
 
 @jit
-def rest_distances(medium, motion, scratch, contacts, begin):
-    """Write the rest distances of the contacts that breaking links leave, from row `begin` on [m].
+def write_rest_distances(medium, motion, scratch, contacts, first_row):
+    """Write the rest distances of the contacts that breaking links leave, from row `first_row` on [m].
 
     The contact takes over the pressure of the link, up to two limits: its overlap is at most that relative to the diameter, as
     in an elastic link, and its energy is at most the link's energy with its part of both volume energies. A link that has
@@ -101,27 +101,29 @@ def rest_distances(medium, motion, scratch, contacts, begin):
         motion: a `lattice.Motion`.
         scratch: a `lattice.Scratch`, with strains and tractions at the present positions.
         contacts: `contacts.Contacts`, updated.
-        begin: first of these rows.
+        first_row: first of these rows.
     """
     body, h, links = medium.body, medium.histories, scratch.links
-    for row in range(begin, contacts.used):
+    for row in range(first_row, contacts.used):
         i, j = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND]
-        q, p = link_at(body.layout, contacts.pairs, row)
-        _, _, r = separation(medium.ground, body.layout.place, motion, i, j)
+        q, p = contact_link(body.layout, contacts.pairs, row)
+        _, _, r = separation(medium.contact_constants, body.layout.place, motion, i, j)
         most, normal = body.diameter - r, links[NORMAL, q, p]
         contacts.rest[row] = min(body.diameter, r)
         if most > 0.0 and normal < 0.0:
-            stiffness, _ = stiffnesses(medium.ground, i, j)
+            stiffness, _ = contact_stiffnesses(medium.contact_constants, i, j)
             begins = body.layout.place[i] == p
-            energy = link_energy(medium, links, q, p) - division_energy(medium.mixture, body, h, links, q, p)
-            energy += _part_of_volume(body, h, links, p, body.links[FIRST_SHARE, q, p])
-            energy += _part_of_volume(body, h, links, body.layout.place[j if begins else i], body.links[SECOND_SHARE, q, p])
+            energy = link_energy(medium, links, q, p) - division_energy(medium.link_moduli, body, h, links, q, p)
+            energy += _volume_energy_share(body, h, links, p, body.links[FIRST_SHARE, q, p])
+            energy += _volume_energy_share(
+                body, h, links, body.layout.place[j if begins else i], body.links[SECOND_SHARE, q, p]
+            )
             face = body.links[FACE, q, p]
             contacts.rest[row] = r + min(most, -normal * face / stiffness, np.sqrt(max(2.0 * energy / stiffness, 0.0)))
 
 
 @internal
-def _part_of_volume(body, h, links, p, share):
+def _volume_energy_share(body, h, links, p, share):
     """Return the part of a volume energy that belongs to a link with a given share in the volumetric strain [J]."""
     shares = 0.0
     for q in range(body.layout.offset.size):

@@ -40,7 +40,7 @@ class LinkStress(NamedTuple):
 
 
 @dispatch_by_class
-def failure(law, link):
+def failure_measure(law, link):
     """Return the decisive quantity of a link, its limit, and the number of the cause.
 
     Args:
@@ -53,21 +53,21 @@ class Criterion(Named):
     """A condition under which a linked pair breaks."""
 
     causes: ClassVar[Mapping[str, str]]
-    """Kinds of events, in the order in which `failure` numbers its causes -> description."""
+    """Kinds of events, in the order in which `failure_measure` numbers its causes -> description."""
     unit: ClassVar[str] = "Pa"
     """Unit of the decisive quantity and its limit."""
 
     @abstractmethod
-    def law(self) -> Any:
-        """Return the constants: a `NamedTuple`, for whose class `failure` is registered."""
+    def constants(self) -> Any:
+        """Return the constants: a `NamedTuple`, for whose class `failure_measure` is registered."""
 
-    def unbreakable(self) -> Any:
+    def unbreakable_constants(self) -> Any:
         """Return the constants of links that never break."""
-        kind = type(self.law())
+        kind = type(self.constants())
         return kind(*(math.inf for _ in kind._fields))
 
 
-class Never(NamedTuple):
+class UnbreakableLaw(NamedTuple):
     """The law of links that never break."""
 
     limit: float = math.inf
@@ -79,17 +79,17 @@ class Unbreakable(Criterion):
     name: Literal["none"] = field("none", "which criterion", "1")
     causes = {}
 
-    def law(self) -> Never:
+    def constants(self) -> UnbreakableLaw:
         """Return a law with an infinite limit."""
-        return Never()
+        return UnbreakableLaw()
 
 
-@failure.register(Never)
-def _never(law, link):
+@failure_measure.register(UnbreakableLaw)
+def _unbreakable_measure(law, link):
     return 0.0, law.limit, 0
 
 
-class Weaker(NamedTuple):
+class WeakerLaw(NamedTuple):
     """The law of links between several materials: the weaker of two laws breaks a link.
 
     Attributes:
@@ -101,10 +101,10 @@ class Weaker(NamedTuple):
     rows: npt.NDArray[np.int64]
 
 
-@failure.register(Weaker)
-def _weaker(law, link):
-    value, limit, cause = failure(law.laws[law.rows[link.number, 0]], link)
-    other_value, other_limit, other_cause = failure(law.laws[law.rows[link.number, 1]], link)
+@failure_measure.register(WeakerLaw)
+def _weaker_law_measure(law, link):
+    value, limit, cause = failure_measure(law.laws[law.rows[link.number, 0]], link)
+    other_value, other_limit, other_cause = failure_measure(law.laws[law.rows[link.number, 1]], link)
     if other_value / other_limit > value / limit:
         return other_value, other_limit, other_cause
     return value, limit, cause

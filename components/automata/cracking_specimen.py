@@ -10,30 +10,30 @@ from ..events import MOST_INDEX, EventDetail
 from ..state_block import Block
 from ..support.counter_random import uniform
 from ..support.float_arrays import FloatArray, norms
-from .breaking.criterion import Weaker
 from .contacts import (
     FIRST,
     SECOND,
     SKIN,
     SLOT,
     START,
+    ContactConstants,
     Contacts,
-    Ground,
-    can_be_found,
     find_pairs,
-    merge,
+    is_within_search_range,
+    merge_contacts,
 )
 from .energies import stored_energies
+from .kernels import BREAK, SEARCH, TOO_FAST, Specimen, StepLimits, advance, measure_at_rest
 from .lattice import EPS, FACE, FIRST_SHARE, GAMMA, LAME, SECOND_SHARE, SHEAR, STRESS_XX, TORQUE, VOLUME, VX, VY, Body, X, Y
-from .linked import LinkedSpecimen
-from .links import Histories, Law, Medium, make_mixture, measure_criteria
-from .materials import IntArray, chosen_materials, law_rows, make_criterion, make_response
+from .laws.criterion import WeakerLaw
+from .link_release import LOSSES, NEVER_FOUND, TRAVEL, write_rest_distances
+from .linked_specimen import LinkedSpecimen
+from .links import Histories, LinkLaws, Medium, make_link_moduli, write_criterion_values
+from .materials import IntArray, chosen_materials, link_law_numbers, make_criterion, make_response
 from .packing import Packing
 from .parameters import AutomataParameters
-from .release import LOSSES, NEVER_FOUND, TRAVEL, rest_distances
+from .relinking import raise_link_weights, write_linking_pressures
 from .stability import ALLOWED_PART, damping_limit
-from .ticks import BREAK, SEARCH, TOO_FAST, Pace, Specimen, advance, measure_medium
-from .welding import linking_pressures, raise_weights
 
 # Status of `advance` in addition to that of an automaton that is too fast.
 TOO_FAR = 2
@@ -49,25 +49,27 @@ _WELDED = "origin_eps", "origin_gamma"
 _LOSSES = "fracture_energy", "friction_energy", "inelastic_energy", "damping_energy", "linking_energy"
 
 
-def intact_medium(packing: Packing, body: Body, parameters: AutomataParameters, numbers: IntArray) -> Medium:
-    """Return the medium of a specimen with all links intact; `numbers` are the material numbers of the automata."""
+def intact_medium(packing: Packing, body: Body, parameters: AutomataParameters, material_numbers: IntArray) -> Medium:
+    """Return the medium of a specimen with all links intact; `material_numbers` are the material numbers of the automata."""
     p, layout = parameters, body.layout
     directions = len(layout.offset)
     histories = Histories(*(np.zeros(body.links.shape[1:]) for _ in Histories._fields))
     histories.weight[body.links[FACE] > 0.0] = 1.0
-    spread = p.strength_scatter * (2.0 * uniform(p.strength_seed, 1, len(numbers) * directions).reshape(-1, directions) - 1.0)
+    spread = p.strength_scatter * (
+        2.0 * uniform(p.strength_seed, 1, len(material_numbers) * directions).reshape(-1, directions) - 1.0
+    )
     strengths = (1.0 + spread) * _regional_strengths(packing, p)
     factors = np.ones(body.links.shape[1:])
     for q in range(directions):
         factors[q, layout.place[packing.neighbours[:, q]] - layout.offset[q]] = strengths[:, q]
         factors[q, layout.place] = strengths[:, q]
-    rows = law_rows(p, numbers, packing, layout)
-    law = Law(
+    rows = link_law_numbers(p, material_numbers, packing, layout)
+    law = LinkLaws(
         make_response(p, rows), make_criterion(p, rows), factors, p.release_ticks, p.relinking.constants(),
         p.release_ticks if p.relinking.kinds else 0,
     )  # fmt: skip
-    ground = _make_ground(packing, body, p)
-    return Medium(body, histories, make_mixture(body, p.several_materials), law, ground)
+    contact_constants = _make_contact_constants(packing, body, p)
+    return Medium(body, histories, make_link_moduli(body, p.has_several_materials), law, contact_constants)
 
 
 class CrackingSpecimen(LinkedSpecimen):
@@ -75,7 +77,7 @@ class CrackingSpecimen(LinkedSpecimen):
 
     has_histories = True
 
-    def prepare(self, parameters: AutomataParameters, medium: Medium) -> None:
+    def set_medium(self, parameters: AutomataParameters, medium: Medium) -> None:
         """Set the parameters and the intact medium."""
         p, n, field = parameters, self.count, ("f8", self.body.links.shape[1:])
         self._parameters, self.medium, criterion = p, medium, p.leading_criterion
@@ -83,7 +85,7 @@ class CrackingSpecimen(LinkedSpecimen):
         self.event_kinds = {**criterion.causes, **p.relinking.kinds}
         broken, linked = EventDetail(criterion.unit, "links", "criterion_ratio"), EventDetail("Pa", "links")
         self.event_details = dict.fromkeys(criterion.causes, broken) | dict.fromkeys(p.relinking.kinds, linked)
-        self._histories = ("weight", *(_FLOWING if p.yields else ()), *(_WELDED if p.relinking.kinds else ()))
+        self._histories = ("weight", *(_FLOWING if p.can_yield else ()), *(_WELDED if p.relinking.kinds else ()))
         self.fields = {**dict.fromkeys(self._histories, field), "weight": (*field, 0.0, 1.0), "losses": ("f8", (LOSSES,))}
         last = (n - 1, n - 1, 2 * len(self.body.normal) - 1, MOST_INDEX)
         self.growing = {
@@ -91,7 +93,7 @@ class CrackingSpecimen(LinkedSpecimen):
         }  # fmt: skip
         self._dashpot = np.zeros((0, 2))
         self._places = np.zeros((3, self.body.layout.size))
-        self._refuse_damping(p)
+        self._refuse_unstable_damping(p)
         first, second, q = self._pairs.T
         self._at = q, self.place[first]
         self._numbers = np.zeros(self.body.links.shape[1:], np.int64)
@@ -99,20 +101,20 @@ class CrackingSpecimen(LinkedSpecimen):
         self._numbers[self._at] = np.arange(len(q))
         self._surface = (self.packing.face == 0.0).any(axis=1)
 
-    def _refuse_damping(self, parameters: AutomataParameters) -> None:
+    def _refuse_unstable_damping(self, parameters: AutomataParameters) -> None:
         """Refuse dashpots that are unstable with this step."""
         given = parameters.contact_damping
         # For several materials, use the stiffest contact and the lightest whole automaton: a safe estimate.
         whole = min(solid.density for solid in chosen_materials(parameters)) * float(self.body.cells[VOLUME, self.place].max())
-        stiffest = float(self.medium.ground.normal.max())
+        stiffest = float(self.medium.contact_constants.normal.max())
         limit = max(ALLOWED_PART * damping_limit(self.packing.lattice.slots, stiffest, whole, self.step_size), 0.0)
         if given > limit:
             expected = f"at most {limit:.3g} with steps of {self.step_size:g} s, beyond which dashpots are not stable"
             raise ParameterError(f"got {given:g}", expected=expected, hint="use a smaller step_size", at="contact_damping")
 
-    def bind(self, block: Block) -> None:
+    def attach_state(self, block: Block) -> None:
         """Attach the state."""
-        super().bind(block)
+        super().attach_state(block)
         histories = self.medium.histories._replace(**{name: block[name] for name in self._histories})
         self.medium = self.medium._replace(histories=histories)
         self.losses = block["losses"]
@@ -129,8 +131,8 @@ class CrackingSpecimen(LinkedSpecimen):
         """Advance the fields from a tick with the current loads and velocities of the conditions; return a status."""
         last, judged = tick + ticks, False
         while tick < last:
-            pace = Pace(self.step_size, self.speed_limit, self.most_travel)
-            code, done = advance(self.specimen, self.inputs, self.contacts(), pace, tick, last - tick, judged)
+            step_limits = StepLimits(self.step_size, self.speed_limit, self.travel_limit)
+            code, done = advance(self.specimen, self.inputs, self.contacts(), step_limits, tick, last - tick, judged)
             tick, judged = tick + done, code == BREAK
             if code == TOO_FAST:
                 return TOO_FAST
@@ -141,7 +143,7 @@ class CrackingSpecimen(LinkedSpecimen):
         return 0
 
     @property
-    def most_travel(self) -> float:
+    def travel_limit(self) -> float:
         """Return the distance that the fastest automaton may move before the next search for contacts [m]."""
         return _MOST_TRAVEL * self.packing.diameter
 
@@ -150,14 +152,14 @@ class CrackingSpecimen(LinkedSpecimen):
         self._break_links(tick)
         if self.medium.law.linking_ticks:
             if tick % self.medium.law.linking_ticks == 0:
-                self._link_contacts(tick)
-            if raise_weights(self.specimen, self.contacts(), tick, self.step_size, self._places):
+                self._relink_contacts(tick)
+            if raise_link_weights(self.specimen, self.contacts(), tick, self.step_size, self._places):
                 self._measure_links()
 
     def _break_links(self, tick: int) -> None:
         """Turn each link that meets its criterion into a contact and an event, ordered by automata and directions."""
-        value, limit, cause = self._judge_links()
-        failing = np.flatnonzero((self.linked() == 1.0) & (value >= limit))
+        value, limit, cause = self._criterion_values()
+        failing = np.flatnonzero((self.link_weights() == 1.0) & (value >= limit))
         if not len(failing):
             return
         failing = failing[np.lexsort((self._pairs[failing, 2], self._pairs[failing, 0]))]
@@ -167,8 +169,8 @@ class CrackingSpecimen(LinkedSpecimen):
         ends = np.minimum(first, second), np.maximum(first, second)
         contacts.pairs[known : contacts.used] = np.column_stack(np.broadcast_arrays(*ends, slots, tick))
         contacts.slid[known : contacts.used] = 0.0
-        rest_distances(self.medium, self.motion, self.scratch, contacts, known)
-        self._set_count(contacts.used)
+        write_rest_distances(self.medium, self.motion, self.scratch, contacts, known)
+        self._set_contact_count(contacts.used)
         # Mean weight in the first step of the release.
         weight = 0.5 * (1.0 + max(0.0, 1.0 - 1 / self.medium.law.release))
         self.medium.histories.weight[q, self.place[first]] = weight
@@ -178,7 +180,7 @@ class CrackingSpecimen(LinkedSpecimen):
 
     def _measure_links(self) -> None:
         """Write the strains, stresses and forces of links."""
-        measure_medium(self.medium, self.motion, self.scratch, self.contacts()._replace(used=0))
+        measure_at_rest(self.medium, self.motion, self.scratch, self.contacts()._replace(used=0))
 
     def _add_events(self, tick: int, *columns: npt.ArrayLike) -> None:
         """Append events: kind number, link, value and limit of each."""
@@ -187,14 +189,14 @@ class CrackingSpecimen(LinkedSpecimen):
         self._block.reserve_rows("events", len(rows))[known : known + len(rows)] = rows
         self._block.set_row_count("events", known + len(rows))
 
-    def _link_contacts(self, tick: int) -> None:
+    def _relink_contacts(self, tick: int) -> None:
         contacts = self.contacts()
         least, pressure = self.medium.law.linking[0], np.zeros(contacts.used)
-        linking_pressures(self.medium, self.motion, self.scratch.links, contacts, pressure)
+        write_linking_pressures(self.medium, self.motion, self.scratch.links, contacts, pressure)
         rows = np.flatnonzero(pressure >= least)
         if len(rows):
             contacts.pairs[rows, START] = -1 - tick
-            links, kind = self._numbers[self._links_of(contacts.pairs[rows])], len(self.event_kinds) - 1
+            links, kind = self._numbers[self._contact_links(contacts.pairs[rows])], len(self.event_kinds) - 1
             self._add_events(tick, kind, links, pressure[rows], least)
 
     def find_contacts(self) -> int:
@@ -204,38 +206,43 @@ class CrackingSpecimen(LinkedSpecimen):
         fastest = norms(motion[VX : VY + 1, place].T).max()
         if not fastest <= self.speed_limit:
             return TOO_FAST
-        if not can_be_found(positions, reach):
+        if not is_within_search_range(positions, reach):
             return TOO_FAR
-        pairs = find_pairs(positions, np.union1d(self.exposed(), self._strained()), reach, self.medium.ground.period)
+        pairs = find_pairs(
+            positions,
+            np.union1d(self.exposed_automata(), self._strained_automata()),
+            reach,
+            self.medium.contact_constants.period,
+        )
         linked = self.packing.neighbours[pairs[:, 0]] == pairs[:, 1:]
         slots = np.where(linked.any(axis=1), linked.argmax(axis=1), -1)
         found = np.column_stack([pairs, slots, np.zeros(len(pairs), np.int64)])
         old, slid, rest = (self._block[name] for name in ("contacts", "slid", "rest"))
-        weight = self._weights_of(old)
+        weight = self._contact_weights(old)
         kept = (weight > 0.0) & (weight < 1.0)
-        rows, slid, rest = merge((old, slid, rest), kept, found[self._weights_of(found) < 1.0], self.count)
-        self._set_count(0)
+        rows, slid, rest = merge_contacts((old, slid, rest), kept, found[self._contact_weights(found) < 1.0], self.count)
+        self._set_contact_count(0)
         contacts = self.contacts(len(rows))
         contacts.pairs[: len(rows)], contacts.slid[: len(rows)], contacts.rest[: len(rows)] = rows, slid, rest
-        self._set_count(len(rows))
+        self._set_contact_count(len(rows))
         self.losses[TRAVEL] = 0.5 * self.step_size * fastest
         return 0
 
-    def _links_of(self, contacts: IntArray) -> tuple[IntArray, IntArray]:
+    def _contact_links(self, contacts: IntArray) -> tuple[IntArray, IntArray]:
         """Return the directions of the links of contacts, and the places where they begin, both of shape (k,)."""
         directions, slot = len(self.body.normal), contacts[:, SLOT]
         return slot % directions, self.place[np.where(slot < directions, contacts[:, FIRST], contacts[:, SECOND])]
 
-    def _weights_of(self, contacts: IntArray) -> FloatArray:
+    def _contact_weights(self, contacts: IntArray) -> FloatArray:
         """Return the weights of the links of contacts, 0 for pairs that were never linked, shape (k,)."""
-        return np.where(contacts[:, SLOT] >= 0, self.medium.histories.weight[self._links_of(contacts)], 0.0)
+        return np.where(contacts[:, SLOT] >= 0, self.medium.histories.weight[self._contact_links(contacts)], 0.0)
 
-    def exposed(self) -> IntArray:
+    def exposed_automata(self) -> IntArray:
         """Return the automata with a free face or a broken link, shape (k,)."""
-        broken = self._pairs[self.linked() < 1.0, :2]
+        broken = self._pairs[self.link_weights() < 1.0, :2]
         return np.union1d(np.flatnonzero(self._surface), broken.reshape(-1))
 
-    def _strained(self) -> IntArray:
+    def _strained_automata(self) -> IntArray:
         """Return the automata with a strained link, shape (k,)."""
         forces = self.scratch.cells[: TORQUE + 1].copy()
         self._measure_links()
@@ -247,94 +254,94 @@ class CrackingSpecimen(LinkedSpecimen):
 
     def contact_stiffness(self) -> FloatArray:
         """Return the contact stiffness of each automaton along the line of centres, shape (n,) [N/m]."""
-        return self.medium.ground.part * self.medium.ground.normal
+        return self.medium.contact_constants.part * self.medium.contact_constants.normal
 
-    def contacts(self, more: int = 0) -> Contacts:
-        """Return the lists of contacts, with room for `more` of them."""
-        pairs, slid, rest = (self._block.reserve_rows(name, more) for name in ("contacts", "slid", "rest"))
+    def contacts(self, spare_rows: int = 0) -> Contacts:
+        """Return the lists of contacts, with room for `spare_rows` of them."""
+        pairs, slid, rest = (self._block.reserve_rows(name, spare_rows) for name in ("contacts", "slid", "rest"))
         if len(self._dashpot) < len(pairs):
             self._dashpot = np.zeros((len(pairs), 2))
         return Contacts(pairs, slid, rest, self._dashpot, self._block.count("contacts"))
 
-    def _set_count(self, count: int) -> None:
+    def _set_contact_count(self, count: int) -> None:
         for name in ("contacts", "slid", "rest"):
             self._block.set_row_count(name, count)
 
     # -- readings ---------------------------------------------------------------------------------------------------
 
-    def update_forces(self, *, begin: bool = False) -> None:
+    def update_forces(self, *, at_start: bool = False) -> None:
         """Write strains, stresses, and the forces of links and contacts for the present fields.
 
-        The evaluation of forces sets the rest distances of new contacts. They are part of the state at the `begin` of a coupled
+        The evaluation of forces sets the rest distances of new contacts. They are part of the state at the start of a coupled
         body; readings work on copies.
         """
         contacts = self.contacts()
-        if not begin:
+        if not at_start:
             contacts = contacts._replace(slid=contacts.slid.copy(), rest=contacts.rest.copy(), dashpot=contacts.dashpot.copy())
-        measure_medium(self.medium, self.motion, self.scratch, contacts)
+        measure_at_rest(self.medium, self.motion, self.scratch, contacts)
 
     def stress(self) -> FloatArray:
         """Return the stresses that the links carry, for each automaton, shape (n, 3) [Pa]."""
-        self._measure()
+        self._measure_fields()
         return np.ascontiguousarray(self.scratch.cells[STRESS_XX:, self.place].T)
 
-    def linked(self) -> FloatArray:
+    def link_weights(self) -> FloatArray:
         """Return the weight of each link: 1 while it holds, 0 once it is released."""
         return self.medium.histories.weight[self._at]
 
-    def broken_links(self) -> float:
+    def broken_link_count(self) -> float:
         """Return the number of broken links."""
-        return float(np.count_nonzero(self.linked() < 1.0))
+        return float(np.count_nonzero(self.link_weights() < 1.0))
 
     def criterion_ratio(self) -> FloatArray:
         """Return the ratio of the decisive quantity to its limit for each link, shape (links,)."""
-        return self._ratios()[0]
+        return self._ratios_and_causes()[0]
 
-    def nearest_cause(self, link: int) -> str:
+    def nearest_event_kind(self, link: int) -> str:
         """Return the kind of event that a link is closest to."""
-        return list(self.event_kinds)[self._ratios()[1][link]]
+        return list(self.event_kinds)[self._ratios_and_causes()[1][link]]
 
     def can_break(self, link: int) -> bool:
         """Return whether a link can break: at least one of its two laws has a finite strength."""
         criterion = self.medium.law.criterion
-        if not isinstance(criterion, Weaker):
+        if not isinstance(criterion, WeakerLaw):
             return True
         direction, place = self._at
         rows = criterion.rows[direction[link] * self.body.layout.size + place[link]]
         return any(np.isfinite(criterion.laws[row][0]) for row in rows.tolist())
 
-    def _ratios(self) -> tuple[FloatArray, IntArray]:
+    def _ratios_and_causes(self) -> tuple[FloatArray, IntArray]:
         """Return, for each link, the decisive quantity over its limit, and the number of the cause, both of shape (links,)."""
-        self._measure()
-        value, limit, cause = self._judge_links()
-        held = self.linked() == 1.0
+        self._measure_fields()
+        value, limit, cause = self._criterion_values()
+        held = self.link_weights() == 1.0
         ratio = np.maximum(np.divide(value, limit, out=np.zeros(len(held)), where=held), 0.0)
         return ratio, np.where(held, cause, 0.0).astype(np.int64)
 
-    def _judge_links(self) -> FloatArray:
+    def _criterion_values(self) -> FloatArray:
         """Return the decisive quantity, its limit and the cause number of each link, for the present scratch, (3, links)."""
         found = np.zeros((3, *self.body.links.shape[1:]))
-        measure_criteria(self.medium, self.scratch, found)
+        write_criterion_values(self.medium, self.scratch, found)
         return found[:, *self._at]
 
-    def breaks(self) -> FloatArray:
+    def break_events(self) -> FloatArray:
         """Return the events of broken links: tick, cause number, link, value and limit, shape (m, 5)."""
         events = self._block["events"]
         return events[events[:, 1] < len(self._parameters.leading_criterion.causes)]
 
-    def held_pairs(self) -> IntArray:
+    def linked_pairs(self) -> IntArray:
         """Return the pairs of linked automata, shape (m, 2)."""
-        return self._pairs[self.linked() == 1.0, :2]
+        return self._pairs[self.link_weights() == 1.0, :2]
 
     def damage(self) -> FloatArray:
         """Return the broken fraction of the faces of each automaton, shape (n,)."""
-        return 1.0 - self._mean_of_links(self.linked())
+        return 1.0 - self._link_means(self.link_weights())
 
-    def inelastic(self) -> FloatArray:
+    def inelastic_strain(self) -> FloatArray:
         """Return the mean inelastic strain of the pairs of each automaton, shape (n,)."""
-        return self._mean_of_links(self.medium.histories.inelastic[self._at])
+        return self._link_means(self.medium.histories.inelastic[self._at])
 
-    def _mean_of_links(self, values: FloatArray) -> FloatArray:
+    def _link_means(self, values: FloatArray) -> FloatArray:
         """Return the means of link values, shape (links,), over the links of each automaton, weighted by shares, shape (n,)."""
         total, shares = np.zeros((2, self.count))
         for column, share in enumerate(self.body.links[FIRST_SHARE : SECOND_SHARE + 1, *self._at]):
@@ -342,25 +349,25 @@ class CrackingSpecimen(LinkedSpecimen):
             np.add.at(shares, self._pairs[:, column], share)
         return total / shares
 
-    def touching(self) -> float:
+    def pressed_contact_count(self) -> float:
         """Return the number of contacts under pressure."""
-        self.load()
+        self.load_motion()
         return float(np.count_nonzero(self._overlaps() > 0.0))
 
     def _overlaps(self) -> FloatArray:
         """Return the overlaps of active contacts, negative for separated automata [m]."""
-        rows, ground = self._block["contacts"], self.medium.ground
+        rows, constants = self._block["contacts"], self.medium.contact_constants
         (i, j), places = rows[:, FIRST : SECOND + 1].T, self.motion[X : Y + 1, self.place].T
-        way = np.array(ground.unit) * (ground.places[j] - ground.places[i]) + (places[j] - places[i])
-        for axis, period in enumerate(ground.period):
+        way = np.array(constants.unit) * (constants.places[j] - constants.places[i]) + (places[j] - places[i])
+        for axis, period in enumerate(constants.period):
             way[:, axis] -= period * np.rint(way[:, axis] / period) if period > 0.0 else 0.0
-        return (self._block["rest"] - norms(way))[self._weights_of(rows) < 1.0]
+        return (self._block["rest"] - norms(way))[self._contact_weights(rows) < 1.0]
 
-    def energies(self, since: float) -> dict[str, float]:
+    def field_energies(self, slip_time: float) -> dict[str, float]:
         """Return the energies stored in the present fields with the present histories [J]."""
         # The slip of contacts was updated with the forces.
         self._measure_links()
-        elastic, contact = stored_energies(self.medium, self.motion, self.scratch.links, self.contacts(), since)
+        elastic, contact = stored_energies(self.medium, self.motion, self.scratch.links, self.contacts(), slip_time)
         return {"elastic_energy": float(elastic), "contact_energy": float(contact)}
 
     def report(self) -> dict[str, float]:
@@ -368,10 +375,10 @@ class CrackingSpecimen(LinkedSpecimen):
         found = super().report()
         overlap = float(self._overlaps().max(initial=0.0))
         found |= {
-            "part of the links that is broken": self.broken_links() / max(len(self._pairs), 1),
+            "part of the links that is broken": self.broken_link_count() / max(len(self._pairs), 1),
             "largest overlap of a contact now over the diameter": overlap / self.packing.diameter,
         }
-        if self._parameters.yields:
+        if self._parameters.can_yield:
             found["largest inelastic strain of a link"] = float(self.medium.histories.inelastic.max())
         return found
 
@@ -380,7 +387,7 @@ class CrackingSpecimen(LinkedSpecimen):
         strains = self.scratch.links[EPS : GAMMA + 1] - np.stack([h.origin_eps, h.origin_gamma])
         return float(np.abs(strains[:, held]).max(initial=0.0))
 
-    def lost(self) -> dict[str, float]:
+    def dissipated_energies(self) -> dict[str, float]:
         """Return the dissipated energies [J]."""
         return dict(zip(_LOSSES, self.losses[:TRAVEL].tolist(), strict=True))
 
@@ -411,14 +418,14 @@ def _regional_strengths(packing: Packing, parameters: AutomataParameters) -> Flo
     return factors
 
 
-def _make_ground(packing: Packing, body: Body, parameters: AutomataParameters) -> Ground:
+def _make_contact_constants(packing: Packing, body: Body, parameters: AutomataParameters) -> ContactConstants:
     lattice, diameter, p = packing.lattice, packing.diameter, parameters
     per_length = lattice.face * p.thickness
     share = lattice.face / (2.0 * lattice.volume)
     shear, lame = body.cells[SHEAR : LAME + 1, body.layout.place]
     left, right, low, high = p.shape.bounds
     period = np.array([right - left, high - low]) * np.array(p.periodic)
-    return Ground(
+    return ContactConstants(
         places=packing.places,
         unit=tuple((lattice.unit * diameter).tolist()),
         period=tuple(period.tolist()),

@@ -19,17 +19,17 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import SerializeAsAny
 
-from ..support.float_arrays import FloatArray
-from ..support.jit import internal_inlined
-from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, field
-from ..support.tagged_union import Named, OneOrEach
+from ...support.float_arrays import FloatArray
+from ...support.jit import internal_inlined
+from ...support.parameter_fields import Magnitude, NotNegativeMagnitude, field
+from ...support.tagged_union import Named, OneOrEach
 
 # Smallest remaining fraction of the shear modulus, kept by a worn-out pair. The decisive stress is the mean of both automata,
 # and their other pairs may keep it above the limit forever.
 WORN_OUT = 1e-6
 
 
-class Flow(NamedTuple):
+class ResponseConstants(NamedTuple):
     """Onset [Pa], slope H over the inelastic strain [Pa], and the fraction of the excess that degrades the modulus."""
 
     onset: float
@@ -37,11 +37,11 @@ class Flow(NamedTuple):
     degradation: float
 
 
-class Flows(NamedTuple):
-    """The flow of links.
+class LinkResponses(NamedTuple):
+    """The responses of links.
 
     Attributes:
-        constants: fields of `Flow`, shape (laws, 3).
+        constants: fields of `ResponseConstants`, shape (laws, 3).
         rows: the law of each link, shape (links,).
     """
 
@@ -49,7 +49,7 @@ class Flows(NamedTuple):
     rows: npt.NDArray[np.int64]
 
 
-class NoFlow(NamedTuple):
+class ElasticResponses(NamedTuple):
     """Elastic links: no history."""
 
     onset: float = np.inf
@@ -61,9 +61,9 @@ class Response(Named):
     elastic: ClassVar[bool] = False
     """True for a law without history."""
 
-    def flow(self) -> Flow:
+    def constants(self) -> ResponseConstants:
         """Return the constants of the law."""
-        return Flow(np.inf, 0.0, 0.0)
+        return ResponseConstants(np.inf, 0.0, 0.0)
 
 
 class Linear(Response):
@@ -83,9 +83,9 @@ class Degrading(Response):
     onset: Magnitude = field(..., "equivalent stress sigma_d at which degradation begins", "Pa")
     hardening: NotNegativeMagnitude = field(0.0, "slope of the equivalent stress over the inelastic strain", "Pa")
 
-    def flow(self) -> Flow:
+    def constants(self) -> ResponseConstants:
         """Return onset, slope, and a fraction of 1."""
-        return Flow(self.onset, self.hardening, 1.0)
+        return ResponseConstants(self.onset, self.hardening, 1.0)
 
 
 class Plastic(Response):
@@ -95,9 +95,9 @@ class Plastic(Response):
     yield_stress: Magnitude = field(..., "equivalent stress sigma_y at which flow begins", "Pa")
     hardening: NotNegativeMagnitude = field(0.0, "slope of the yield stress over the plastic strain", "Pa")
 
-    def flow(self) -> Flow:
+    def constants(self) -> ResponseConstants:
         """Return yield stress, slope, and a fraction of 0."""
-        return Flow(self.yield_stress, self.hardening, 0.0)
+        return ResponseConstants(self.yield_stress, self.hardening, 0.0)
 
 
 class PlasticDegrading(Response):
@@ -108,9 +108,9 @@ class PlasticDegrading(Response):
     hardening: NotNegativeMagnitude = field(0.0, "slope of the equivalent stress over the inelastic strain", "Pa")
     degradation: float = field(0.5, "part of the excess that degrades the modulus, the rest is plastic", "1", ge=0.0, le=1.0)
 
-    def flow(self) -> Flow:
+    def constants(self) -> ResponseConstants:
         """Return yield stress, slope, and fraction."""
-        return Flow(self.yield_stress, self.hardening, self.degradation)
+        return ResponseConstants(self.yield_stress, self.hardening, self.degradation)
 
 
 RESPONSES: dict[str, type[Response]] = {
@@ -124,10 +124,10 @@ ChosenResponses = Annotated[SerializeAsAny[Response] | list[SerializeAsAny[Respo
 
 
 @internal_inlined
-def flow_of(flows, number):
-    """Return the `Flow` of a link, by its number."""
-    row = flows.rows[number]
-    return Flow(flows.constants[row, 0], flows.constants[row, 1], flows.constants[row, 2])
+def link_response_constants(responses, number):
+    """Return the `ResponseConstants` of a link, by its number."""
+    row = responses.rows[number]
+    return ResponseConstants(responses.constants[row, 0], responses.constants[row, 1], responses.constants[row, 2])
 
 
 class History(NamedTuple):
@@ -140,11 +140,11 @@ class History(NamedTuple):
 
 
 @internal_inlined
-def respond(law, history, equivalent, eps, gamma, dilation, shear):
+def updated_history(law, history, equivalent, eps, gamma, dilation, shear):
     """Return the history of a pair after a step.
 
     Args:
-        law: a `Flow`.
+        law: a `ResponseConstants`.
         history: a `History`.
         equivalent: stress of the pair with the present history [Pa].
         eps: strain along the pair.

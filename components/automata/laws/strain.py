@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Literal, NamedTuple
 
 from ...support.parameter_fields import MOST, Magnitude, field
-from .criterion import Criterion, failure
+from .criterion import Criterion, failure_measure
 
 
 class StrainLaw(NamedTuple):
@@ -27,13 +27,13 @@ class Strain(Criterion):
         "angle_break": "the shear angle of a pair reached its limit",
     }
 
-    def law(self) -> StrainLaw:
+    def constants(self) -> StrainLaw:
         """Return both limits."""
         return StrainLaw(self.tensile, self.shear)
 
 
-@failure.register(StrainLaw)
-def _failure(law, link):
+@failure_measure.register(StrainLaw)
+def _strain_measure(law, link):
     """Choose the cause with the larger ratio to its limit."""
     if abs(link.gamma) / law.shear > link.eps / law.tensile:
         return abs(link.gamma), link.factor * law.shear, 1

@@ -27,15 +27,15 @@ from .contacts import (
     SECOND,
     SLOT,
     START,
-    approach,
-    link_at,
-    put,
+    contact_link,
+    contact_stiffnesses,
+    link_weight,
+    relative_motion,
     separation,
     sliding_speed,
-    stiffnesses,
-    weight_of,
+    write_link_value,
 )
-from .energies import condensation, dilation, whole_energy
+from .energies import condensation, dilation, pair_energy
 from .lattice import (
     EPS,
     EX,
@@ -48,8 +48,8 @@ from .lattice import (
     SHEAR,
     VX,
 )
-from .pair import strain_links
-from .release import LINKING, scheduled_weight
+from .link_release import LINKING, scheduled_weight
+from .pair_strains import write_link_strains
 
 # Relative rounding error of an energy.
 _ROUNDING = 1e-9
@@ -66,7 +66,7 @@ class Relinking(Named):
         return 0.0, 0.0
 
 
-class Never(Relinking):
+class NoRelinking(Relinking):
     """No relinking: pairs stay broken."""
 
     name: Literal["none"] = field("none", "which law", "1")
@@ -85,12 +85,12 @@ class ColdWelding(Relinking):
         return self.pressure, self.slip_speed
 
 
-RELINKINGS: dict[str, type[Relinking]] = {"none": Never, "cold_welding": ColdWelding}
+RELINKINGS: dict[str, type[Relinking]] = {"none": NoRelinking, "cold_welding": ColdWelding}
 
 ChosenRelinking = Annotated[SerializeAsAny[Relinking], ByName(RELINKINGS)]
 
 
-class _Pair(NamedTuple):
+class _RelinkedPair(NamedTuple):
     """A pair whose link is being formed, and its state before the step.
 
     Attributes:
@@ -100,7 +100,7 @@ class _Pair(NamedTuple):
         origin: `origin_eps` and `origin_gamma` of the link before the step.
         places: displacements and angles of all automata, shape (3, m).
         time: of the drift before the step [s].
-        energy: `energies.whole_energy` before the step [J].
+        energy: `energies.pair_energy` before the step [J].
         work: `_drift_work` before the step [J].
     """
 
@@ -115,7 +115,7 @@ class _Pair(NamedTuple):
 
 
 @jit
-def linking_pressures(medium, motion, links, contacts, pressure_out):
+def write_linking_pressures(medium, motion, links, contacts, pressure_out):
     """Write the pressures of contacts that may be linked, or -1 for others, shape (used,) [Pa].
 
     Such a pair was once linked and is fully released, its sliding is slow enough, and its line of centres lies within 45
@@ -128,26 +128,26 @@ def linking_pressures(medium, motion, links, contacts, pressure_out):
         contacts: `contacts.Contacts`.
         pressure_out: written.
     """
-    body, ground, pairs, place = medium.body, medium.ground, contacts.pairs, medium.body.layout.place
+    body, constants, pairs, place = medium.body, medium.contact_constants, contacts.pairs, medium.body.layout.place
     for row in range(contacts.used):
         pressure_out[row] = -1.0
         i, j = pairs[row, FIRST], pairs[row, SECOND]
-        if pairs[row, SLOT] < 0 or weight_of(body.layout, medium.histories.weight, pairs, row) > 0.0:
+        if pairs[row, SLOT] < 0 or link_weight(body.layout, medium.histories.weight, pairs, row) > 0.0:
             continue
-        x, y, r = separation(ground, place, motion, i, j)
+        x, y, r = separation(constants, place, motion, i, j)
         overlap = contacts.rest[row] - r
         if not overlap > 0.0 or r == 0.0:
             continue
-        q, p = link_at(body.layout, pairs, row)
-        slides = abs(sliding_speed(approach(place, motion, i, j), x / r, y / r, r)) > medium.law.linking[1]
+        q, p = contact_link(body.layout, pairs, row)
+        slides = abs(sliding_speed(relative_motion(place, motion, i, j), x / r, y / r, r)) > medium.law.linking[1]
         if not slides and abs(links[GAMMA, q, p]) <= 1.0 + links[EPS, q, p]:
             # For whole automata: the pressure does not depend on the part of their cells inside the shape.
-            stiffness = ground.normal[i] * overlap * (2.0 * body.cells[SHEAR, p])
-            pressure_out[row] = stiffness / (ground.tangential[i] * body.diameter)
+            stiffness = constants.normal[i] * overlap * (2.0 * body.cells[SHEAR, p])
+            pressure_out[row] = stiffness / (constants.tangential[i] * body.diameter)
 
 
 @jit
-def raise_weights(specimen, contacts, tick, time, places):
+def raise_link_weights(specimen, contacts, tick, time, places):
     """Raise the weights of links that are being formed again, and tally the energy.
 
     In each step such a link gets the strains at which it carries the force of its contact, with slightly more or less pressure
@@ -155,7 +155,7 @@ def raise_weights(specimen, contacts, tick, time, places):
     dissipated. Energy is never created; the link waits for the next step instead.
 
     Args:
-        specimen: a `ticks.Specimen`; its histories and losses are updated.
+        specimen: a `kernels.Specimen`; its histories and losses are updated.
         contacts: `contacts.Contacts`, updated in place.
         tick: number of the step.
         time: since the last force evaluation [s].
@@ -167,28 +167,28 @@ def raise_weights(specimen, contacts, tick, time, places):
     medium, motion, scratch, layout = specimen.medium, specimen.motion, specimen.scratch, specimen.medium.body.layout
     raised = False
     for row in range(contacts.used):
-        weight = weight_of(layout, medium.histories.weight, contacts.pairs, row)
+        weight = link_weight(layout, medium.histories.weight, contacts.pairs, row)
         if contacts.pairs[row, SLOT] < 0 or contacts.pairs[row, START] >= 0 or weight == 1.0:
             continue
         raised = True
         after = scheduled_weight(contacts.pairs, row, tick, medium.law.release)
-        q, p = link_at(layout, contacts.pairs, row)
+        q, p = contact_link(layout, contacts.pairs, row)
         origin = medium.histories.origin_eps[q, p], medium.histories.origin_gamma[q, p]
-        energy = whole_energy(medium, motion, scratch.links, contacts, row)
+        energy = pair_energy(medium, motion, scratch.links, contacts, row)
         for k in range(VX):
             places[k, :] = motion[k]
         work = _drift_work(medium, motion, scratch, contacts, row, places, time)
-        pair = _Pair(row, weight, after, origin, places, time, energy, work)
-        taken = _raise_weight(medium, motion, scratch, contacts, pair, 1.0, 0.0)
+        pair = _RelinkedPair(row, weight, after, origin, places, time, energy, work)
+        taken = _raise_link_weight(medium, motion, scratch, contacts, pair, 1.0, 0.0)
         if abs(taken) > _ROUNDING * energy:
-            _put_back(medium, contacts, pair)
-            taken = _raise_neutrally(medium, motion, scratch, contacts, pair, taken)
+            _restore_link(medium, contacts, pair)
+            taken = _raise_without_dissipation(medium, motion, scratch, contacts, pair, taken)
         specimen.losses[LINKING] += taken
     return raised
 
 
 @internal
-def _raise_weight(medium, motion, scratch, contacts, pair, part, more):
+def _raise_link_weight(medium, motion, scratch, contacts, pair, fraction, extra_strain):
     """Raise the weight of a link, strain it as `_strain_link` does, and return the dissipated energy [J].
 
     The strains of the previous drift are released, so that the kick does not include them. The work that forces would have done
@@ -199,70 +199,74 @@ def _raise_weight(medium, motion, scratch, contacts, pair, part, more):
         motion: a `lattice.Motion`, with the velocities of the previous drift.
         scratch: a `lattice.Scratch`.
         contacts: `contacts.Contacts`.
-        pair: a `_Pair`.
-        part: see `_strain_link`.
-        more: see `_strain_link`.
+        pair: a `_RelinkedPair`.
+        fraction: see `_strain_link`.
+        extra_strain: see `_strain_link`.
     """
-    _strain_link(medium, motion, scratch, contacts, pair, part, more)
-    taken = pair.energy - whole_energy(medium, motion, scratch.links, contacts, pair.row)
+    _strain_link(medium, motion, scratch, contacts, pair, fraction, extra_strain)
+    taken = pair.energy - pair_energy(medium, motion, scratch.links, contacts, pair.row)
     taken += 0.5 * (pair.work + _drift_work(medium, motion, scratch, contacts, pair.row, pair.places, pair.time))
-    put(medium.histories.weight, medium.body.layout, contacts.pairs, pair.row, 0.5 * (pair.before + pair.after))
+    write_link_value(medium.histories.weight, medium.body.layout, contacts.pairs, pair.row, 0.5 * (pair.before + pair.after))
     return taken - _drift_work(medium, motion, scratch, contacts, pair.row, pair.places, pair.time)
 
 
 @internal
-def _put_back(medium, contacts, pair):
+def _restore_link(medium, contacts, pair):
     """Restore the weight and strains that the link of a pair had before the step."""
-    _put_origin(medium, contacts, pair.row, pair.origin[0], pair.origin[1])
-    put(medium.histories.weight, medium.body.layout, contacts.pairs, pair.row, pair.before)
+    _write_origin_strains(medium, contacts, pair.row, pair.origin[0], pair.origin[1])
+    write_link_value(medium.histories.weight, medium.body.layout, contacts.pairs, pair.row, pair.before)
 
 
 @internal
-def _put_origin(medium, contacts, row, eps, gamma):
-    put(medium.histories.origin_eps, medium.body.layout, contacts.pairs, row, eps)
-    put(medium.histories.origin_gamma, medium.body.layout, contacts.pairs, row, gamma)
+def _write_origin_strains(medium, contacts, row, eps, gamma):
+    write_link_value(medium.histories.origin_eps, medium.body.layout, contacts.pairs, row, eps)
+    write_link_value(medium.histories.origin_gamma, medium.body.layout, contacts.pairs, row, gamma)
 
 
 @internal
-def _raise_neutrally(medium, motion, scratch, contacts, pair, taken):
+def _raise_without_dissipation(medium, motion, scratch, contacts, pair, dissipated):
     """Raise the weight of a link without dissipation, or with as little as possible; return the dissipated energy [J].
 
-    Arguments as in `_raise_weight`; `taken` is the dissipation with the strains of the contact [J].
+    Arguments as in `_raise_link_weight`; `dissipated` is the dissipation with the strains of the contact [J].
     """
     _, _, r = separation(
-        medium.ground, medium.body.layout.place, motion, contacts.pairs[pair.row, FIRST], contacts.pairs[pair.row, SECOND]
+        medium.contact_constants,
+        medium.body.layout.place,
+        motion,
+        contacts.pairs[pair.row, FIRST],
+        contacts.pairs[pair.row, SECOND],
     )
     unit, more = max(contacts.rest[pair.row] - r, 0.0) / medium.body.diameter, np.nan
     if unit > 0.0:
         # Trials with less and with more strain show at which strain the dissipation is zero.
-        pressed_more = _raise_weight(medium, motion, scratch, contacts, pair, 1.0, -unit)
-        _put_back(medium, contacts, pair)
-        pressed_less = _raise_weight(medium, motion, scratch, contacts, pair, 1.0, unit)
-        _put_back(medium, contacts, pair)
-        more = _neutral_strain(pressed_more, taken, pressed_less, unit)
+        pressed_more = _raise_link_weight(medium, motion, scratch, contacts, pair, 1.0, -unit)
+        _restore_link(medium, contacts, pair)
+        pressed_less = _raise_link_weight(medium, motion, scratch, contacts, pair, 1.0, unit)
+        _restore_link(medium, contacts, pair)
+        more = _nearest_root(pressed_more, dissipated, pressed_less, unit)
     if more == more:
-        return _raise_weight(medium, motion, scratch, contacts, pair, 1.0, more)
-    if taken < 0.0 < pair.before:
+        return _raise_link_weight(medium, motion, scratch, contacts, pair, 1.0, more)
+    if dissipated < 0.0 < pair.before:
         contacts.pairs[pair.row, START] -= 1
         return 0.0
     # A link that has not begun cannot wait: if it would create energy, it begins without strains.
-    return _raise_weight(medium, motion, scratch, contacts, pair, 0.0 if taken < 0.0 else 1.0, 0.0)
+    return _raise_link_weight(medium, motion, scratch, contacts, pair, 0.0 if dissipated < 0.0 else 1.0, 0.0)
 
 
 @internal_inlined
-def _neutral_strain(before, at, after, unit):
+def _nearest_root(left, middle, right, unit):
     """Return the root nearest to 0 of a parabola given at -unit, 0 and unit; NaN if there is none in this interval."""
-    slope, curvature = 0.5 * (after - before) / unit, (0.5 * (after + before) - at) / (unit * unit)
-    under = slope * slope - 4.0 * curvature * at
+    slope, curvature = 0.5 * (right - left) / unit, (0.5 * (right + left) - middle) / (unit * unit)
+    under = slope * slope - 4.0 * curvature * middle
     if not (under >= 0.0 and slope != 0.0):
         return np.nan
     root = np.sqrt(under)
-    strain = -2.0 * at / (slope + (root if slope > 0.0 else -root))
+    strain = -2.0 * middle / (slope + (root if slope > 0.0 else -root))
     return strain if abs(strain) <= unit else np.nan
 
 
 @internal
-def _strain_link(medium, motion, scratch, contacts, pair, part, more):
+def _strain_link(medium, motion, scratch, contacts, pair, fraction, extra_strain):
     """Give a link its weight after the step, and strains at which it carries the force of its contact alone.
 
     The link keeps its history: the remaining stiffness, and the plastic strains, which its free faces have kept.
@@ -272,18 +276,18 @@ def _strain_link(medium, motion, scratch, contacts, pair, part, more):
         motion: a `lattice.Motion`.
         scratch: a `lattice.Scratch`.
         contacts: `contacts.Contacts`.
-        pair: a `_Pair`.
-        part: fraction of these strains.
-        more: additional strain along the link.
+        pair: a `_RelinkedPair`.
+        fraction: fraction of these strains.
+        extra_strain: additional strain along the link.
     """
     body, h, links, row = medium.body, medium.histories, scratch.links, pair.row
     i, j, slot = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND], contacts.pairs[row, SLOT]
-    q, p = link_at(body.layout, contacts.pairs, row)
+    q, p = contact_link(body.layout, contacts.pairs, row)
     # The link may begin at the second automaton, whose force is the opposite one.
     sign = 1.0 if slot < body.layout.offset.size else -1.0
     twice = 2.0 * body.cells[SHEAR, p] * (1.0 + h.stiffness[q, p])
-    x, y, r = separation(medium.ground, body.layout.place, motion, i, j)
-    normal, tangential = stiffnesses(medium.ground, i, j)
+    x, y, r = separation(medium.contact_constants, body.layout.place, motion, i, j)
+    normal, tangential = contact_stiffnesses(medium.contact_constants, i, j)
     overlap = max(contacts.rest[row] - r, 0.0)
     push, drag = normal * overlap, tangential * (contacts.slid[row] if overlap > 0.0 else 0.0)
     fx, fy = sign * (-push * x - drag * y) / r, sign * (-push * y + drag * x) / r
@@ -291,8 +295,8 @@ def _strain_link(medium, motion, scratch, contacts, pair, part, more):
     along, across = fx * nx + fy * ny, fy * nx - fx * ny
     # The volumetric traction without elastic strain of the link, with its new weight, and the change per unit of strain.
     eps, gamma = links[EPS, q, p] - h.plastic_eps[q, p], links[GAMMA, q, p] - h.plastic_gamma[q, p]
-    _put_origin(medium, contacts, row, eps, gamma)
-    put(medium.histories.weight, medium.body.layout, contacts.pairs, row, pair.after)
+    _write_origin_strains(medium, contacts, row, eps, gamma)
+    write_link_value(medium.histories.weight, medium.body.layout, contacts.pairs, row, pair.after)
     begin, end = (i, j) if slot < body.layout.offset.size else (j, i)
     first, second = body.layout.place[begin], body.layout.place[end]
     others = 0.5 * body.cells[LAME, p] * (dilation(body, h, links, first) + dilation(body, h, links, second))
@@ -300,9 +304,9 @@ def _strain_link(medium, motion, scratch, contacts, pair, part, more):
         body, h, second
     )
     slope *= 0.5 * body.cells[LAME, p] * pair.after
-    eps -= part * (along / body.links[FACE, q, p] - others) / (twice + slope) + more
-    gamma -= part * across / (body.links[FACE, q, p] * twice)
-    _put_origin(medium, contacts, row, eps, gamma)
+    eps -= fraction * (along / body.links[FACE, q, p] - others) / (twice + slope) + extra_strain
+    gamma -= fraction * across / (body.links[FACE, q, p] * twice)
+    _write_origin_strains(medium, contacts, row, eps, gamma)
 
 
 @internal
@@ -312,18 +316,18 @@ def _drift_work(medium, motion, scratch, contacts, row, places, time):
     `places` are the displacements and angles, `time` is the duration of the drift [s].
     """
     # Energies are quadratic in the displacements: over equal distances before and after, the difference is exact.
-    _drift(medium.body, motion, scratch, places, -0.5 * time)
-    work = whole_energy(medium, motion, scratch.links, contacts, row)
-    _drift(medium.body, motion, scratch, places, 0.5 * time)
-    work -= whole_energy(medium, motion, scratch.links, contacts, row)
-    _drift(medium.body, motion, scratch, places, 0.0)
+    _drift_and_strain(medium.body, motion, scratch, places, -0.5 * time)
+    work = pair_energy(medium, motion, scratch.links, contacts, row)
+    _drift_and_strain(medium.body, motion, scratch, places, 0.5 * time)
+    work -= pair_energy(medium, motion, scratch.links, contacts, row)
+    _drift_and_strain(medium.body, motion, scratch, places, 0.0)
     return work
 
 
 @internal
-def _drift(body, motion, scratch, places, time):
+def _drift_and_strain(body, motion, scratch, places, time):
     """Move all automata for a time from `places`, and write the strains of links."""
     for k in range(VX):
         for p in range(motion.shape[1]):
             motion[k, p] = places[k, p] + time * motion[VX + k, p]
-    strain_links(body, motion, scratch)
+    write_link_strains(body, motion, scratch)

@@ -12,7 +12,7 @@ import math
 from typing import Literal, NamedTuple
 
 from ...support.parameter_fields import Magnitude, NotNegativeMagnitude, field
-from .criterion import Criterion, failure
+from .criterion import Criterion, failure_measure
 
 
 class MohrCoulombLaw(NamedTuple):
@@ -35,17 +35,17 @@ class MohrCoulomb(Criterion):
         "tension_break": "the tension of a pair reached its strength",
     }
 
-    def law(self) -> MohrCoulombLaw:
+    def constants(self) -> MohrCoulombLaw:
         """Return cohesion, tan(phi) and the tensile strength."""
         return MohrCoulombLaw(self.cohesion, self.internal_friction, self.tensile)
 
-    def unbreakable(self) -> MohrCoulombLaw:
+    def unbreakable_constants(self) -> MohrCoulombLaw:
         """Return infinite strengths, and no effect of the normal traction."""
         return MohrCoulombLaw(math.inf, 0.0, math.inf)
 
 
-@failure.register(MohrCoulombLaw)
-def _failure(law, link):
+@failure_measure.register(MohrCoulombLaw)
+def _mohr_coulomb_measure(law, link):
     """Choose the cause with the larger ratio to its limit."""
     shear = abs(link.tangential) + law.internal_friction * link.normal
     if link.normal * law.cohesion >= shear * law.tensile:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..automata.edges import Conditions
+from ..automata.edge_conditions import Conditions
 from ..automata.lattice import FORCE_X, FORCE_Y, INERTIA, MASS, SPIN, TORQUE, VX, VY, X, Y
 from ..automata.loads import (
     ANGULAR_IMPULSE,
@@ -22,8 +22,8 @@ from ..automata.loads import (
     WORK,
     Grip,
     Load,
-    keep_velocities,
     load_torque,
+    save_velocities,
 )
 from ..errors import ParameterError
 from ..grid import kernel_arrays
@@ -33,7 +33,7 @@ from ..support.jit import internal
 from .interface import Interface
 
 
-class Edges(NamedTuple):
+class EdgeLoads(NamedTuple):
     """Loads and grips of the automata as a coupled medium applies them.
 
     Attributes:
@@ -52,10 +52,10 @@ class Edges(NamedTuple):
 
 
 @internal
-def keep_before(edges, motion, forces):
+def save_tick_start(edges, motion, forces):
     """Record velocities and forces before the first half kick."""
-    keep_velocities(edges.load.place, motion, edges.load.before)
-    keep_velocities(edges.grip.place, motion, edges.grip.before)
+    save_velocities(edges.load.place, motion, edges.load.before)
+    save_velocities(edges.grip.place, motion, edges.grip.before)
     for row in range(edges.grip.place.size):
         p = edges.grip.place[row]
         edges.grip_place[row, 0], edges.grip_place[row, 1] = motion[X, p], motion[Y, p]
@@ -64,7 +64,7 @@ def keep_before(edges, motion, forces):
 
 
 @internal
-def push_and_hold(edges, cells, motion, time):
+def apply_loads_and_grips(edges, cells, motion, time):
     """Apply the loads for a half kick of `time` [s], tally their moment, and set the velocities of held automata.
 
     `cells` are those of a `lattice.Body`.
@@ -88,7 +88,7 @@ def push_and_hold(edges, cells, motion, time):
 
 
 @internal
-def settle_edges(edges, cells, motion, forces, time):
+def tally_edges(edges, cells, motion, forces, time):
     """Tally work and impulse of loads and grips over a whole tick of `time` [s]; `forces` are those at its end."""
     load, grip, old, tally = edges.load, edges.grip, edges.grip_force, edges.tallies[0]
     for row in range(load.place.size):
@@ -104,12 +104,12 @@ def settle_edges(edges, cells, motion, forces, time):
         x, y = cells[X, p] + motion[X, p], cells[Y, p] + motion[Y, p]
         if held & HOLDS_X:
             before, given, force = grip.before[row, 0], grip.velocity[row, 0], (old[row, 0], forces[FORCE_X, p])
-            first, second = _settle(cells[MASS, p], before, given, force, time, tally)
+            first, second = _tally_grip(cells[MASS, p], before, given, force, time, tally)
             tally[IMPULSE_X] += first + second
             tally[ANGULAR_IMPULSE] -= (cells[Y, p] + edges.grip_place[row, 1]) * first + y * second
         if held & HOLDS_Y:
             before, given, force = grip.before[row, 1], grip.velocity[row, 1], (old[row, 1], forces[FORCE_Y, p])
-            first, second = _settle(cells[MASS, p], before, given, force, time, tally)
+            first, second = _tally_grip(cells[MASS, p], before, given, force, time, tally)
             tally[IMPULSE_Y] += first + second
             tally[ANGULAR_IMPULSE] += (cells[X, p] + edges.grip_place[row, 0]) * first + x * second
         if held & HOLDS_ROTATION:
@@ -119,11 +119,11 @@ def settle_edges(edges, cells, motion, forces, time):
 
 
 @internal
-def _settle(mass, before, given, force, time, tally):
+def _tally_grip(mass, before, prescribed, force, time, tally):
     """Add the work of a grip to a tally; return its impulses in the first and in the second half of the tick [N s]."""
     old, new = force
-    tally[WORK] += 0.5 * mass * (given * given - before * before) - 0.5 * time * given * (old + new)
-    return mass * (given - before) - 0.5 * time * old, -0.5 * time * new
+    tally[WORK] += 0.5 * mass * (prescribed * prescribed - before * before) - 0.5 * time * prescribed * (old + new)
+    return mass * (prescribed - before) - 0.5 * time * old, -0.5 * time * new
 
 
 class EdgeInputs:
@@ -144,7 +144,7 @@ class EdgeInputs:
         bits[grip.automata] = held
         self._acts = np.stack([bits & HOLDS_X, bits & HOLDS_Y], axis=1)[load.automata[self._loads]] == 0
         kept, count = self._loads, len(grip.automata)
-        self.edges = Edges(
+        self.edges = EdgeLoads(
             Load(load.automata[kept], load.place[kept], np.zeros((some, 2)), load.lever[kept], np.zeros((some, 3))),
             grip._replace(held=held), np.zeros((count, 2)), np.zeros((count, 3)), tallies,
         )  # fmt: skip

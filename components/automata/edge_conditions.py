@@ -32,7 +32,7 @@ def edge_automata(packing: Packing, name: str, depth: float = 0.0) -> npt.NDArra
     return np.flatnonzero(place >= place.max() - reach).astype(np.int64)
 
 
-def shared_areas(packing: Packing, name: str, automata: npt.NDArray[np.int64], area: float) -> FloatArray:
+def area_shares(packing: Packing, name: str, automata: npt.NDArray[np.int64], area: float) -> FloatArray:
     """Return the share of each automaton in the area of a straight edge, shape (m,) [m^2].
 
     On a zigzag the outer half cells have twice the length of the whole cells between them.
@@ -43,7 +43,7 @@ def shared_areas(packing: Packing, name: str, automata: npt.NDArray[np.int64], a
     return area * part / part.sum()
 
 
-def traction_levers(packing: Packing, name: str, automata: npt.NDArray[np.int64]) -> FloatArray:
+def traction_lever_arms(packing: Packing, name: str, automata: npt.NDArray[np.int64]) -> FloatArray:
     """Return the distance from the centres of an edge's automata at which a traction acts, shape (m, 2) [m]; see `loads.Load`.
 
     A quarter cell is loaded on one side of its centre only, at a mean distance of D / 4 along a row. Along a zigzag the
@@ -84,21 +84,21 @@ class Conditions:
         }
         self._fill_load()
         self._fill_grip()
-        self._refuse_held_forces()
+        self._refuse_ineffective_forces()
 
     def _fill_load(self) -> None:
         p, start = self._parameters, len(self._forced)
         groups, levers = [self._forced], [np.zeros((start, 2))]
         # For each traction: input, rows of the load and their areas [m^2].
         self._pulls: list[tuple[str, slice, FloatArray]] = []
-        for name in self._of_kind(Traction):
+        for name in self._edges_with_boundary(Traction):
             assert isinstance(p.shape, Rectangle)
             automata = self._edges[name]
             area = p.thickness * (p.shape.height if EDGES[name][0] == 0 else p.shape.width)
-            areas = shared_areas(self._packing, name, automata, area)
+            areas = area_shares(self._packing, name, automata, area)
             self._pulls.append((f"{name}_traction", slice(start, start + len(automata)), areas))
             groups.append(automata)
-            levers.append(traction_levers(self._packing, name, automata))
+            levers.append(traction_lever_arms(self._packing, name, automata))
             start += len(automata)
         automata = np.concatenate(groups).astype(np.int64)
         count = len(automata)
@@ -106,10 +106,10 @@ class Conditions:
 
     def _fill_grip(self) -> None:
         boundaries = self._boundaries
-        owners = prescribed_components(boundaries, self._edges.__getitem__, _held_axes)
+        owners = prescribed_components(boundaries, self._edges.__getitem__, _prescribed_axes)
         automata = np.array(sorted(owners), np.int64)
         turning = {
-            i for name, boundary in boundaries.items() if _holds_rotation(name, boundary) for i in self._edges[name].tolist()
+            i for name, boundary in boundaries.items() if _is_rotation_held(name, boundary) for i in self._edges[name].tolist()
         }
         held = [
             HOLDS_X * (0 in owners[i]) | HOLDS_Y * (1 in owners[i]) | HOLDS_ROTATION * (i in turning) for i in automata.tolist()
@@ -124,13 +124,13 @@ class Conditions:
                 self.held_edges[name] = automata[there], own[there]
         # For each velocity component: input, component and rows of the grip.
         self._drives: list[tuple[str, int, list[int]]] = []
-        for name in self._of_kind(PrescribedVelocity):
+        for name in self._edges_with_boundary(PrescribedVelocity):
             for axis in (0, 1):
                 rows = [row for row, i in enumerate(automata.tolist()) if owners[i].get(axis) == name]
                 if rows:
                     self._drives.append((f"{name}_velocity", axis, rows))
 
-    def _refuse_held_forces(self) -> None:
+    def _refuse_ineffective_forces(self) -> None:
         """Refuse forces on single automata whose motion is prescribed along both axes: they would have no effect."""
         if self._parameters.forced_automata == "all":
             return
@@ -144,7 +144,7 @@ class Conditions:
                     at=("forced_automata", index),
                 )
 
-    def _of_kind(self, kind: type[Boundary]) -> list[str]:
+    def _edges_with_boundary(self, kind: type[Boundary]) -> list[str]:
         return [name for name, boundary in self._boundaries.items() if isinstance(boundary, kind)]
 
     def inputs(self) -> Iterable[Variable]:
@@ -157,33 +157,33 @@ class Conditions:
             if isinstance(boundary, (PrescribedVelocity, Traction)):
                 yield edge_variable(name, boundary)
 
-    def apply(self, held: Mapping[str, Held], tick: int, *, kick_in_the_middle: bool = True) -> None:
+    def apply_inputs(self, inputs: Mapping[str, Held], tick: int, *, has_central_kick: bool = True) -> None:
         """Fill loads and grips for the internal step that begins at a tick, with the mean of each input over its duration.
 
         Forces act over the step. Velocities are constant from one kick to the next, i.e. between the middles or ends of steps.
         """
-        velocity = _mean_from_the_middle if kick_in_the_middle else input_mean
+        velocity = _mid_tick_mean if has_central_kick else input_mean
         if self._forced.size:
-            self.load.force[: len(self._forced)] = input_mean(held["force"], tick)
+            self.load.force[: len(self._forced)] = input_mean(inputs["force"], tick)
         for name, rows, areas in self._pulls:
-            self.load.force[rows] = areas[:, np.newaxis] * input_mean(held[name], tick)
+            self.load.force[rows] = areas[:, np.newaxis] * input_mean(inputs[name], tick)
         for name, axis, rows in self._drives:
-            self.grip.velocity[rows, axis] = velocity(held[name], tick)[axis]
+            self.grip.velocity[rows, axis] = velocity(inputs[name], tick)[axis]
 
 
-def _mean_from_the_middle(held: Held, tick: int) -> FloatArray:
+def _mid_tick_mean(velocity: Held, tick: int) -> FloatArray:
     """Return the mean of a velocity from the middle of a tick to the middle of the next one, shape (2,) [m/s]."""
-    return 0.5 * (input_mean(held, tick, 1, 2) + input_mean(held, tick + 1, 0, 2))
+    return 0.5 * (input_mean(velocity, tick, 1, 2) + input_mean(velocity, tick + 1, 0, 2))
 
 
-def _held_axes(edge: str, boundary: Boundary) -> tuple[int, ...]:
+def _prescribed_axes(edge: str, boundary: Boundary) -> tuple[int, ...]:
     """Return the velocity components that a boundary prescribes on an edge."""
     if isinstance(boundary, Symmetry):
         return (EDGES[edge][0],)
     return boundary.prescribed_axes if isinstance(boundary, PrescribedVelocity) else (0, 1)
 
 
-def _holds_rotation(edge: str, boundary: Boundary) -> bool:
+def _is_rotation_held(edge: str, boundary: Boundary) -> bool:
     """Return whether automata of an edge cannot rotate: smooth plates are planes of symmetry, and glued ones act alike."""
     plate = isinstance(boundary, PrescribedVelocity) and EDGES[edge][0] in boundary.prescribed_axes
     return plate or isinstance(boundary, (Fixed, Symmetry))
@@ -198,13 +198,13 @@ def _forced_automata(places: list[Place] | str, packing: Packing) -> npt.NDArray
     for index, place in enumerate(places):
         if isinstance(place, int) and place >= count:
             raise ParameterError(f"got automaton {place}", expected=f"0 to {count - 1}", at=f"forced_automata[{index}]")
-        found.append(place if isinstance(place, int) else _automaton_near(f"forced_automata[{index}]", place, packing))
+        found.append(place if isinstance(place, int) else _nearest_automaton(f"forced_automata[{index}]", place, packing))
     return np.array(found, np.int64)
 
 
-def _automaton_near(where: str, point: Sequence[float], packing: Packing) -> int:
+def _nearest_automaton(where: str, point: Sequence[float], packing: Packing) -> int:
     """Return the automaton nearest to a point, at most a diameter away."""
-    automaton = packing.nearest(point[0], point[1])
+    automaton = packing.nearest_automaton(point[0], point[1])
     x, y = packing.reference[automaton].tolist()
     if math.hypot(point[0] - x, point[1] - y) > packing.diameter:
         raise ParameterError(

@@ -13,7 +13,7 @@ from ..support.float_arrays import FloatArray, ordered_sum
 from .parts import AutomataPart, GridPart, Seam
 
 
-class Sums(NamedTuple):
+class EnergySums(NamedTuple):
     """Energies [J], momenta [N s], their moments [N m s] and force^2 / mass [N^2/kg], without links and contacts.
 
     Attributes:
@@ -41,7 +41,7 @@ class Sums(NamedTuple):
     angular_momentum: float
 
 
-def sum_up(grid: GridPart, automata: AutomataPart, seam: Seam, own_mass: FloatArray, together: bool) -> Sums:
+def make_energy_sums(grid: GridPart, automata: AutomataPart, seam: Seam, own_mass: FloatArray, is_lockstep: bool) -> EnergySums:
     """Return the sums of a coupled body.
 
     Args:
@@ -49,10 +49,10 @@ def sum_up(grid: GridPart, automata: AutomataPart, seam: Seam, own_mass: FloatAr
         automata: the automata.
         seam: the interface.
         own_mass: of each grid node, without joined nodes and automata, shape (n,) [kg].
-        together: whether the forces on interface nodes are the sum of both sides, as in lockstep.
+        is_lockstep: whether the forces on interface nodes are the sum of both sides, as in lockstep.
     """
     of_grid = np.zeros(6)
-    grid_kernels.energies(grid.grid, grid.state, own_mass, of_grid)
+    grid_kernels.write_energy_sums(grid.grid, grid.state, own_mass, of_grid)
     state, conditions, interface = grid.state, grid.conditions, seam.interface
     share, mass, moves = conditions.share[:, None], conditions.mass[:, None], conditions.prescribed == 0
     force = state.force[conditions.nodes]
@@ -80,11 +80,11 @@ def sum_up(grid: GridPart, automata: AutomataPart, seam: Seam, own_mass: FloatAr
     carried, (u, v) = interface.mass * conditions.share[rows], state.velocity[nodes].T
     at_x, at_y = (grid.grid.reference[nodes] + state.displacement[nodes]).T
     on_nodes = seam.exchange.automata_force
-    yielding = np.where(moves[rows] & (not together), share[rows] * on_nodes * on_nodes / mass[rows], 0.0)
+    yielding = np.where(moves[rows] & (not is_lockstep), share[rows] * on_nodes * on_nodes / mass[rows], 0.0)
 
     momentum = [ordered_sum(own * rate, carried * nodal) for rate, nodal in ((vx, u), (vy, v))]
     turning = ordered_sum(np.stack([inertia * spin, own * (x * vy - y * vx)], axis=1), carried * (at_x * v - at_y * u))
-    return Sums(
+    return EnergySums(
         kinetic=float(of_grid[0]),
         hourglass=float(of_grid[1]),
         pulled=pulled,
@@ -98,7 +98,7 @@ def sum_up(grid: GridPart, automata: AutomataPart, seam: Seam, own_mass: FloatAr
     )
 
 
-def leapfrog(found: Sums, step: float, micro: int) -> float:
+def leapfrog_energy(sums: EnergySums, step: float, micro_steps: int) -> float:
     """Return -h^2/8 times the sum of force^2 / mass, with the step size of each part [J]."""
-    own = step / micro
-    return -0.125 * (step * step * found.pulled + own * own * found.automata_pulled)
+    own = step / micro_steps
+    return -0.125 * (step * step * sums.pulled + own * own * sums.automata_pulled)

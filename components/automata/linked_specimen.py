@@ -5,7 +5,7 @@
     U = sum over pairs S r G (eps^2 + gamma^2) + sum over automata (1/2) V lambda (1 + c* lambda / 2 G) theta^2
 
 c* is the share of the free faces of a whole cell. They carry no traction, 2 G eps* + lambda theta = 0, and deform accordingly.
-K and G are exact for a homogeneous strain, for both packings. See `pair` for the strains and the forces.
+K and G are exact for a homogeneous strain, for both packings. See `pair_strains` for the strains and the forces.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from ..events import EventDetail
 from ..state_block import Block, Layout
 from ..support.float_arrays import FloatArray, ordered_sum
 from ..support.jit import internal, jit
-from .edges import Conditions
+from .edge_conditions import Conditions
 from .lattice import (
     DILATION,
     EPS,
@@ -44,23 +44,23 @@ from .lattice import (
     Scratch,
     X,
     Y,
-    load,
+    load_motion,
     make_motion,
     make_scratch,
-    store,
+    store_motion,
     update_ghost_velocities,
     update_ghosts,
 )
-from .loads import Inputs, count_fast, drift, kick_with_inputs
+from .loads import Inputs, count_fast_automata, drift, kick_with_inputs
 from .packing import Packing
-from .pair import strain_links, sum_forces, sum_shares, virial
+from .pair_strains import sum_link_forces, sum_shares, virial, write_link_strains
 
 # Results of `advance`.
 DONE, TOO_FAST = 0, 1
 
 
 @internal
-def link_forces(body, motion, scratch):
+def write_link_forces(body, motion, scratch):
     """Write the volumetric strains at the present positions, and the forces and torques of the links.
 
     Args:
@@ -69,7 +69,7 @@ def link_forces(body, motion, scratch):
         scratch: a `lattice.Scratch`, overwritten.
     """
     layout, links, cells = body.layout, scratch.links, scratch.cells
-    strain_links(body, motion, scratch)
+    write_link_strains(body, motion, scratch)
     sum_shares(body, links[EPS], links, cells[DILATION])
     for p in range(cells.shape[1]):
         cells[DILATION, p] *= cells[STIFFENING, p]
@@ -90,13 +90,13 @@ def link_forces(body, motion, scratch):
             links[FIRST_TERM, q, p], links[SECOND_TERM, q, p] = fn * ex - ft * ey, fn * ey + ft * ex
             # (1 + eps) ft - gamma fn, without the terms that cancel.
             links[TURNING, q, p] = ft - gamma * pressing
-    sum_forces(body, links, cells)
+    sum_link_forces(body, links, cells)
 
 
 @jit
 def update_forces(body, motion, scratch):
-    """Call `link_forces` from Python."""
-    link_forces(body, motion, scratch)
+    """Call `write_link_forces` from Python."""
+    write_link_forces(body, motion, scratch)
 
 
 @jit
@@ -117,11 +117,11 @@ def advance(body, motion, scratch, inputs, time, ticks, speed_limit):
     """
     for _ in range(ticks):
         drift(motion, 0.5 * time)
-        link_forces(body, motion, scratch)
+        write_link_forces(body, motion, scratch)
         kick_with_inputs(body, motion, scratch.cells, inputs, time)
         update_ghost_velocities(body.layout.ghosts, motion)
         drift(motion, 0.5 * time)
-        if count_fast(motion, speed_limit * speed_limit):
+        if count_fast_automata(motion, speed_limit * speed_limit):
             return TOO_FAST
     return DONE
 
@@ -137,7 +137,7 @@ def elastic_energy(body: Body, scratch: Scratch) -> float:
 
 
 @jit
-def stresses(body, scratch, found):
+def write_stresses(body, scratch, out):
     """Write the stresses xx, yy and xy at all places, tension positive, shape (3, m) [Pa]: sigma = (1 / 2 V) sum r n F."""
     links, theta, begin = scratch.links, scratch.cells[DILATION], body.layout.begin
     twice, lame, traction = 2.0 * body.cells[SHEAR, begin], body.cells[LAME, begin], np.zeros(links.shape[1:])
@@ -148,7 +148,7 @@ def stresses(body, scratch, found):
                 normal = twice * links[EPS, q, p] + lame * (0.5 * (theta[p] + theta_j[p]))
                 parts = virial(normal, twice * links[GAMMA, q, p], links[EX, q, p], links[EY, q, p])
                 traction[q, p] = parts[component]
-        sum_shares(body, traction, links, found[component])
+        sum_shares(body, traction, links, out[component])
 
 
 class LinkedSpecimen:
@@ -168,17 +168,17 @@ class LinkedSpecimen:
     event_kinds: Mapping[str, str] = {}
     event_details: Mapping[str, EventDetail] = {}
 
-    def __init__(self, packing: Packing, body: Body, conditions: Conditions, step: float, limit: float) -> None:
+    def __init__(self, packing: Packing, body: Body, conditions: Conditions, step_size: float, speed_limit: float) -> None:
         """Build from the packing, its body, the inputs, the step [s] and the speed limit [m/s]."""
         self.packing, self.body, self.conditions = packing, body, conditions
         self.scratch: Scratch = make_scratch(body, histories=self.has_histories)
         self.motion: Motion = make_motion(body.layout.size)
-        self.step_size, self.speed_limit = step, limit
+        self.step_size, self.speed_limit = step_size, speed_limit
         self.place = body.layout.place
         self.count = len(self.place)
         self._pairs = packing.pairs()
 
-    def bind(self, block: Block) -> None:
+    def attach_state(self, block: Block) -> None:
         """Attach the state."""
         self._block = block
         self.inputs = Inputs(self.conditions.load, self.conditions.grip, block["tallies"])
@@ -186,15 +186,15 @@ class LinkedSpecimen:
     def start(self) -> None:
         """Write the initial histories."""
 
-    def load(self) -> None:
+    def load_motion(self) -> None:
         """Copy the state to the fields."""
         block = self._block
-        load(self.body.layout, block["displacement"], block["velocity"], block["rotation"], block["spin"], self.motion)
+        load_motion(self.body.layout, block["displacement"], block["velocity"], block["rotation"], block["spin"], self.motion)
 
-    def store(self) -> None:
+    def store_motion(self) -> None:
         """Copy the fields to the state."""
         block = self._block
-        store(self.body.layout, block["displacement"], block["velocity"], block["rotation"], block["spin"], self.motion)
+        store_motion(self.body.layout, block["displacement"], block["velocity"], block["rotation"], block["spin"], self.motion)
 
     def advance(self, tick: int, ticks: int) -> int:
         """Advance the fields from a tick with the current loads and velocities of the conditions; return a status."""
@@ -204,35 +204,35 @@ class LinkedSpecimen:
         """Write the strains and the forces of links and contacts for the present fields, for readings."""
         update_forces(self.body, self.motion, self.scratch)
 
-    def _measure(self) -> None:
-        self.load()
+    def _measure_fields(self) -> None:
+        self.load_motion()
         self.update_forces()
 
     def dilation(self) -> FloatArray:
         """Return the volumetric strains, shape (n,)."""
-        self._measure()
+        self._measure_fields()
         return self.scratch.cells[DILATION, self.place]
 
     def forces(self) -> FloatArray:
         """Return the forces of links and contacts, shape (n, 2) [N]."""
-        self._measure()
+        self._measure_fields()
         return np.ascontiguousarray(self.scratch.cells[FORCE_X : FORCE_Y + 1, self.place].T)
 
     def torques(self) -> FloatArray:
         """Return the torques of links and contacts, shape (n,) [N m]."""
-        self._measure()
+        self._measure_fields()
         return self.scratch.cells[TORQUE, self.place]
 
     def stress(self) -> FloatArray:
         """Return the stresses of the automata, shape (n, 3) [Pa]."""
-        self._measure()
+        self._measure_fields()
         found = np.zeros((3, self.body.layout.size))
-        stresses(self.body, self.scratch, found)
+        write_stresses(self.body, self.scratch, found)
         return np.ascontiguousarray(found[:, self.place].T)
 
-    def momenta(self) -> FloatArray:
+    def momenta_and_energies(self) -> FloatArray:
         """Return momentum, angular momentum about the origin, translational and rotational kinetic energy, shape (5,)."""
-        self.load()
+        self.load_motion()
         x, y, _, vx, vy, spin = self.motion[:, self.place]
         mass, inertia = self.body.cells[MASS : INERTIA + 1, self.place]
         x, y = self.body.cells[X, self.place] + x, self.body.cells[Y, self.place] + y
@@ -240,15 +240,15 @@ class LinkedSpecimen:
         energies = 0.5 * mass * (vx * vx + vy * vy), 0.5 * inertia * spin * spin
         return np.stack([mass * vx, mass * vy, turning, *energies]).cumsum(axis=1)[:, -1]
 
-    def linked(self) -> FloatArray:
+    def link_weights(self) -> FloatArray:
         """Return the weight of each link."""
         return np.ones(len(self._pairs))
 
-    def broken_links(self) -> float:
+    def broken_link_count(self) -> float:
         """Return the number of broken links."""
         return 0.0
 
-    def touching(self) -> float:
+    def pressed_contact_count(self) -> float:
         """Return the number of contacts under pressure."""
         return 0.0
 
@@ -256,10 +256,10 @@ class LinkedSpecimen:
         """Return the broken fraction of the faces of each automaton, shape (n,)."""
         return np.zeros(self.count)
 
-    def stored(self, since: float) -> dict[str, float]:
-        """Return the stored energies except kinetic ones [J]; `since` is the time since the last force evaluation [s]."""
-        self.load()
-        return self.energies(since)
+    def stored_energies(self, slip_time: float) -> dict[str, float]:
+        """Return the stored energies except kinetic ones [J]; `slip_time` is the time since the last force evaluation [s]."""
+        self.load_motion()
+        return self.field_energies(slip_time)
 
     def mean_energy(self, time: float) -> float:
         """Return the mean of the energies stored a time [s] before and after the present, at the present velocities [J].
@@ -268,25 +268,25 @@ class LinkedSpecimen:
         """
         total = 0.0
         for way, since in ((-time, 0.0), (time, 2.0 * time)):
-            self.load()
+            self.load_motion()
             self.motion[:VX] += way * self.motion[VX:]
-            total += ordered_sum(*self.energies(since).values())
+            total += ordered_sum(*self.field_energies(since).values())
         return 0.5 * total
 
-    def energies(self, since: float) -> dict[str, float]:
+    def field_energies(self, slip_time: float) -> dict[str, float]:
         """Return the energies stored in the present fields [J]; contacts have slid for a time [s] since `slid` was recorded."""
         update_forces(self.body, self.motion, self.scratch)
         return {"elastic_energy": elastic_energy(self.body, self.scratch)}
 
     def report(self) -> dict[str, float]:
         """Return the largest strain of the links."""
-        self._measure()
+        self._measure_fields()
         return {"largest strain of a link now": self._largest_strain()}
 
     def _largest_strain(self) -> float:
         strains = self.scratch.links[EPS : GAMMA + 1, self.body.links[FACE] > 0.0]
         return float(np.abs(strains).max(initial=0.0))
 
-    def lost(self) -> dict[str, float]:
+    def dissipated_energies(self) -> dict[str, float]:
         """Return the dissipated energies [J]."""
         return {}

@@ -46,11 +46,11 @@ _PART_1, _PART_2, _PART_3 = 1.57079632673412561417, 6.07710050630396597660e-11, 
 
 
 @internal_inlined
-def half_turn(angle):
+def half_angle_rotation(angle):
     """Return cos - 1 and sin of half an angle, using only +, -, *."""
     half = 0.5 * angle
     quarters = np.rint(half * _QUARTER_TURNS)
-    less, sine = small_turn(((half - quarters * _PART_1) - quarters * _PART_2) - quarters * _PART_3)
+    less, sine = small_angle_rotation(((half - quarters * _PART_1) - quarters * _PART_2) - quarters * _PART_3)
     turns = quarters - 4.0 * np.floor(0.25 * quarters)
     # No branches, so that loops vectorise.
     return (
@@ -60,7 +60,7 @@ def half_turn(angle):
 
 
 @internal_inlined
-def small_turn(x):
+def small_angle_rotation(x):
     """Return cos - 1 and sin of an angle of at most pi / 4, to rounding: the polynomials of fdlibm (Sun Microsystems, 1993)."""
     z = x * x
     sine = -1.98412698298579493134e-4 + z * (
@@ -75,7 +75,7 @@ def small_turn(x):
 
 
 @internal
-def strain_links(body, motion, scratch):
+def write_link_strains(body, motion, scratch):
     """Write the half rotations, the strains of all links, and their directions.
 
     Args:
@@ -85,7 +85,7 @@ def strain_links(body, motion, scratch):
     """
     links, cells, inverse = scratch.links, scratch.cells, 1.0 / body.diameter
     for p in range(motion.shape[1]):
-        cells[COSINE, p], cells[SINE, p] = half_turn(motion[ANGLE, p])
+        cells[COSINE, p], cells[SINE, p] = half_angle_rotation(motion[ANGLE, p])
     for q in range(body.layout.offset.size):
         o, nx, ny = body.layout.offset[q], body.normal[q, 0], body.normal[q, 1]
         xj, yj, cosine_j, sine_j = motion[X, o:], motion[Y, o:], cells[COSINE, o:], cells[SINE, o:]
@@ -97,9 +97,9 @@ def strain_links(body, motion, scratch):
 
 
 @internal_inlined
-def pair_strain(way, first, second, nx, ny):
-    """Return eps, gamma and the direction N(phi) of a pair; `way` is the difference of displacements in diameters."""
-    (dx, dy), (ci, si), (cj, sj) = way, first, second
+def pair_strain(offset, first, second, nx, ny):
+    """Return eps, gamma and the direction N(phi) of a pair; `offset` is the difference of displacements in diameters."""
+    (dx, dy), (ci, si), (cj, sj) = offset, first, second
     less, sine = (ci + cj) + (ci * cj - si * sj), (si + sj) + (ci * sj + cj * si)
     cosine = 1.0 + less
     ex, ey = cosine * nx - sine * ny, cosine * ny + sine * nx
@@ -142,7 +142,7 @@ def sum_shares(body, values, links, out):
 
 
 @internal
-def sum_forces(body, links, cells):
+def sum_link_forces(body, links, cells):
     """Write the forces and torques of the links on all automata."""
     sum_over_links(body.layout, links[FIRST_TERM], links[FIRST_TERM], -1.0, cells[FORCE_X])
     sum_over_links(body.layout, links[SECOND_TERM], links[SECOND_TERM], -1.0, cells[FORCE_Y])

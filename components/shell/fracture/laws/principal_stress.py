@@ -10,11 +10,11 @@ from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import model_validator
 
-from ...errors import ParameterError
-from ...materials.tensors import equivalent_square, trace
-from ...materials.thermoviscoplastic import FlowConstants
-from ...support.parameter_fields import Magnitude, field
-from .law import FractureLaw, decisive_value, may_exceed
+from ....errors import ParameterError
+from ....materials.tensors import equivalent_square, trace
+from ....materials.thermoviscoplastic import FlowConstants
+from ....support.parameter_fields import Magnitude, field
+from .fracture_law import FractureLaw, decisive_value, may_exceed
 
 _FACTOR = 3.0
 # Below this fraction of the limit, a Kirchhoff stress gives no Cauchy stress above it: bodies in tension do not shrink more.

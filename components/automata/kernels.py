@@ -1,8 +1,9 @@
 """Internal steps of a specimen whose links may yield and break, and whose pieces touch.
 
-The forces at a position are computed in two parts, `judge_links` and `add_forces`. In between, lists may have to grow for links
-that break or are formed again (`CrackingSpecimen.change_links`). A parent that moves the automata calls these parts directly.
-`advance` calls them between the halves of a drift, as `linked.advance` does with the forces of linked automata.
+The forces at a position are computed in two parts, `yield_and_check_links` and `write_forces`. In between, lists may have to
+grow for links that break or are formed again (`CrackingSpecimen.change_links`). A parent that moves the automata calls these
+parts directly. `advance` calls them between the halves of a drift, as `linked_specimen.advance` does with the forces of linked
+automata.
 """
 
 from __future__ import annotations
@@ -11,11 +12,19 @@ from typing import NamedTuple
 
 from ..support.float_arrays import FloatArray
 from ..support.jit import jit, spliced
-from .contacts import add_contacts, dashpot_power
+from .contacts import add_contact_forces, dashpot_power
 from .lattice import Motion, Scratch, update_ghost_velocities
-from .links import Medium, count_failing, force_medium, let_flow, pull_medium, strain_medium, stress_medium
-from .loads import count_fast, drift, kick_with_inputs, largest_speed
-from .release import DAMPING, FRICTION, INELASTIC, TRAVEL, lower_weights, settle_weights
+from .link_release import DAMPING, FRICTION, INELASTIC, TRAVEL, apply_end_weights, apply_mean_weights
+from .links import (
+    Medium,
+    count_failing_links,
+    write_medium_forces,
+    write_medium_strains,
+    write_medium_stresses,
+    write_medium_tractions,
+    yield_links,
+)
+from .loads import count_fast_automata, drift, kick_with_inputs, largest_speed
 
 # Results of `advance`: all steps are done, or the reason for an interruption.
 DONE, TOO_FAST, SEARCH, BREAK = 0, 1, 2, 3
@@ -28,7 +37,7 @@ class Specimen(NamedTuple):
         medium: a `links.Medium`.
         motion: a `lattice.Motion`.
         scratch: a `lattice.Scratch`.
-        losses: see `release.FRACTURE`.
+        losses: see `link_release.FRACTURE`.
     """
 
     medium: Medium
@@ -37,22 +46,22 @@ class Specimen(NamedTuple):
     losses: FloatArray
 
 
-class Pace(NamedTuple):
+class StepLimits(NamedTuple):
     """The length of a step, and limits on the motion of automata.
 
     Attributes:
         time: length of a step [s].
         speed_limit: largest speed of an automaton [m/s].
-        most_travel: distance that the fastest automaton may move before the next search for contacts [m].
+        travel_limit: distance that the fastest automaton may move before the next search for contacts [m].
     """
 
     time: float
     speed_limit: float
-    most_travel: float
+    travel_limit: float
 
 
 @spliced
-def judge_links(specimen, contacts, time, tick):
+def yield_and_check_links(specimen, contacts, time, tick):
     """Let links weaken and yield at the present positions, and find those that must break or may be formed again.
 
     Args:
@@ -65,64 +74,64 @@ def judge_links(specimen, contacts, time, tick):
         Whether links must break, links are being formed again, or a search for links to form again is due.
     """
     medium, motion, scratch, law = specimen.medium, specimen.motion, specimen.scratch, specimen.medium.law
-    rising = lower_weights(medium.body.layout, medium.histories.weight, contacts, tick, law.release)
-    strain_medium(medium, motion, scratch)
-    pull_medium(medium, scratch)
-    stress_medium(medium, scratch)
-    lost = let_flow(law.response, medium, motion, scratch, time)
+    rising = apply_mean_weights(medium.body.layout, medium.histories.weight, contacts, tick, law.release)
+    write_medium_strains(medium, motion, scratch)
+    write_medium_tractions(medium, scratch)
+    write_medium_stresses(medium, scratch)
+    lost = yield_links(law.response, medium, motion, scratch, time)
     if lost != 0.0:
-        pull_medium(medium, scratch)
+        write_medium_tractions(medium, scratch)
     specimen.losses[INELASTIC] += lost
-    return count_failing(medium, scratch) > 0 or rising or (law.linking_ticks > 0 and tick % law.linking_ticks == 0)
+    return count_failing_links(medium, scratch) > 0 or rising or (law.linking_ticks > 0 and tick % law.linking_ticks == 0)
 
 
 @spliced
-def add_forces(specimen, contacts, time, tick):
-    """Write the forces and torques of links and contacts, and complete the step of `judge_links`; same arguments."""
+def write_forces(specimen, contacts, time, tick):
+    """Write the forces and torques of links and contacts, and complete the step of `yield_and_check_links`; same arguments."""
     medium, motion, scratch, losses = specimen.medium, specimen.motion, specimen.scratch, specimen.losses
-    force_medium(medium, scratch)
-    rubbed, damped = add_contacts(medium, motion, contacts, time, scratch.cells)
+    write_medium_forces(medium, scratch)
+    rubbed, damped = add_contact_forces(medium, motion, contacts, time, scratch.cells)
     losses[FRICTION] += rubbed
     losses[DAMPING] += damped
-    settle_weights(medium, motion, scratch.links, contacts, tick, losses)
+    apply_end_weights(medium, motion, scratch.links, contacts, tick, losses)
 
 
 @jit
-def measure_medium(medium, motion, scratch, contacts):
+def measure_at_rest(medium, motion, scratch, contacts):
     """Write strains, stresses and forces at the present positions with the present histories; contacts do not slide."""
-    strain_medium(medium, motion, scratch)
-    pull_medium(medium, scratch)
-    stress_medium(medium, scratch)
-    force_medium(medium, scratch)
-    add_contacts(medium, motion, contacts, 0.0, scratch.cells)
+    write_medium_strains(medium, motion, scratch)
+    write_medium_tractions(medium, scratch)
+    write_medium_stresses(medium, scratch)
+    write_medium_forces(medium, scratch)
+    add_contact_forces(medium, motion, contacts, 0.0, scratch.cells)
 
 
 @jit
-def advance(specimen, inputs, contacts, pace, tick, ticks, judged):
+def advance(specimen, inputs, contacts, step_limits, tick, ticks, is_checked):
     """Advance by internal steps, until links break or are formed again, or contacts have to be searched again.
 
     Args:
         specimen: a `Specimen`, updated in place; the distance of the fastest automaton is added to `losses[TRAVEL]`.
         inputs: `loads.Inputs`; the tallies are updated.
         contacts: `contacts.Contacts`, updated in place.
-        pace: a `Pace`.
+        step_limits: a `StepLimits`.
         tick: number of the first step.
         ticks: number of steps.
-        judged: whether the links of the first step have already been judged and broken.
+        is_checked: whether the links of the first step have already been checked and broken.
 
     Returns:
         DONE or TOO_FAST; SEARCH before a step; BREAK in the middle of one. And the number of completed steps.
     """
     medium, motion, losses, place = specimen.medium, specimen.motion, specimen.losses, specimen.medium.body.layout.place
-    damps, time = medium.ground.damping > 0.0, pace.time
+    damps, time = medium.contact_constants.damping > 0.0, step_limits.time
     for done in range(ticks):
-        if not (judged and done == 0):
-            if losses[TRAVEL] > pace.most_travel:
+        if not (is_checked and done == 0):
+            if losses[TRAVEL] > step_limits.travel_limit:
                 return SEARCH, done
             drift(motion, 0.5 * time)
-            if judge_links(specimen, contacts, time, tick + done):
+            if yield_and_check_links(specimen, contacts, time, tick + done):
                 return BREAK, done
-        add_forces(specimen, contacts, time, tick + done)
+        write_forces(specimen, contacts, time, tick + done)
         if damps:
             losses[DAMPING] += 0.5 * time * dashpot_power(place, contacts, motion)
         kick_with_inputs(medium.body, motion, specimen.scratch.cells, inputs, time)
@@ -131,6 +140,6 @@ def advance(specimen, inputs, contacts, pace, tick, ticks, judged):
         update_ghost_velocities(medium.body.layout.ghosts, motion)
         drift(motion, 0.5 * time)
         losses[TRAVEL] += time * largest_speed(motion)
-        if count_fast(motion, pace.speed_limit * pace.speed_limit):
+        if count_fast_automata(motion, step_limits.speed_limit * step_limits.speed_limit):
             return TOO_FAST, done
     return DONE, ticks

@@ -18,7 +18,7 @@ _PROBE = 0.01
 _CELLS = 4
 
 
-class Places:
+class AutomatonSearch:
     """Search of automata by position, across periodic sides of the packing."""
 
     def __init__(self, packing: Packing, shape: Shape, origin: FloatArray, periodic: tuple[bool, bool]) -> None:
@@ -31,7 +31,7 @@ class Places:
         self._begin, self._extent = np.array([left, low]), np.array([right - left, high - low])
         self._periodic = np.array(periodic)
 
-    def find(self, points: FloatArray) -> tuple[IntArray, FloatArray]:
+    def nearest_automata(self, points: FloatArray) -> tuple[IntArray, FloatArray]:
         """Return the automata nearest to points, shape (k, 2) [m], and their distances, shape (k,) [m]."""
         inside = points - self._origin - self._begin
         turns = np.floor((inside + self._reach) / self._extent)
@@ -39,7 +39,7 @@ class Places:
         distance, automaton = self._tree.query(inside + self._begin)
         return automaton.astype(np.int64), distance
 
-    def is_at(self, distance: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
+    def is_at_point(self, distance: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
         """Return whether automata at these distances from a point [m] count as located at it."""
         return distance <= self._reach
 
