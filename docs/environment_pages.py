@@ -14,7 +14,7 @@ import numpy as np
 
 import granular_env.envs  # noqa: F401 - registers the environments
 from granular_env.components.variables import parse_element
-from granular_env.domains import environments, load
+from granular_env.domains import import_object, load_environments
 from granular_env.envs import ComponentEnv, rendering
 from granular_env.envs.policies import OpenLoop
 
@@ -22,7 +22,7 @@ DOCS = Path(__file__).resolve().parent
 PAGES, IMAGES = DOCS / "environments", DOCS / "images" / "environments"
 FRAMES, COLOURS, SECONDS_A_FRAME = 60, 64, 0.1
 SIZE = (720, 270)  # pixels
-ENVIRONMENTS = environments()
+ENVIRONMENTS = load_environments()
 PUSH = "a push of 2.4 m/s for 18 us"
 # Seed and baseline of the animated episode, if not the last baseline with seed 0. A new environment needs no line. Piston-v1
 # has no baseline and shows the drive `PUSH`.
@@ -39,7 +39,7 @@ def main() -> None:
     PAGES.mkdir(exist_ok=True)
     for name in ENVIRONMENTS:
         short = name.rpartition("/")[2]
-        (PAGES / f"{slug(short)}.md").write_text(page(name), encoding="utf-8")
+        (PAGES / f"{slug(short)}.md").write_text(make_page(name), encoding="utf-8")
         if "--pages" not in sys.argv:
             write_picture(name, IMAGES / f"{slug(short)}.gif")
 
@@ -49,17 +49,17 @@ def slug(short: str) -> str:
     return re.sub(r"(?<=[a-z])(?=[A-Z])", "-", short.partition("-v")[0]).lower()
 
 
-def page(name: str) -> str:
+def make_page(name: str) -> str:
     """Return the page of an environment."""
     env, short = gymnasium.make(name).unwrapped, name.rpartition("/")[2]
     assert isinstance(env, ComponentEnv)
-    spec, sections = gymnasium.spec(name), docstring_sections(load(ENVIRONMENTS[name].entry_point))
+    spec, sections = gymnasium.spec(name), docstring_sections(import_object(ENVIRONMENTS[name].entry_point))
     lines = [f"# {short}", "", sections.pop(""), ""]
     lines += [f"![{caption(short)}](../images/environments/{slug(short)}.gif)", "", f"*{caption(short)}*", ""]
     lines += [f"| made by | `gymnasium.make({name!r})` |", "|---|---|", f"| action space | `{env.action_space}` |"]
-    lines += [f"| observation space | `{shown_box(env)}` |"]
+    lines += [f"| observation space | `{box_text(env)}` |"]
     lines += [f"| control steps | {env.deadline:g} of {env.duration * 1e6:g} us; {env.internal_steps} internal steps each |"]
-    lines += [f"| reward threshold | {spec.reward_threshold:g}, what {known(short)} returns, rounded down |"]
+    lines += [f"| reward threshold | {spec.reward_threshold:g}, what {threshold_source(short)} returns, rounded down |"]
     for title, text in sections.items():
         lines += ["", f"## {title}", ""]
         if title == "Action space":
@@ -87,16 +87,16 @@ def docstring_sections(kind: object) -> dict[str, str]:
     first, _, rest = (kind.__doc__ or "").partition("\n")
     parts = re.split(r"^## (.*)$", f"{first}\n{textwrap.dedent(rest)}", flags=re.MULTILINE)
     named = zip(parts[1::2], parts[2::2], strict=True)
-    return {"": parts[0].strip(), **{title.strip(): escaped(text.strip()) for title, text in named}}
+    return {"": parts[0].strip(), **{title.strip(): escape_stars(text.strip()) for title, text in named}}
 
 
-def escaped(text: str) -> str:
+def escape_stars(text: str) -> str:
     """Return a text whose stars mean stars, but for those of lists and code."""
     pieces = re.split(r"(`[^`]*`|^ *\* )", text, flags=re.MULTILINE)
     return "".join(piece if place % 2 else piece.replace("*", r"\*") for place, piece in enumerate(pieces))
 
 
-def shown_box(env: ComponentEnv) -> str:
+def box_text(env: ComponentEnv) -> str:
     """Return the observation space in a line."""
     low, high = env.observation_space.low, env.observation_space.high
     same = np.ptp(low) == 0.0 and np.ptp(high) == 0.0
@@ -148,7 +148,7 @@ def observation_rows(env: ComponentEnv) -> Iterator[tuple[int, int, str, str]]:
         yield place, place, f"clock: cos({'' if k == 1 else f'{k} '}pi t / T)", "1"
 
 
-def play_of(short: str) -> tuple[int, str | OpenLoop]:
+def shown_play(short: str) -> tuple[int, str | OpenLoop]:
     """Return the seed of the episode that is shown, and which baseline or drive plays."""
     if short in PLAYS:
         return PLAYS[short]
@@ -157,22 +157,22 @@ def play_of(short: str) -> tuple[int, str | OpenLoop]:
 
 def caption(short: str) -> str:
     """Return what a moving picture shows."""
-    policy = play_of(short)[1]
+    policy = shown_play(short)[1]
     words = {"best": "the best known drive", "theory": "the baseline of theory", "nothing": "without any action"}
     who = words.get(policy, f"the baseline {policy!r}") if isinstance(policy, str) else PUSH
     return f"{short}: {who}"
 
 
-def known(short: str) -> str:
+def threshold_source(short: str) -> str:
     """Return what a reward threshold is the return of."""
-    return "theory" if isinstance(play_of(short)[1], str) else PUSH
+    return "theory" if isinstance(shown_play(short)[1], str) else PUSH
 
 
 def write_picture(name: str, path: Path) -> None:
     """Play an episode and write it as a GIF."""
     from PIL import Image
 
-    env, (seed, policy) = gymnasium.make(name, render_mode="rgb_array"), play_of(name.rpartition("/")[2])
+    env, (seed, policy) = gymnasium.make(name, render_mode="rgb_array"), shown_play(name.rpartition("/")[2])
     player = env.unwrapped.task.baselines()[policy] if isinstance(policy, str) else policy
     player.reset()
     observation, info = env.reset(seed=seed)
@@ -193,7 +193,7 @@ def write_picture(name: str, path: Path) -> None:
 
 def palette_strip() -> np.ndarray:
     """Return a picture that holds the colours of all others in equal parts: paper, ink, and blue to red; shape (8, n, 3)."""
-    velocities = np.array(rendering.colours_of(np.linspace(-1.0, 1.0, 25) ** 3), dtype=np.uint8)
+    velocities = np.array(rendering.value_colours(np.linspace(-1.0, 1.0, 25) ** 3), dtype=np.uint8)
     greys = np.linspace(0, 255, 12).astype(np.uint8)[:, None].repeat(3, axis=1)
     colours = np.concatenate([velocities, velocities // 2, greys])
     return np.broadcast_to(colours, (8, *colours.shape)).copy()

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
-from support.chain_tools import python
-from support.solid_tools import called
+from support.chain_tools import run_python
+from support.solid_tools import make_callable
 
 from granular_env.components.materials import finite_strain as finite
 from granular_env.components.materials import tensors
@@ -28,11 +28,13 @@ ROOM = 293.0
 
 
 advance_stress, implicit_flow, law_flow_stress = (
-    called(one) for one in (law_module.advance_stress, law_module.implicit_flow, law_module.flow_stress)
+    make_callable(one) for one in (law_module.advance_stress, law_module.implicit_flow, law_module.flow_stress)
 )
-strain_and_spin, turn_stress, nominal_stress = map(called, (finite.strain_and_spin, finite.turn_stress, finite.nominal_stress))
+strain_and_spin, turn_stress, nominal_stress = map(
+    make_callable, (finite.strain_and_spin, finite.turn_stress, finite.nominal_stress)
+)
 equivalent_stress, largest_principal, elastic_energy_density = map(
-    called, (tensors.equivalent_stress, tensors.largest_principal, tensors.elastic_energy_density)
+    make_callable, (tensors.equivalent_stress, tensors.largest_principal, tensors.elastic_energy_density)
 )
 
 
@@ -367,4 +369,4 @@ def test_the_same_bits_without_the_compiler() -> None:
         "assert rest[0] > 0.0\n"
         "print([float(value).hex() for value in (*stress, *largest, *rest)])"
     )
-    assert python(code) == python(code, NUMBA_DISABLE_JIT="1")
+    assert run_python(code) == run_python(code, NUMBA_DISABLE_JIT="1")
