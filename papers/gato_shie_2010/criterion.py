@@ -64,8 +64,8 @@ def main(page: Page) -> None:
         [f"{run[0]:g}", f"{run[1]:g}", f"{run[2]:.0f}", *outcome_row(one), f"{one.parted:.0f}"] for run, one in found.items()
     ]
     page.add_table(f"""Notch of 1 in. The stabilisation holds displacements that alternate from column to column, by a part of
-        the material's stiffness; the paper names none. There is no length in the criterion, so that a crack is as wide as the mesh
-        makes it. {REACH}""", ("factor", "stabilisation", "nodes", *HEAD, "points that parted"), rows)  # fmt: skip
+        the material's stiffness; the paper names none. There is no length in the criterion, so that a crack is as wide as the
+        mesh makes it. {REACH}""", ("factor", "stabilisation", "nodes", *HEAD, "points that parted"), rows)  # fmt: skip
     with page.plot("How far cracks reach around the tube. Labels: factor, stabilisation, nodes. Dotted: 3/4, as in the paper.",
                    "part of the circumference, %", "") as axes:  # fmt: skip
         axes.plot([100.0 * one.reach for one in found.values()], range(len(found), 0, -1), "o")

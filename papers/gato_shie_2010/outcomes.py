@@ -41,7 +41,8 @@ def main(page: Page) -> None:
         flaps have opened the cross-section by more than a tenth, the pressure of a gas in a rigid tube is too large: late times
         are those of the paper's coupling, not of a tube.""")
     page.add_table("Axial crack: cracks along the tube that take less than 5 % of the circumference. Hoop crack: more. "
-               "Severed: nothing joins the ends.", ("notch", "the paper's computation", "the experiment", "here"), words)  # fmt: skip
+               "Severed: nothing joins the ends.", ("notch", "the paper's computation", "the experiment", "here"),
+               words)  # fmt: skip
     page.add_table(f"Runs with the paper's factor end where a point has flowed by {DRAWN_OUT:g}. {REACH}",
                ("notch", "factor", "time", *HEAD), rows)  # fmt: skip
     with page.plot("How far cracks reach around the tube, over time from the front's passing the notch. Dotted: 3/4, where "

@@ -29,8 +29,8 @@ def main(page: Page) -> None:
     page.add_value("v_m/v0 of 5 masses", heights_text(waves_at_grain(long[5], 60)),
                found="1.292, 0.6764, 0.3752, 0.2137, 0.124, 0.07326, 0.0432, 0.03449")  # fmt: skip
     page.text(f"""{COUNTED} "A piston of 5 t" is read as one of five grain masses. Lower and lower waves follow the sixth
-        without an end; how many are counted depends on the least height. Above 5 % neither 4 nor 6 masses give the paper's six, and
-        above 2 % none of the three does.""")
+        without an end; how many are counted depends on the least height. Above 5 % neither 4 nor 6 masses give the paper's
+        six, and above 2 % none of the three does.""")
 
     page.add_heading("The wall reflects the waves with their form kept, at grain 60")
     wall = run_experiment("3.2-wall-striker")
