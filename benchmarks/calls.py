@@ -8,12 +8,12 @@ import numpy as np
 
 from . import chains
 from .figures import Figure
-from .timing import Times, interleaved, microseconds, ratio
+from .timing import Times, median_ratio, microseconds, time_interleaved
 
 
 def measure(calls: int = 2000, rounds: int = 101) -> Iterator[Figure]:
     """Measure medians of the differences per round, so that load on the machine affects both sides equally."""
-    chain = chains.pressed(64, left="free")
+    chain = chains.precompressed_chain(64, left="free")
     forces = np.random.default_rng(2).uniform(-1.0, 1.0, calls).tolist()
     nothing = lambda **inputs: None  # noqa: E731
 
@@ -30,14 +30,14 @@ def measure(calls: int = 2000, rounds: int = 101) -> Iterator[Figure]:
             chain.restore(chain.save())
 
     physics = lambda: chain._advance(calls)  # noqa: E731
-    times = interleaved({"step": step, "physics": physics, "snapshot": snapshot, "empty": empty}, rounds)
+    times = time_interleaved({"step": step, "physics": physics, "snapshot": snapshot, "empty": empty}, rounds)
     yield from _figures(times, calls)
     for grains in (200, 300, 1200, 5000, 20_000):
         yield _copy_figure(grains, max(calls * 200 // grains, 20), rounds)
 
 
 def _copy_figure(grains: int, calls: int, rounds: int) -> Figure:
-    chain = chains.pressed(grains, left="free")
+    chain = chains.precompressed_chain(grains, left="free")
     block, step, copies = chain._block, chain.step_size, range(calls)
 
     def steps() -> None:
@@ -48,8 +48,8 @@ def _copy_figure(grains: int, calls: int, rounds: int) -> Figure:
         for _ in copies:
             block.back_up()
 
-    times = interleaved({"steps": steps, "copies": back_up}, rounds)
-    share = 100.0 * ratio(times["copies"], times["steps"])
+    times = time_interleaved({"steps": steps, "copies": back_up}, rounds)
+    share = 100.0 * median_ratio(times["copies"], times["steps"])
     note = f"a call {microseconds(times['steps'], calls):.2f} us, a state of {chain.state_bytes / 1024:.0f} KB"
     return Figure(f"the copy of the state in one-tick calls, {grains} grains", share, "%", note=note)
 

@@ -17,7 +17,7 @@ STIFFNESS = 5.6e12 * MASS
 TAU = time_scale(MASS, STIFFNESS, SPEED)
 
 
-def pressed(grains: int, left: str = "plane", **parameters: Any) -> Any:
+def precompressed_chain(grains: int, left: str = "plane", **parameters: Any) -> Any:
     """Return a chain precompressed by 100 N with all grains moving, so that every contact is closed and moves."""
     chain = ge.make(
         "chain", grains=grains, radius=RADIUS, material="steel", precompression=100.0, left=left, right="plane", **parameters
@@ -26,7 +26,7 @@ def pressed(grains: int, left: str = "plane", **parameters: Any) -> Any:
     return chain
 
 
-def struck(grains: int, **parameters: Any) -> Any:
+def struck_chain(grains: int, **parameters: Any) -> Any:
     """Return the chain of Nesterenko (1983), section 3.1: one grain strikes a touching chain at rest."""
     chain = ge.make("chain", grains=grains, radius=RADIUS, material="steel", contact_stiffness=STIFFNESS, **parameters)
     chain.reset(velocity={0: SPEED})

@@ -13,14 +13,14 @@ import granular_env as ge
 
 from .figures import Figure
 from .grid import MEDIUM
-from .timing import interleaved, ratio, repeats_for
+from .timing import median_ratio, repeats_for, time_interleaved
 
 # Largest share of a tick for the interface and for the extra passes over the parts.
 MOST_SHARE = 0.15
 _SAMPLE_SECONDS = 0.2
 
 
-def parts(side: int, n: int) -> dict[str, dict[str, Any]]:
+def part_parameters(side: int, n: int) -> dict[str, dict[str, Any]]:
     """Return the parameters of side x side cells, and of automata of 1 / n of the cell size that fill an equal area."""
     mesh = {"name": "rectangle", "columns": side, "rows": side, "cell_size": 1.0, "centre": [-0.5 * side, 0.5 * side]}
     shape = {"name": "rectangle", "width": float(side), "height": float(side)}
@@ -32,7 +32,7 @@ def measure(side: int = 300, rounds: int = 11) -> Iterator[Figure]:
     """Measure lockstep with automata of the cells' size, and two micro-steps with automata of half this size."""
     random = np.random.default_rng(1)
     for n, micro in ((1, 1), (2, 2)):
-        both = parts(side if n == 1 else max(side // 2, 2), n)
+        both = part_parameters(side if n == 1 else max(side // 2, 2), n)
         medium: Any = ge.make("coupled", **both, micro_steps=micro)
         step = medium.step_size
         grid: Any = ge.make("grid", **both["grid"], step_size=step)
@@ -43,7 +43,7 @@ def measure(side: int = 300, rounds: int = 11) -> Iterator[Figure]:
         automata.reset(velocity=theirs)
         ticks = repeats_for(lambda one=medium: one._advance(1), _SAMPLE_SECONDS)
         with one_core():
-            times = interleaved(
+            times = time_interleaved(
                 {
                     "coupled": lambda one=medium, t=ticks: one._advance(t),
                     "grid": lambda one=grid, t=ticks: one._advance(t),
@@ -53,7 +53,7 @@ def measure(side: int = 300, rounds: int = 11) -> Iterator[Figure]:
             )  # fmt: skip
         cells, count = len(grid.mesh.cells), automata.count * micro
         each = {name: float(np.median(times[name])) / ticks * 1e9 for name in times}
-        share = 1.0 - ratio(times["grid"] + times["automata"], times["coupled"])
+        share = 1.0 - median_ratio(times["grid"] + times["automata"], times["coupled"])
         kind = "lockstep" if micro == 1 else f"{micro} micro-steps"
         yield Figure(
             f"share of the coupling in a tick, {cells} cells and {automata.count} automata, {kind}", 100.0 * share, "%",

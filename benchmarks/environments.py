@@ -11,7 +11,7 @@ import numpy as np
 import granular_env.envs  # noqa: F401 - registers the environments
 
 from .figures import Figure
-from .timing import interleaved, microseconds, ratio
+from .timing import median_ratio, microseconds, time_interleaved
 
 NAME, COUNT, GRAINS = "granular_env/Protection-v1", 256, 64
 
@@ -42,7 +42,7 @@ def measure(steps: int = 20, rounds: int = 41) -> Iterator[Figure]:
         for _ in range(steps):
             bare(tables, forces)
 
-    times = interleaved({"batch": batch, "physics": physics, "sync": one_by_one}, rounds)
+    times = time_interleaved({"batch": batch, "physics": physics, "sync": one_by_one}, rounds)
     yield from _rates(times, steps)
     yield _snapshots(rounds)
 
@@ -65,9 +65,11 @@ def _rates(times: dict[str, np.ndarray], steps: int) -> Iterator[Figure]:
     best = COUNT * steps / float(np.min(times["batch"]))
     what = f"{COUNT} environments x {GRAINS} grains x 12 forces"
     yield Figure(f"{what}, million control steps a second", rate / 1e6, "M/s", at_least=1.5, note=f"best {best / 1e6:.2f} M/s")
-    part = ratio(times["physics"], times["batch"])
+    part = median_ratio(times["physics"], times["batch"])
     yield Figure("the same / bare calls of the integrator", part, at_least=0.5)
-    yield Figure("the same / SyncVectorEnv of the single one", steps * ratio(times["sync"], times["batch"]), at_least=10.0)
+    yield Figure(
+        "the same / SyncVectorEnv of the single one", steps * median_ratio(times["sync"], times["batch"]), at_least=10.0
+    )
 
 
 def _snapshots(rounds: int, calls: int = 2000) -> Figure:
@@ -79,5 +81,5 @@ def _snapshots(rounds: int, calls: int = 2000) -> Figure:
         for _ in range(calls):
             env.restore(env.save())
 
-    times = interleaved({"pair": pair}, rounds)
+    times = time_interleaved({"pair": pair}, rounds)
     return Figure("restore(save()) of an environment, 64 grains", microseconds(times["pair"], calls), "us", at_most=3.0)

@@ -10,7 +10,7 @@ from pathlib import Path
 PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "mcap")
 
 
-def facts() -> str:
+def machine_facts() -> str:
     """Return a few lines on the machine, its load and the package versions."""
     packages = ", ".join(f"{name} {version(name)}" for name in PACKAGES)
     load = os.getloadavg()[0]

@@ -27,14 +27,14 @@ class Figure:
     note: str = ""
 
     @property
-    def wanted(self) -> str:
+    def bound_text(self) -> str:
         """The bound as text."""
         if self.at_least is not None:
             return f">= {self.at_least:g} {self.unit}"
         return f"<= {self.at_most:g} {self.unit}" if self.at_most is not None else ""
 
     @property
-    def met(self) -> bool | None:
+    def is_met(self) -> bool | None:
         """Whether the bound is met; None without a bound."""
         if self.at_least is not None:
             return self.value >= self.at_least
@@ -42,17 +42,17 @@ class Figure:
 
     @property
     def verdict(self) -> str:
-        """`met` as one word."""
-        return {True: "met", False: "MISSED", None: ""}[self.met]
+        """`is_met` as one word."""
+        return {True: "met", False: "MISSED", None: ""}[self.is_met]
 
 
 HEADINGS = ("what", "measured", "wanted", "verdict", "")
 
 
-def table(figures: Iterable[Figure]) -> str:
+def figure_table(figures: Iterable[Figure]) -> str:
     """Return all figures in aligned columns."""
     rows: list[tuple[str, ...]] = [HEADINGS]
-    rows += [(f.what, f"{f.value:.3g} {f.unit}", f.wanted, f.verdict, f.note) for f in figures]
+    rows += [(f.what, f"{f.value:.3g} {f.unit}", f.bound_text, f.verdict, f.note) for f in figures]
     widths = [max(len(row[column]) for row in rows) for column in range(len(HEADINGS) - 1)]
     rows.insert(1, tuple("-" * width for width in (*widths, 0)))
     return "\n".join(

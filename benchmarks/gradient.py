@@ -13,7 +13,7 @@ from granular_env.components.chain.adjoint import evaluate
 from granular_env.domains.chain.control import total, value_and_grad, velocity
 
 from .figures import Figure
-from .timing import interleaved, ratio
+from .timing import median_ratio, time_interleaved
 
 _GRAINS, _TICKS, _AT_MOST = 64, 3, 6.0
 _BY = ("drive", "radius", "contact_stiffness", "precompression")
@@ -31,14 +31,14 @@ def measure(steps: int = 512, rounds: int = 21, chains: tuple[str, ...] = tuple(
     for name in chains:
         chain = _chain(**CHAINS[name])
         objective, drive = total(chain, velocity(-1).at_end()), _drive(steps)
-        times = interleaved(
+        times = time_interleaved(
             {
                 "plain": lambda c=chain, d=drive, o=objective: evaluate(c, d[None], _TICKS, o),
                 "gradient": lambda c=chain, d=drive, o=objective: value_and_grad(o, c, d, ticks=_TICKS, with_respect_to=_BY),
             },
             rounds,
         )
-        runs = ratio(times["gradient"], times["plain"])
+        runs = median_ratio(times["gradient"], times["plain"])
         note = f"4 wanted; a plain run takes {np.median(times['plain']) * 1e3:.2f} ms"
         yield Figure(f"value and gradient / plain runs, {name}", runs, at_most=_AT_MOST, note=note)
     yield from _memory(steps // 2)

@@ -15,7 +15,7 @@ from granular_env.components.grid.component import LEAST_CELLS
 from granular_env.components.grid.kernel_arrays import Yields
 
 from .figures import Figure
-from .timing import interleaved, ratio, repeats_for
+from .timing import median_ratio, repeats_for, time_interleaved
 
 MEDIUM = {"density": 1.0, "young": 2.5, "poisson": 0.25}
 # Required fraction of the memory roof for a mesh larger than the cache, and required gain from a second thread.
@@ -36,14 +36,14 @@ def triad(a, b, c, repeats):
             a[i] = b[i] + 3.0 * c[i]
 
 
-def noisy(side: int) -> Any:
+def noisy_grid(side: int) -> Any:
     """Return a square of side x side cells with all nodes moving."""
     grid = ge.make("grid", mesh={"name": "rectangle", "columns": side, "rows": side, "cell_size": 1.0}, material=MEDIUM)
     grid.reset(velocity=1e-3 * np.random.default_rng(1).standard_normal(((side + 1) ** 2, 2)))
     return grid
 
 
-def bytes_of_tick(grid: Any) -> int:
+def tick_bytes(grid: Any) -> int:
     """Return the bytes read and written per tick, counting each array once and no scratch memory."""
     read = sum(getattr(grid._grid, name).nbytes for name in _READ)
     return read + 2 * sum(getattr(grid._state, name).nbytes for name in _WRITTEN)
@@ -56,7 +56,7 @@ def _arguments(grid: Any, ticks: int) -> tuple[Any, ...]:
     )  # fmt: skip
 
 
-def _advance_alone(grid: Any, ticks: int) -> None:
+def _advance_single_thread(grid: Any, ticks: int) -> None:
     """Advance in one thread."""
     kernels.advance(*_arguments(grid, ticks))
 
@@ -67,18 +67,18 @@ def measure(
     """Measure squares of 3600 and 360,000 cells (only the first fits a cache), and the smallest square for two threads."""
     arrays = [np.ones(triad_words) for _ in range(3)]
     for side in sides:
-        grid = noisy(side)
-        ticks = repeats_for(lambda grid=grid: _advance_alone(grid, 1), _SAMPLE_SECONDS)
-        times = interleaved(
+        grid = noisy_grid(side)
+        ticks = repeats_for(lambda grid=grid: _advance_single_thread(grid, 1), _SAMPLE_SECONDS)
+        times = time_interleaved(
             {"grid": lambda g=grid, t=ticks: g._advance(t), "triad": lambda: triad(*arrays, 1)}, rounds, wall=True
         )
-        moved = ticks * bytes_of_tick(grid) / (24 * triad_words)
+        moved = ticks * tick_bytes(grid) / (24 * triad_words)
         nodes = len(grid.mesh.nodes)
         rate = ticks * nodes / float(np.median(times["grid"])) / 1e6
         yield Figure(
-            f"grid / triad, bytes a second, {nodes} nodes", moved * ratio(times["triad"], times["grid"]),
+            f"grid / triad, bytes a second, {nodes} nodes", moved * median_ratio(times["triad"], times["grid"]),
             at_least=WANTED if side == max(sides) else None,
-            note=f"{rate:.1f} M node updates/s, {bytes_of_tick(grid) / nodes:.0f} bytes each",
+            note=f"{rate:.1f} M node updates/s, {tick_bytes(grid) / nodes:.0f} bytes each",
         )  # fmt: skip
     yield _two_threads(max(sides), rounds, LEAST_GAIN)
     yield _two_threads(smallest, rounds, 1.0)
@@ -86,10 +86,10 @@ def measure(
 
 def _two_threads(side: int, rounds: int, at_least: float) -> Figure:
     """Compare two threads with one thread for the two parts of a grid."""
-    grid = noisy(side)
-    ticks = repeats_for(lambda: _advance_alone(grid, 1), _SAMPLE_SECONDS)
+    grid = noisy_grid(side)
+    ticks = repeats_for(lambda: _advance_single_thread(grid, 1), _SAMPLE_SECONDS)
     arguments = _arguments(grid, ticks)
     advances = {"one": lambda: kernels.advance(*arguments), "two": lambda: kernels.advance_in_parts(*arguments, 2)}
-    times = interleaved(advances, rounds, wall=True)
-    gain = ratio(times["one"], times["two"])
+    times = time_interleaved(advances, rounds, wall=True)
+    gain = median_ratio(times["one"], times["two"])
     return Figure(f"one thread / two, {len(grid.mesh.nodes)} nodes", gain, at_least=at_least, note="two parts")

@@ -17,7 +17,7 @@ import granular_env as ge
 from .figures import Figure
 from .grid import MEDIUM
 from .lammps_peer import load_library
-from .timing import interleaved, ratio
+from .timing import median_ratio, time_interleaved
 
 _NEVER = {"name": "strain", "tensile": 1e3, "shear": 1e3}
 
@@ -37,14 +37,16 @@ def measure(side: int = 100, ticks: int = 100, rounds: int = 9) -> Iterator[Figu
         "linked": lambda: linked._advance(ticks),
         "breakable": lambda: breakable._advance(ticks),
     }
-    times = interleaved(runs, rounds)
+    times = time_interleaved(runs, rounds)
     left = peer.count()
     peer.close()
     yield Figure("LAMMPS's bonds after the runs, less those before", float(abs(left - wanted)), "", at_most=0.0)
     cost = {name: float(np.median(found)) / (ticks * linked.count) * 1e9 for name, found in times.items()}
     for name, what in (("linked", "automata that cannot break"), ("breakable", "automata that can break")):
         note = f"{cost['lammps']:.3g} ns a step and particle (in space) against {cost[name]:.3g} ns (in a plane)"
-        yield Figure(f"LAMMPS's bonds / {what}, per step, N = {linked.count}", ratio(times["lammps"], times[name]), note=note)
+        yield Figure(
+            f"LAMMPS's bonds / {what}, per step, N = {linked.count}", median_ratio(times["lammps"], times[name]), note=note
+        )
 
 
 def _specimen(side: int, **breaking: Any) -> Any:

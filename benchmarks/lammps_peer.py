@@ -9,7 +9,7 @@ import numpy as np
 
 from . import chains
 from .figures import Figure
-from .timing import interleaved, ratio
+from .timing import median_ratio, time_interleaved
 
 
 def measure(grains: int = 1000, ticks: int = 2000, rounds: int = 9) -> Iterator[Figure]:
@@ -18,7 +18,7 @@ def measure(grains: int = 1000, ticks: int = 2000, rounds: int = 9) -> Iterator[
     Raises:
         SystemExit: LAMMPS is not installed or cannot find MPI.
     """
-    verlet, pefrl = chains.struck(grains, integrator="leapfrog", step_size=1e-7), chains.struck(grains)
+    verlet, pefrl = chains.struck_chain(grains, integrator="leapfrog", step_size=1e-7), chains.struck_chain(grains)
     peer = _Lammps(grains, verlet.step_size)
     yield _agreement(peer, verlet, ticks)
     runs = {
@@ -26,14 +26,17 @@ def measure(grains: int = 1000, ticks: int = 2000, rounds: int = 9) -> Iterator[
         "leapfrog": lambda: verlet._advance(20 * ticks),
         "pefrl": lambda: pefrl._advance(5 * ticks),
     }
-    times = interleaved(runs, rounds)
+    times = time_interleaved(runs, rounds)
     peer.close()
     each = {"lammps": ticks, "leapfrog": 20 * ticks, "pefrl": 20 * ticks}
     cost = {name: float(np.median(times[name])) / (count * grains) * 1e9 for name, count in each.items()}
     for name, what in (("pefrl", "force evaluation of the default chain"), ("leapfrog", "step of the leapfrog chain")):
         note = f"{cost['lammps']:.3g} ns against {cost[name]:.3g} ns a grain"
         yield Figure(
-            f"LAMMPS / ours, per {what}, N = {grains}", 20.0 * ratio(times["lammps"], times[name]), at_least=30.0, note=note
+            f"LAMMPS / ours, per {what}, N = {grains}",
+            20.0 * median_ratio(times["lammps"], times[name]),
+            at_least=30.0,
+            note=note,
         )
 
 

@@ -18,7 +18,7 @@ import granular_env as ge
 
 from .figures import Figure
 from .lammps_peer import load_library
-from .timing import interleaved, ratio
+from .timing import median_ratio, time_interleaved
 
 YOUNG, DENSITY, SPACING = 69e9, 2719.0, 1e-3
 # MACHDYN's settings from its examples: kernel radius in spacings, linear viscosity, hourglass control; then the specific heat.
@@ -45,12 +45,12 @@ def measure(along: int = 61, across: int = 7, ticks: int = 100, rounds: int = 5)
         exact = math.sqrt(YOUNG / DENSITY) / (2.0 * length)
         note = f"{found:.0f} Hz, in steps of {step * 1e9:.0f} ns"
         yield Figure(f"axial frequency of a rod over theory, {name}", found / exact, "", note=note)
-    times = interleaved({"lammps": lambda: peer.run(ticks), "ours": lambda: ours._advance(ticks)}, rounds)
+    times = time_interleaved({"lammps": lambda: peer.run(ticks), "ours": lambda: ours._advance(ticks)}, rounds)
     peer.close()
     nodes = len(ours.mass)
     cost = {name: float(np.median(found)) / (ticks * nodes) * 1e9 for name, found in times.items()}
     note = f"{cost['lammps']:.3g} ns a particle and step against {cost['ours']:.3g} ns a node and step"
-    yield Figure(f"MACHDYN / ours, per node and step, N = {nodes}", ratio(times["lammps"], times["ours"]), note=note)
+    yield Figure(f"MACHDYN / ours, per node and step, N = {nodes}", median_ratio(times["lammps"], times["ours"]), note=note)
 
 
 def swinging_rod(along: int, across: int) -> Any:

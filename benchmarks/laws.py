@@ -7,7 +7,7 @@ from typing import Any
 
 from . import chains
 from .figures import Figure
-from .timing import interleaved, ratio, repeats_for
+from .timing import median_ratio, repeats_for, time_interleaved
 
 # With Hertz's exponent and stiffness the motion is the same, and only the computation of the power differs.
 GENERAL = {"law": {"name": "power", "exponent": 1.5}, "contact_stiffness": chains.STIFFNESS}
@@ -26,11 +26,13 @@ _UNTIL_YIELDED = 2000
 
 def measure(grains: int = 1000, rounds: int = 41) -> Iterator[Figure]:
     """Measure chains with all contacts closed and moving, and the default integrator; plastic contacts have yielded before."""
-    built = {"hertz": chains.pressed(grains)} | {name: chains.pressed(grains, **law) for name, law in LAWS.items()}
+    built = {"hertz": chains.precompressed_chain(grains)} | {
+        name: chains.precompressed_chain(grains, **law) for name, law in LAWS.items()
+    }
     built["elastic_plastic"]._advance(_UNTIL_YIELDED)
     ticks = repeats_for(lambda: built["hertz"]._advance(1), _SAMPLE_SECONDS)
-    times = interleaved({name: lambda chain=chain: chain._advance(ticks) for name, chain in built.items()}, rounds)
+    times = time_interleaved({name: lambda chain=chain: chain._advance(ticks) for name, chain in built.items()}, rounds)
     for name in LAWS:
-        rate = ratio(times["hertz"], times[name])
+        rate = median_ratio(times["hertz"], times[name])
         note = f"{1.0 / rate:.1f} times the time"
         yield Figure(f"rate of {name} / hertz, N = {grains}", rate, at_least=WANTED.get(name), note=note)

@@ -8,7 +8,7 @@ import numpy as np
 
 from . import chains
 from .figures import Figure
-from .timing import interleaved, ratio
+from .timing import median_ratio, time_interleaved
 
 _XI, _LAMBDA, _CHI = 0.1786178958448091, -0.2123418310626054, -0.06626458266981849
 _DRIFTS = (_XI, _CHI, 1.0 - 2.0 * (_CHI + _XI), _CHI, _XI)
@@ -29,7 +29,7 @@ def pefrl(u: np.ndarray, v: np.ndarray, stiffness: float, mass: float, h: float,
 
 def measure(grains: int = 1000, ticks: int = 200, rounds: int = 21) -> Iterator[Figure]:
     """Measure the time per step of NumPy's chain relative to ours, for the wave of section 3.1."""
-    chain = chains.struck(grains)
+    chain = chains.struck_chain(grains)
     u, v = np.zeros(grains), chain.get("velocity")
 
     def peer() -> None:
@@ -43,6 +43,6 @@ def measure(grains: int = 1000, ticks: int = 200, rounds: int = 21) -> Iterator[
     chain._advance(ticks)
     apart = float(np.abs(v - chain.get("velocity")).max()) / chains.SPEED
     chain.restore(start)
-    times = interleaved({"peer": peer, "ours": ours}, rounds)
+    times = time_interleaved({"peer": peer, "ours": ours}, rounds)
     note = f"the same PEFRL step; velocities agree to {apart:.1g} v0"
-    yield Figure(f"numpy / ours, time per step, N = {grains}", 10.0 * ratio(times["peer"], times["ours"]), note=note)
+    yield Figure(f"numpy / ours, time per step, N = {grains}", 10.0 * median_ratio(times["peer"], times["ours"]), note=note)

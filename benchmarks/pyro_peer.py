@@ -21,7 +21,7 @@ import granular_env as ge
 from granular_env.components.detonation.theory import Flow, riemann_problem
 
 from .figures import Figure
-from .timing import interleaved, ratio
+from .timing import median_ratio, time_interleaved
 
 # End time, at which the waves have covered a third of the tube (at a Courant number of 0.8 for pyro's fastest wave).
 _END, _GAMMA = 0.2, 1.4
@@ -51,14 +51,14 @@ def measure(cells: int = 400, rows: int = 40, rounds: int = 3) -> Iterator[Figur
             peer.reset()
 
     runs = {"pyro": peer.run, "ours": lambda: ours._advance(ticks)}
-    times = interleaved(runs, rounds, before=back_to_start)
+    times = time_interleaved(runs, rounds, before=back_to_start)
     cost = {
         "pyro": float(np.median(times["pyro"])) / (steps * cells * rows) * 1e9,
         "ours": float(np.median(times["ours"])) / (ticks * cells) * 1e9,
     }
     note = f"{cost['pyro']:.3g} ns a cell and step (in the plane, {rows} rows) against {cost['ours']:.3g} ns"
     each = ticks / (steps * rows)
-    yield Figure(f"pyro / ours, per cell and step, {cells} cells", each * ratio(times["pyro"], times["ours"]), note=note)
+    yield Figure(f"pyro / ours, per cell and step, {cells} cells", each * median_ratio(times["pyro"], times["ours"]), note=note)
 
 
 def sod_tube(cells: int) -> tuple[Any, Any]:

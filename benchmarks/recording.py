@@ -14,7 +14,7 @@ import granular_env as ge
 
 from . import chains
 from .figures import Figure
-from .timing import interleaved, ratio
+from .timing import median_ratio, time_interleaved
 
 # 200 frames in 20,000 steps.
 _FRAME_STEPS = 100
@@ -25,13 +25,13 @@ def measure(
 ) -> Iterator[Figure]:
     """Measure both costs; the second for a run in pieces, as in `ge.run`, and for one long call of `step`."""
     with TemporaryDirectory() as folder:
-        yield _of_a_step(Path(folder) / "short.mcap", steps, rounds)
-        yield from _shares(Path(folder) / "long.mcap", long_grains, long_steps, long_rounds)
+        yield _measure_step(Path(folder) / "short.mcap", steps, rounds)
+        yield from _measure_shares(Path(folder) / "long.mcap", long_grains, long_steps, long_rounds)
 
 
-def _of_a_step(path: Path, steps: int, rounds: int) -> Figure:
+def _measure_step(path: Path, steps: int, rounds: int) -> Figure:
     """Measure calls of one internal step with a new input each, including opening and closing the log."""
-    chain = chains.pressed(100, left="free")
+    chain = chains.precompressed_chain(100, left="free")
     forces = np.random.default_rng(3).uniform(-1.0, 1.0, steps).tolist()
     start, inside = chain.save(), []
 
@@ -48,7 +48,7 @@ def _of_a_step(path: Path, steps: int, rounds: int) -> Figure:
                 chain.step(left_force=force)
             inside.append(perf_counter() - begin)
 
-    times = interleaved({"plain": plain, "recorded": recorded}, rounds, wall=True)
+    times = time_interleaved({"plain": plain, "recorded": recorded}, rounds, wall=True)
     cost = float(np.median(times["recorded"] - times["plain"])) / steps * 1e6
     opening = float(np.median(times["recorded"] - np.array(inside[1:]))) * 1e3
     bare = float(np.median(times["plain"])) / steps * 1e6
@@ -56,8 +56,8 @@ def _of_a_step(path: Path, steps: int, rounds: int) -> Figure:
     return Figure("cost of a recorded step, 100 grains, a new input each", cost, "us", at_most=5.0, note=note)
 
 
-def _shares(path: Path, grains: int, steps: int, rounds: int) -> Iterator[Figure]:
-    chain = chains.pressed(grains)
+def _measure_shares(path: Path, grains: int, steps: int, rounds: int) -> Iterator[Figure]:
+    chain = chains.precompressed_chain(grains)
     start, frame, whole = chain.save(), _FRAME_STEPS * chain.step_size, steps * chain.step_size
 
     sizes = []
@@ -78,14 +78,14 @@ def _shares(path: Path, grains: int, steps: int, rounds: int) -> Iterator[Figure
 
     lengths = {"in pieces": frame, "in one call": whole}
     plain = {f"{name}, unrecorded": partial(stepped, length) for name, length in lengths.items()}
-    times = interleaved(
+    times = time_interleaved(
         plain | {name: partial(recorded, length) for name, length in lengths.items()}, rounds, before=fresh, wall=True
     )
     size = float(np.median(sizes)) / 1e6
     frames = steps // _FRAME_STEPS
     for name in lengths:
         bare = times[f"{name}, unrecorded"]
-        share, seconds = 100.0 * (1.0 - ratio(bare, times[name])), float(np.median(bare))
+        share, seconds = 100.0 * (1.0 - median_ratio(bare, times[name])), float(np.median(bare))
         a_frame = float(np.median(times[name] - bare)) / frames * 1e3
         note = f"{frames} frames in {steps} steps, {seconds:.1f} s unrecorded; {a_frame:.1f} ms a frame, a log of {size:.0f} MB"
         yield Figure(f"recording's share of a run {name}, {grains} grains", share, "%", at_most=5.0, note=note)

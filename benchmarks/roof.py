@@ -22,7 +22,7 @@ LENGTH = 1024
 
 
 @numba.njit
-def plain(values, roots, repeats):
+def scalar_roots(values, roots, repeats):
     """Compute the square roots of all values `repeats` times."""
     for _ in range(repeats):
         for i in range(values.size):
@@ -32,19 +32,19 @@ def plain(values, roots, repeats):
 _EIGHT = ir.VectorType(ir.DoubleType(), 8)
 
 
-def _eight_from(context, builder, kind, array, place):
+def _vector_pointer(context, builder, kind, array, place):
     """Return a pointer to the eight elements from `place` on."""
     data = context.make_array(kind)(context, builder, array).data
     return builder.bitcast(cgutils.gep_inbounds(builder, data, place), _EIGHT.as_pointer())
 
 
 @intrinsic
-def _eight_roots(typing, values, roots, place):
+def _store_eight_roots(typing, values, roots, place):
     """Set roots[place : place + 8] = sqrt(values[place : place + 8]) as one vector."""
 
     def generate(context, builder, signature, arguments):
         source, target = (
-            _eight_from(context, builder, kind, array, arguments[2])
+            _vector_pointer(context, builder, kind, array, arguments[2])
             for kind, array in zip(signature.args[:2], arguments[:2], strict=True)
         )
         root = cgutils.get_or_insert_function(builder.module, ir.FunctionType(_EIGHT, [_EIGHT]), "llvm.sqrt.v8f64")
@@ -55,18 +55,18 @@ def _eight_roots(typing, values, roots, place):
 
 
 @numba.njit
-def eight_wide(values, roots, repeats):
+def vector_roots(values, roots, repeats):
     """Compute the same with eight roots per vector; the length must be a multiple of eight."""
     for _ in range(repeats):
         for i in range(np.uint64(0), np.uint64(values.size), np.uint64(8)):
-            _eight_roots(values, roots, i)  # pyright: ignore[reportCallIssue]
+            _store_eight_roots(values, roots, i)  # pyright: ignore[reportCallIssue]
 
 
 def loops(repeats: int) -> dict[str, Callable[[], None]]:
     """Return both loops for timing; each computes `repeats * LENGTH` square roots."""
     values, roots = np.random.default_rng(1).uniform(0.5, 2.0, LENGTH), np.zeros(LENGTH)
     found = {}
-    for name, loop in (("plain", plain), ("eight wide", eight_wide)):
+    for name, loop in (("plain", scalar_roots), ("eight wide", vector_roots)):
         loop(values, roots, 1)
         if not np.array_equal(roots, np.sqrt(values)):
             raise AssertionError(f"the {name} loop does not give square roots")

@@ -14,7 +14,7 @@ from granular_env.components.shell import ticks as ticking
 
 from .figures import Figure
 from .grid import triad
-from .timing import interleaved, ratio, repeats_for
+from .timing import median_ratio, repeats_for, time_interleaved
 
 # Node updates per second on one core, in millions; bytes per node; fraction of the roof; gain from a second thread.
 WANTED, ALLOWED_BYTES, LEAST_PART, LEAST_GAIN = 1.25, 900.0, 0.35, 1.3
@@ -75,7 +75,7 @@ def words_moved(tube: Any) -> float:
     return (indices + points + moved) / len(nodes.mass)
 
 
-def in_threads(tube: Any, ticks: int, threads: int) -> Callable[[], object]:
+def make_threaded_advance(tube: Any, ticks: int, threads: int) -> Callable[[], object]:
     """Return a function that advances a tube by `ticks` ticks in `threads` threads."""
     tables = tube.tables()
     inputs = np.ones((ticks, 1)), np.full(tube.lattice.shape[0], 5e6), 0, np.zeros(2, dtype=np.int64)
@@ -96,10 +96,10 @@ def measure(along: int = 101, around: int = 128, triad_words: int = 4_000_000, r
     for name, (material, notch) in _BODIES.items():
         tube = loaded_tube(along, around, material, **notch)
         nodes = len(tube.mass)
-        ticks = repeats_for(in_threads(tube, 1, 1), _SAMPLE_SECONDS)
-        times = interleaved(
+        ticks = repeats_for(make_threaded_advance(tube, 1, 1), _SAMPLE_SECONDS)
+        times = time_interleaved(
             {
-                "solid": in_threads(tube, ticks, 1), "triad": lambda: triad(a, b, c, moves),
+                "solid": make_threaded_advance(tube, ticks, 1), "triad": lambda: triad(a, b, c, moves),
                 "sums": lambda: outer_products(u, g, total, sums),
             },
             rounds,
@@ -129,5 +129,9 @@ def measure(along: int = 101, around: int = 128, triad_words: int = 4_000_000, r
 
 def _two_threads(tube: Any, rounds: int) -> Figure:
     """Return the gain from a second thread for a tube."""
-    times = interleaved({"one": in_threads(tube, 4, 1), "two": in_threads(tube, 4, 2)}, rounds, wall=True)
-    return Figure(f"solid, one thread / two, {len(tube.mass)} nodes", ratio(times["one"], times["two"]), at_least=LEAST_GAIN)
+    times = time_interleaved(
+        {"one": make_threaded_advance(tube, 4, 1), "two": make_threaded_advance(tube, 4, 2)}, rounds, wall=True
+    )
+    return Figure(
+        f"solid, one thread / two, {len(tube.mass)} nodes", median_ratio(times["one"], times["two"]), at_least=LEAST_GAIN
+    )

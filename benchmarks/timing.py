@@ -15,7 +15,7 @@ Call = Callable[[], object]
 Times = dict[str, np.ndarray]
 
 
-def seconds(call: Call, *, wall: bool = False) -> float:
+def call_seconds(call: Call, *, wall: bool = False) -> float:
     """Return the CPU time, or the wall time, of one call [s]."""
     clock = perf_counter if wall else thread_time
     begin = clock()
@@ -23,7 +23,7 @@ def seconds(call: Call, *, wall: bool = False) -> float:
     return clock() - begin
 
 
-def interleaved(
+def time_interleaved(
     calls: Mapping[str, Call], rounds: int, before: Call = lambda: None, *, wall: bool = False, uncounted: int = 1
 ) -> Times:
     """Return the times of each call over `rounds` rounds, shape (rounds,) [s], after `uncounted` warm-up rounds.
@@ -34,11 +34,11 @@ def interleaved(
     for _ in range(uncounted + rounds):
         for name, call in calls.items():
             before()
-            times[name].append(seconds(call, wall=wall))
+            times[name].append(call_seconds(call, wall=wall))
     return {name: np.array(values[uncounted:]) for name, values in times.items()}
 
 
-def ratio(above: np.ndarray, below: np.ndarray) -> float:
+def median_ratio(above: np.ndarray, below: np.ndarray) -> float:
     """Return the median of the rounds' ratios, which is robust to a disturbed round."""
     return float(np.median(above / below))
 
@@ -51,4 +51,4 @@ def microseconds(times: np.ndarray, calls: int) -> float:
 def repeats_for(call: Call, wanted: float) -> int:
     """Return the number of repetitions of a call that take about `wanted` seconds in total."""
     call()
-    return max(1, round(wanted / max(min(seconds(call) for _ in range(3)), 1e-7)))
+    return max(1, round(wanted / max(min(call_seconds(call) for _ in range(3)), 1e-7)))

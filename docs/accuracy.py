@@ -21,7 +21,7 @@ LAWS = {
 }
 
 
-def struck(step_size=None, **parameters):
+def struck_velocities(step_size=None, **parameters):
     """Return the velocities after two grains of 5 m/s have struck a chain of thirty grains, and the step of the run."""
     chain = ge.make("chain", grains=GRAINS, velocity_scale=SPEED, step_size=step_size, **parameters)
     chain.reset(velocity={0: SPEED, 1: SPEED})
@@ -31,29 +31,29 @@ def struck(step_size=None, **parameters):
     return chain.get("velocity"), chain.step_size
 
 
-def errors(steps, **parameters):
+def velocity_errors(steps, **parameters):
     """Return the largest error of a velocity over 5 m/s at each step, and the default step with its error."""
-    exact = struck(2e-9, **parameters)[0]
-    usual, default = struck(**parameters)
+    exact = struck_velocities(2e-9, **parameters)[0]
+    usual, default = struck_velocities(**parameters)
     found = []
     for step in steps:
         try:
-            found.append(np.abs(struck(step, **parameters)[0] - exact).max() / SPEED)
+            found.append(np.abs(struck_velocities(step, **parameters)[0] - exact).max() / SPEED)
         except ge.StepError:
             found.append(np.nan)
     return np.array(found), default, np.abs(usual - exact).max() / SPEED
 
 
-@drawing.with_style
-def draw():
+@drawing.use_style
+def draw_accuracy():
     """Draw integrators on the left, laws with the default integrator on the right; rings mark the defaults."""
     figure = drawing.new_figure(9.0, 4.0)
     left, right = figure.subplots(1, 2, sharey=True)
     schemes = {name: {"integrator": name} for name in ("pefrl", "leapfrog", "rk4", "hamming")}
     for axes, cases in ((left, schemes), (right, LAWS)):
         for place, (name, parameters) in enumerate(cases.items()):
-            error, default, at_default = errors(STEPS, **parameters)
-            line = drawing.line(place)
+            error, default, at_default = velocity_errors(STEPS, **parameters)
+            line = drawing.line_style(place)
             axes.loglog(STEPS, error, **line, marker=".", label=name)
             axes.plot(default, at_default, "o", markersize=11, markerfacecolor="none", markeredgecolor=line["color"])
             print(f"{name}: default {default:g} s, error {at_default:.1e}; " + ", ".join(f"{e:.1e}" for e in error))
@@ -61,8 +61,8 @@ def draw():
         axes.legend()
     left.set(ylabel="largest velocity error / 5 m/s", title="Integrators, Hertz's law")
     right.set(title="Contact laws, pefrl")
-    appearance.save(figure, IMAGE, 100)
+    appearance.save_figure(figure, IMAGE, 100)
 
 
 if __name__ == "__main__":
-    draw()
+    draw_accuracy()

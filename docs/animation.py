@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 import granular_env as ge
-from granular_env.colours import diverging
+from granular_env.colours import diverging_colours
 from granular_env.recording import Log
 
 IMAGES = Path(__file__).parent / "images"
@@ -31,7 +31,7 @@ def four_grains(folder: Path) -> Log:
     return ge.open_log(log)
 
 
-def frames(log: Log, ink: str, paper: str) -> list[Image.Image]:
+def draw_frames(log: Log, ink: str, paper: str) -> list[Image.Image]:
     """Return the frames: the row of grains above, the velocity of each below."""
     times, velocity = log.series("velocity")
     displacement = log.series("displacement")[1]
@@ -58,7 +58,7 @@ def frames(log: Log, ink: str, paper: str) -> list[Image.Image]:
         for index in np.linspace(0, len(times) - 1, FRAMES).round().astype(int):
             offsets[:, 0] = places + EXAGGERATION * displacement[index] / diameter
             grains.set_offsets(offsets)
-            grains.set_facecolors(diverging(velocity[index], 6.0) / 255.0)
+            grains.set_facecolors(diverging_colours(velocity[index], 6.0) / 255.0)
             line.set_ydata(velocity[index])
             clock.set_text(f"{times[index] * 1e6:.0f} us")
             canvas.draw()
@@ -66,7 +66,7 @@ def frames(log: Log, ink: str, paper: str) -> list[Image.Image]:
     return pictures
 
 
-def write(pictures: list[Image.Image], path: Path) -> None:
+def write_gif(pictures: list[Image.Image], path: Path) -> None:
     """Write an endless GIF whose frames share one palette; it rests on the last frame."""
     some = np.vstack([np.asarray(picture) for picture in pictures[:: FRAMES // 9]])
     palette = Image.fromarray(some).quantize(COLOURS, method=Image.Quantize.MAXCOVERAGE)
@@ -80,5 +80,5 @@ if __name__ == "__main__":
         recorded = four_grains(Path(place))
         for suffix, (ink, paper) in PAGES.items():
             target = IMAGES / f"four-grains{suffix}.gif"
-            write(frames(recorded, ink, paper), target)
+            write_gif(draw_frames(recorded, ink, paper), target)
             print(target, target.stat().st_size)

@@ -22,7 +22,7 @@ from granular_env.viewing.figures import drawing
 DARK = {"#000000": "#e2e4e9", "#ffffff": "#1e2129", "#cccccc": "#4a4d57"}
 
 
-def save(figure: Figure, path: Path, dots_per_inch: int = 130, colours: int | None = None) -> None:
+def save_figure(figure: Figure, path: Path, dots_per_inch: int = 130, colours: int | None = None) -> None:
     """Write a figure for light pages to `path`, and one for dark pages next to it.
 
     Args:
@@ -31,23 +31,23 @@ def save(figure: Figure, path: Path, dots_per_inch: int = 130, colours: int | No
         dots_per_inch: resolution.
         colours: number of colours of the picture, for a small file.
     """
-    _write(figure, path, dots_per_inch, colours)
-    darken(figure)
-    _write(figure, path.with_stem(f"{path.stem}-dark"), dots_per_inch, colours)
+    _write_figure(figure, path, dots_per_inch, colours)
+    darken_figure(figure)
+    _write_figure(figure, path.with_stem(f"{path.stem}-dark"), dots_per_inch, colours)
 
 
-def darken(figure: Figure) -> None:
+def darken_figure(figure: Figure) -> None:
     """Exchange black and white in all that is drawn in them."""
     figure.set_facecolor(DARK["#ffffff"])
     for text in figure.findobj(Text):
-        text.set_color(_dark(text.get_color()))
+        text.set_color(_dark_colour(text.get_color()))
     for line in figure.findobj(Line2D):
         for part in ("color", "markeredgecolor", "markerfacecolor"):
-            getattr(line, f"set_{part}")(_dark(getattr(line, f"get_{part}")()))
+            getattr(line, f"set_{part}")(_dark_colour(getattr(line, f"get_{part}")()))
     for patch in figure.findobj(Patch):
-        patch.set(facecolor=_dark(patch.get_facecolor()), edgecolor=_dark(patch.get_edgecolor()))
+        patch.set(facecolor=_dark_colour(patch.get_facecolor()), edgecolor=_dark_colour(patch.get_edgecolor()))
     for axes in figure.findobj(Axes):
-        axes.set_facecolor(_dark(axes.get_facecolor()))
+        axes.set_facecolor(_dark_colour(axes.get_facecolor()))
         axes.tick_params(color=DARK["#000000"], labelcolor=DARK["#000000"], which="both")
     for image in figure.findobj(AxesImage):
         image.set_cmap(_dark_map(image.get_cmap()))
@@ -56,12 +56,12 @@ def darken(figure: Figure) -> None:
             marks.set_cmap(_dark_map(marks.get_cmap()))
         elif len(marks.get_facecolor()) == 1:
             # Many colours are data.
-            marks.set_facecolor(_dark(tuple(marks.get_facecolor()[0])))
+            marks.set_facecolor(_dark_colour(tuple(marks.get_facecolor()[0])))
     for legend in figure.findobj(Legend):
         legend.get_frame().set_facecolor(DARK["#ffffff"])
 
 
-def _dark(colour: object) -> object:
+def _dark_colour(colour: object) -> object:
     if isinstance(colour, str) and colour in ("none", "auto"):
         return colour
     if isinstance(colour, tuple) and len(colour) == 4 and colour[3] == 0.0:
@@ -82,8 +82,8 @@ def _dark_map(colours: Colormap) -> ListedColormap:
     return ListedColormap(inverted, f"{colours.name}-dark")
 
 
-def _write(figure: Figure, path: Path, dots_per_inch: int, colours: int | None) -> None:
-    data = drawing.png(figure, dots_per_inch)
+def _write_figure(figure: Figure, path: Path, dots_per_inch: int, colours: int | None) -> None:
+    data = drawing.to_png(figure, dots_per_inch)
     if colours is None:
         path.write_bytes(data)
     else:

@@ -22,7 +22,7 @@ SHOWN = {
 }
 
 
-def show(axes: Axes, automata: ge.Component) -> None:
+def show_automata(axes: Axes, automata: ge.Component) -> None:
     """Draw the automata where they are, coloured by damage."""
     points = automata.drawables()[0]
     size = np.full(len(points.radius), 2.0 * points.radius[0])
@@ -37,14 +37,14 @@ def show(axes: Axes, automata: ge.Component) -> None:
     axes.set_title(f"{automata.time * 1e6:.0f} us, {automata.get('broken_links'):.0f} broken")
 
 
-@drawing.with_style
-def failures() -> None:
+@drawing.use_style
+def draw_failures() -> None:
     """Draw both experiments as they fail, one below the other."""
     figure = drawing.new_figure(10.4, 7.8)
     rows = figure.subplots(2, 4, height_ratios=(2.0, 1.1), sharey="row")
     for axes, (name, times) in zip(rows, SHOWN.items(), strict=True):
         for one, time in zip(axes, times, strict=True):
-            show(one, ge.run(name, overrides={"duration": time}).component)
+            show_automata(one, ge.run(name, overrides={"duration": time}).component)
             one.xaxis.set_major_locator(MultipleLocator(0.02))
             one.yaxis.set_major_locator(MultipleLocator(0.02))
             one.xaxis.set_major_formatter(MILLIMETRES)
@@ -54,7 +54,7 @@ def failures() -> None:
         axes[0].set_ylabel("y [mm]")
     damage = ScalarMappable(Normalize(0.0, 1.0), "inferno_r")
     figure.colorbar(damage, ax=rows, label="part of the faces that is broken", shrink=0.6)
-    appearance.save(figure, IMAGES / "automata.png", dots_per_inch=110, colours=128)
+    appearance.save_figure(figure, IMAGES / "automata.png", dots_per_inch=110, colours=128)
 
 
 def show_grains(axes: Axes, automata: ge.Component) -> None:
@@ -73,15 +73,15 @@ def show_grains(axes: Axes, automata: ge.Component) -> None:
     axes.set_title(f"{automata.time * 1e6:.0f} us, {automata.get('broken_links'):.0f} broken")
 
 
-@drawing.with_style
-def grains() -> None:
+@drawing.use_style
+def draw_grains() -> None:
     """Draw the grains in mortar as the crack runs along them."""
     figure = drawing.new_figure(9.6, 2.8)
     for axes, time in zip(figure.subplots(1, 4), (5.4e-5, 6.0e-5, 7.0e-5, 1.1e-4), strict=True):
         show_grains(axes, ge.run("psakhie-2003/grains-in-mortar", overrides={"duration": time}).component)
-    appearance.save(figure, IMAGES / "automata-grains.png", colours=64)
+    appearance.save_figure(figure, IMAGES / "automata-grains.png", colours=64)
 
 
 if __name__ == "__main__":
-    failures()
-    grains()
+    draw_failures()
+    draw_grains()

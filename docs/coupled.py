@@ -20,7 +20,7 @@ ROWS = 81
 _LARGEST = 15.0
 
 
-def fields(medium: Coupled) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def velocity_fields(medium: Coupled) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Return x, y and the velocities of nodes and automata, side by side, shape (rows, columns)."""
     parts = []
     for points, velocity in (
@@ -40,13 +40,13 @@ def show_seam(axes: Axes, medium: Coupled, source: float) -> None:
     show_fronts(axes, medium.grid.parameters.materials[0], source)
 
 
-@drawing.with_style
-def waves_through_the_interface() -> None:
+@drawing.use_style
+def draw_interface_waves() -> None:
     """Draw velocities of both shipped Lamb experiments, with the fronts of theory (figures 7 and 8 of the paper)."""
     figure = drawing.new_figure(15.0, 6.0)
     for pair, (name, source) in zip(figure.subplots(2, 3), (("symmetric", 0.0), ("asymmetric", -0.1)), strict=True):
         medium = ge.run(f"psakhie-2003/lamb-{name}", overrides={"duration": TIME}).component
-        x, y, vx, vy = fields(medium)
+        x, y, vx, vy = velocity_fields(medium)
         speed = np.sqrt(vx * vx + vy * vy)
         # Square roots make the weaker P wave visible next to the Rayleigh wave.
         some, length = (slice(None, None, 3), slice(None, None, 3)), np.sqrt(np.maximum(speed, 1e-12))
@@ -60,10 +60,10 @@ def waves_through_the_interface() -> None:
             show_seam(axes, medium, source)
             axes.set(aspect="equal", xlim=(-0.48, 0.4), ylim=(-0.4, 0.04), xlabel="x [m]", title=f"{name}: {title} at 70 µs")
         pair[0].set_ylabel("y [m]")
-    appearance.save(figure, IMAGES / "coupled.png", dots_per_inch=110, colours=256)
+    appearance.save_figure(figure, IMAGES / "coupled.png", dots_per_inch=110, colours=256)
 
 
-def in_plane(stress: np.ndarray) -> np.ndarray:
+def mean_pressure(stress: np.ndarray) -> np.ndarray:
     """Return minus the mean of both normal stresses in the plane [MPa]."""
     return -0.5e-6 * (stress[:, 0] + stress[:, 1])
 
@@ -73,12 +73,12 @@ def show_core(axes: Axes, medium: Coupled) -> None:
     stretch, limit = 10.0, _LARGEST
     corners = (medium.grid.mesh.nodes + stretch * medium.get("grid_displacement"))[medium.grid.mesh.cells]
     pressure = {"cmap": "RdBu_r", "clim": (-limit, limit), "linewidths": 0.0}
-    axes.add_collection(PolyCollection(corners, array=in_plane(medium.get("grid_stress")), **pressure))
+    axes.add_collection(PolyCollection(corners, array=mean_pressure(medium.get("grid_stress")), **pressure))
     centres = medium.reference + stretch * medium.get("automata_displacement")
     damage = medium.get("automata_damage")
     size = np.full(len(centres), medium.automata.parameters.diameter)
     discs = {"units": "xy", "offset_transform": axes.transData, "linewidths": 0.0}
-    mean = in_plane(medium.get("automata_stress"))
+    mean = mean_pressure(medium.get("automata_stress"))
     axes.add_collection(
         EllipseCollection(size, size, 0.0, offsets=centres, array=mean, cmap="RdBu_r", clim=(-limit, limit), **discs)
     )
@@ -91,8 +91,8 @@ def show_core(axes: Axes, medium: Coupled) -> None:
     axes.set_title(f"{medium.time * 1e6:.0f} µs, {medium.get('automata_broken_links'):.0f} broken links")
 
 
-@drawing.with_style
-def a_core_that_cracks() -> None:
+@drawing.use_style
+def draw_cracking_core() -> None:
     """Draw the shipped impacts, on a square and on a hexagonal packing, at three instants."""
     figure = drawing.new_figure(12.0, 4.9)
     rows = figure.subplots(2, 3, sharex=True, sharey=True)
@@ -104,9 +104,9 @@ def a_core_that_cracks() -> None:
         axes.set_xlabel("x [m]")
     pressure = ScalarMappable(Normalize(-_LARGEST, _LARGEST), "RdBu_r")
     figure.colorbar(pressure, ax=rows, label="pressure in the plane [MPa]", shrink=0.7)
-    appearance.save(figure, IMAGES / "coupled-impact.png", dots_per_inch=110, colours=256)
+    appearance.save_figure(figure, IMAGES / "coupled-impact.png", dots_per_inch=110, colours=256)
 
 
 if __name__ == "__main__":
-    waves_through_the_interface()
-    a_core_that_cracks()
+    draw_interface_waves()
+    draw_cracking_core()

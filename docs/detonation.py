@@ -57,7 +57,7 @@ def show_history(axes: Axes, tube: DetonationTube, wave: TaylorWave) -> None:
     axes.legend(frameon=False, fontsize=9)
 
 
-@drawing.with_style
+@drawing.use_style
 def detonation_in_a_tube() -> None:
     """Draw profiles and a history of the shipped detonation tube."""
     tube = ge.run("gato-shie-2010/detonation-tube", overrides={"duration": 1e-5}).component
@@ -68,7 +68,7 @@ def detonation_in_a_tube() -> None:
     left, right = figure.subplots(1, 2, sharey=True)
     show_profiles(left, tube, wave)
     show_history(right, tube, wave)
-    appearance.save(figure, IMAGES / "detonation.png", colours=64)
+    appearance.save_figure(figure, IMAGES / "detonation.png", colours=64)
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ IMAGES = Path(__file__).parent / "images"
 TIMES = (0.0, 0.04, 0.08, 0.16)
 
 
-def show(axes: Axes, discs: Discs) -> None:
+def show_discs(axes: Axes, discs: Discs) -> None:
     """Draw the box, the discs coloured by speed, and the links that hold."""
     points, links = discs.drawables()
     centres = points.reference + discs.get("displacement")
@@ -28,7 +28,7 @@ def show(axes: Axes, discs: Discs) -> None:
     axes.set_title(f"{discs.time * 1e3:.0f} ms, {discs.get('broken_links'):.0f} broken links")
 
 
-@drawing.with_style
+@drawing.use_style
 def breaking_block() -> None:
     """Draw a block of discs that breaks."""
     figure = drawing.new_figure(11.0, 2.9)
@@ -37,8 +37,8 @@ def breaking_block() -> None:
     for axes, time in zip(np.ravel(figure.subplots(1, len(TIMES))), TIMES, strict=True):
         if time > 0.0:
             discs.step(time - discs.time)
-        show(axes, discs)
-    appearance.save(figure, IMAGES / "discs.png")
+        show_discs(axes, discs)
+    appearance.save_figure(figure, IMAGES / "discs.png")
 
 
 if __name__ == "__main__":

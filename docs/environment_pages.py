@@ -14,7 +14,7 @@ import numpy as np
 
 import granular_env.envs  # noqa: F401 - registers the environments
 from granular_env.components.variables import parse_element
-from granular_env.domains import environments, load
+from granular_env.domains import import_object, load_environments
 from granular_env.domains.chain.tasks.driven_end import DrivenOptions
 from granular_env.envs import ComponentEnv, rendering
 from granular_env.envs.factory import options_type
@@ -26,7 +26,7 @@ FRAMES, COLOURS, SECONDS_A_FRAME = 60, 64, 0.1
 SIZE = (720, 270)  # pixels
 WIDTH = 128  # characters in a line of the page
 # Chains first, as they share a section.
-ENVIRONMENTS = dict(sorted(environments().items(), key=lambda item: ".chain." not in item[1].entry_point))
+ENVIRONMENTS = dict(sorted(load_environments().items(), key=lambda item: ".chain." not in item[1].entry_point))
 PUSH = "a push of 2.4 m/s for 18 us"
 # Seed and baseline of the animated episode, if not the last baseline with seed 0. A new environment needs no line. Piston-v1
 # has no baseline and shows the drive `PUSH`.
@@ -119,7 +119,7 @@ def summary() -> list[str]:
     for name in ENVIRONMENTS:
         env, short = made(name), short_name(name)
         inputs = ", ".join(f"`{one}`" for one in dict.fromkeys(parse_element(one).name for one in env.task.actions))
-        goal = docstring_sections(load(ENVIRONMENTS[name].entry_point))[""].partition("\n")[0]
+        goal = docstring_sections(import_object(ENVIRONMENTS[name].entry_point))[""].partition("\n")[0]
         returns = " | ".join(RETURNS.get(short, ("-", "-", "-")))
         lines.append(f"| [`{short}`](#{short.lower()}) | {env.component.name} | {inputs} | {goal} | {returns} |")
     return lines
@@ -134,7 +134,7 @@ def made(name: str) -> ComponentEnv:
 
 def section(name: str) -> list[str]:
     """Return the lines of the section of an environment."""
-    env, short, sections = made(name), short_name(name), docstring_sections(load(ENVIRONMENTS[name].entry_point))
+    env, short, sections = made(name), short_name(name), docstring_sections(import_object(ENVIRONMENTS[name].entry_point))
     lines = [f"## {short}", "", sections.pop(""), ""]
     picture = f"![{caption(short)}](images/environments/{slug(short)}.gif)"
     lines += [picture, "", f"*{caption(short)}*", "", facts(env, name), ""]
@@ -148,7 +148,7 @@ def section(name: str) -> list[str]:
 
 def is_driven(name: str) -> bool:
     """Return whether an environment drives an end of a chain, with `DrivenOptions`."""
-    return options_type(load(ENVIRONMENTS[name].entry_point)) is DrivenOptions
+    return options_type(import_object(ENVIRONMENTS[name].entry_point)) is DrivenOptions
 
 
 def facts(env: ComponentEnv, name: str) -> str:
@@ -182,10 +182,10 @@ def docstring_sections(kind: object) -> dict[str, str]:
     first, _, rest = (kind.__doc__ or "").partition("\n")
     parts = re.split(r"^## (.*)$", f"{first}\n{textwrap.dedent(rest)}", flags=re.MULTILINE)
     named = zip(parts[1::2], parts[2::2], strict=True)
-    return {"": parts[0].strip(), **{title.strip(): escaped(text.strip()) for title, text in named}}
+    return {"": parts[0].strip(), **{title.strip(): escape_stars(text.strip()) for title, text in named}}
 
 
-def escaped(text: str) -> str:
+def escape_stars(text: str) -> str:
     """Return a text whose stars mean stars, except those of lists, code and formulas."""
     pieces = re.split(r"(`[^`]*`|\$\$[^$]*\$\$|\$[^$]*\$|^ *\* )", text, flags=re.MULTILINE)
     return "".join(piece if place % 2 else piece.replace("*", r"\*") for place, piece in enumerate(pieces))
@@ -228,7 +228,7 @@ def observation_rows(env: ComponentEnv) -> Iterator[tuple[int, int, str, str]]:
         yield place, place, f"clock: cos({'' if k == 1 else f'{k} '}pi t / T)", "1"
 
 
-def play_of(short: str) -> tuple[int, str | OpenLoop]:
+def shown_play(short: str) -> tuple[int, str | OpenLoop]:
     """Return the seed of the episode that is shown, and which baseline or drive plays."""
     if short in PLAYS:
         return PLAYS[short]
@@ -237,7 +237,7 @@ def play_of(short: str) -> tuple[int, str | OpenLoop]:
 
 def caption(short: str) -> str:
     """Return what a moving picture shows."""
-    policy = play_of(short)[1]
+    policy = shown_play(short)[1]
     words = {"best": "the best known drive", "theory": "the baseline of theory", "nothing": "without any action"}
     who = words.get(policy, f"the baseline {policy!r}") if isinstance(policy, str) else PUSH
     return f"{short}: {who}"
@@ -247,7 +247,7 @@ def write_picture(name: str, path: Path) -> None:
     """Play an episode and write it as a GIF."""
     from PIL import Image
 
-    env, (seed, policy) = gymnasium.make(name, render_mode="rgb_array"), play_of(short_name(name))
+    env, (seed, policy) = gymnasium.make(name, render_mode="rgb_array"), shown_play(short_name(name))
     player = env.unwrapped.task.baselines()[policy] if isinstance(policy, str) else policy
     player.reset()
     observation, info = env.reset(seed=seed)
@@ -268,7 +268,7 @@ def write_picture(name: str, path: Path) -> None:
 
 def palette_strip() -> np.ndarray:
     """Return a picture that holds the colours of all others in equal parts: paper, ink, and blue to red; shape (8, n, 3)."""
-    velocities = np.array(rendering.colours_of(np.linspace(-1.0, 1.0, 25) ** 3), dtype=np.uint8)
+    velocities = np.array(rendering.value_colours(np.linspace(-1.0, 1.0, 25) ** 3), dtype=np.uint8)
     greys = np.linspace(0, 255, 12).astype(np.uint8)[:, None].repeat(3, axis=1)
     colours = np.concatenate([velocities, velocities // 2, greys])
     return np.broadcast_to(colours, (8, *colours.shape)).copy()

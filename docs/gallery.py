@@ -9,7 +9,7 @@ import numpy as np
 
 import granular_env as ge
 from granular_env.domains.chain.tasks.absorption import make_absorption
-from granular_env.domains.chain.tasks.matched_end import Dashpot, Sensors
+from granular_env.domains.chain.tasks.matched_end import Dashpot, SensorScales
 from granular_env.domains.chain.tasks.pulse_forming import make_pulse_forming
 from granular_env.envs import ComponentEnv
 from granular_env.envs.policies import OpenLoop, Policy
@@ -32,7 +32,7 @@ BEST_DASHPOT = 63.0  # N s/m, found by examples/absorbing_end.py
 _COLOURS = 128
 
 
-def recorded(name: str, env: ComponentEnv, policy: Policy, options: dict | None = None) -> dict[str, float]:
+def record_episode(name: str, env: ComponentEnv, policy: Policy, options: dict | None = None) -> dict[str, float]:
     """Record one episode as logs/gallery/NAME.mcap and return its counters."""
     titled = {"experiment": {"name": f"gallery/{name}"}, "variables": ["displacement", "velocity"]}
     with ge.record(env.component, LOGS / f"{name}.mcap", every=EVERY, overwrite=True, **titled):
@@ -45,9 +45,9 @@ def recorded(name: str, env: ComponentEnv, policy: Policy, options: dict | None 
     return {counter: float(info[counter]) for counter in env.task.counter_names}
 
 
-def driven(name: str, env: make_pulse_forming, drive: np.ndarray) -> None:
+def record_drive(name: str, env: make_pulse_forming, drive: np.ndarray) -> None:
     """Record a drive [N] and print the remaining motion."""
-    print(name, recorded(name, env, OpenLoop(drive / pulse_shaping.SCALE)))
+    print(name, record_episode(name, env, OpenLoop(drive / pulse_shaping.SCALE)))
 
 
 def one_wave() -> None:
@@ -62,7 +62,7 @@ def one_wave() -> None:
         action_scale=pulse_shaping.SCALE,
         chain=pulse_shaping.PAPER,
     )
-    driven("one-wave", env, pulse_shaping.shaped(env, pushed=45))
+    record_drive("one-wave", env, pulse_shaping.shaped(env, pushed=45))
 
 
 def other_chains() -> None:
@@ -70,51 +70,51 @@ def other_chains() -> None:
     uniform = pulse_shaping.shaped(make_pulse_forming(**SETTING), pushed=50)
     for name, chain in (("disordered", DISORDERED), ("dissipative", DISSIPATIVE)):
         env = make_pulse_forming(**SETTING, chain=chain)
-        driven(name, env, pulse_shaping.shaped(env))
-        driven(f"{name}-uniform-drive", env, uniform)
+        record_drive(name, env, pulse_shaping.shaped(env))
+        record_drive(f"{name}-uniform-drive", env, uniform)
 
 
 def two_waves() -> None:
     """Record a drive that makes two waves."""
     env = pulse_shaping.two_waves_environment()
-    driven("two-waves", env, pulse_shaping.shaped(env, pushed=120))
+    record_drive("two-waves", env, pulse_shaping.shaped(env, pushed=120))
 
 
 def absorbing_ends() -> None:
     """Record the same impact on a piston at rest, a dashpot and an active end."""
     piston = make_absorption()
     for name, policy in (("wall", "nothing"), ("absorbing-piston", "theory")):
-        print(name, recorded(name, piston, piston.task.baselines()[policy], WAVE))
+        print(name, record_episode(name, piston, piston.task.baselines()[policy], WAVE))
     force = make_absorption(action="force", internal_steps=2, deadline=600)
     task = force.task
-    sensors = Sensors.of(task)
+    sensors = SensorScales.from_task(task)
     dashpot = Dashpot(BEST_DASHPOT, 1.0, force.duration, task.actions["right_force"], sensors)
-    print("dashpot", recorded("dashpot", force, dashpot, WAVE))
+    print("dashpot", record_episode("dashpot", force, dashpot, WAVE))
 
 
-@drawing.with_style
-def draw(name: str, titles: dict[str, str]) -> None:
+@drawing.use_style
+def draw_logs(name: str, titles: dict[str, str]) -> None:
     """Draw the input of each log above its x-t diagram, side by side."""
     figure = drawing.new_figure(5.0 * len(titles), 6.0)
     panels = figure.subplots(2, len(titles), squeeze=False, height_ratios=[2, 5])
     for place, (log, title) in enumerate(titles.items()):
-        seen = scene_builder.from_log(open_log(LOGS / f"{log}.mcap"))
+        seen = scene_builder.load_scene(open_log(LOGS / f"{log}.mcap"))
         above, below = panels[:, place]
         curve = max(seen.inputs.values(), key=lambda curve: (np.abs(curve.values).max(), curve.name))
-        above.plot(curve.times * 1e6, curve.values, **drawing.line(0))
+        above.plot(curve.times * 1e6, curve.values, **drawing.line_style(0))
         above.set(title=title, xlabel="time [us]", ylabel=f"{curve.name.replace('_', ' ')} [{curve.unit}]")
-        drawing.draw_space_time(figure, below, recorded_fields.as_field(seen.motion), None)
-    appearance.save(figure, IMAGES / f"gallery-{name}.png", 90, _COLOURS)
+        drawing.draw_space_time(figure, below, recorded_fields.to_field(seen.motion), None)
+    appearance.save_figure(figure, IMAGES / f"gallery-{name}.png", 90, _COLOURS)
 
 
 def pictures() -> None:
     """Draw all pictures from the logs."""
     best, borrowed = "best drive found", "drive of the uniform chain"
-    draw("one-wave", {"triangle": "The paper's triangle, 1764 N", "one-wave": "Shaped drive, 1195 N"})
-    draw("two-waves", {"two-waves": "5 m/s, and 3 m/s 100 us behind"})
-    draw("disordered", {"disordered-uniform-drive": f"Radii +-5 %: {borrowed}", "disordered": best})
-    draw("dissipative", {"dissipative-uniform-drive": f"2 N s/m: {borrowed}", "dissipative": best})
-    draw("absorbing", {"wall": "A piston at rest", "dashpot": "Best linear dashpot", "absorbing-piston": "An active end"})
+    draw_logs("one-wave", {"triangle": "The paper's triangle, 1764 N", "one-wave": "Shaped drive, 1195 N"})
+    draw_logs("two-waves", {"two-waves": "5 m/s, and 3 m/s 100 us behind"})
+    draw_logs("disordered", {"disordered-uniform-drive": f"Radii +-5 %: {borrowed}", "disordered": best})
+    draw_logs("dissipative", {"dissipative-uniform-drive": f"2 N s/m: {borrowed}", "dissipative": best})
+    draw_logs("absorbing", {"wall": "A piston at rest", "dashpot": "Best linear dashpot", "absorbing-piston": "An active end"})
 
 
 def main(parts: list[Callable[[], None]]) -> None:

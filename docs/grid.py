@@ -25,8 +25,8 @@ def show_fronts(axes: Axes, material: ge.Material, source: float = 0.0) -> None:
         axes.text(*place, front.name, color=RED, fontsize=12, fontweight="bold", ha="center", va="center", clip_on=True)
 
 
-@drawing.with_style
-def waves_of_a_load() -> None:
+@drawing.use_style
+def draw_load_waves() -> None:
     """Draw velocities and speed of the shipped Lamb experiment, with the fronts of theory."""
     grid = ge.run("psakhie-2003/lamb-grid", overrides={"duration": TIME}).component
     nodes, velocity = grid.mesh.nodes, grid.get("velocity")
@@ -45,8 +45,8 @@ def waves_of_a_load() -> None:
         show_fronts(axes, grid.parameters.materials[0])
         axes.set(aspect="equal", xlim=(-0.4, 0.4), ylim=(-0.4, 0.04), xlabel="x [m]", title=f"{title} at 70 µs")
     left.set_ylabel("y [m]")
-    appearance.save(figure, IMAGES / "grid.png", colours=64)
+    appearance.save_figure(figure, IMAGES / "grid.png", colours=64)
 
 
 if __name__ == "__main__":
-    waves_of_a_load()
+    draw_load_waves()

@@ -16,11 +16,11 @@ ENTRY = re.compile(r"^::: (?P<path>granular_env\.components\.\S+)\n(?:    .*\n)*
 def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
     """Show each picture as the one that fits the page, and parameters below the class that declares them."""
     return ENTRY.sub(
-        lambda found: found[0] + tables_of(found["path"]), _both_pictures(markdown, Path(page.file.abs_src_path).parent)
+        lambda found: found[0] + reference_tables(found["path"]), _pair_pictures(markdown, Path(page.file.abs_src_path).parent)
     )
 
 
-def _both_pictures(markdown: str, folder: Path) -> str:
+def _pair_pictures(markdown: str, folder: Path) -> str:
     """Write each picture that has a twin (``NAME-dark.png``) twice, once for each colour scheme."""
 
     def both(found: re.Match[str]) -> str:
@@ -32,7 +32,7 @@ def _both_pictures(markdown: str, folder: Path) -> str:
     return PICTURE.sub(both, markdown)
 
 
-def tables_of(path: str) -> str:
+def reference_tables(path: str) -> str:
     """Return the tables that belong below an entry of the reference: empty but for parameters and components."""
     sys.path.insert(0, str(ROOT))
     from granular_env.components.component import Component
@@ -53,10 +53,10 @@ def _resolve(path: str) -> Any:
 
 
 def _parameters(model: Any, is_named: bool) -> str:
-    from granular_env.experiments.templates import default_of, field_unit
+    from granular_env.experiments.templates import default_text, field_unit
 
     rows = [
-        (f"`{key}`", field_unit(field), f"`{default_of(field)}`", field.description or "")
+        (f"`{key}`", field_unit(field), f"`{default_text(field)}`", field.description or "")
         for key, field in model.model_fields.items()
     ]
     return _table(f"Parameters of `{model.__name__}`:" if is_named else "", ("parameter", "unit", "default", "meaning"), rows)
@@ -64,11 +64,11 @@ def _parameters(model: Any, is_named: bool) -> str:
 
 def _variables(kind: Any) -> str:
     """Return the inputs and outputs of the smallest example of a component, and its events."""
-    from granular_env.experiments.templates import example_of
+    from granular_env.experiments.templates import make_example
 
     tables = []
     for causality in ("input", "output"):
-        found = [one for one in example_of(kind.name, {}).variables.values() if one.causality == causality]
+        found = [one for one in make_example(kind.name, {}).variables.values() if one.causality == causality]
         rows = [(f"`{one.name}`", one.unit, str(one.shape) if one.shape else "number", _meaning(one)) for one in found]
         tables.append(
             _table(f"{causality.capitalize()}s of the smallest example:", (causality, "unit", "shape", "meaning"), rows)

@@ -54,7 +54,7 @@ def loops(axes, cases):
     """Draw force against overlap, one curve per case (label, speed, parameters)."""
     for place, (label, speed, parameters) in enumerate(cases):
         overlap, force, _, _ = collide(speed, **parameters)
-        axes.plot(overlap * 1e6, force, **drawing.line(place), label=label)
+        axes.plot(overlap * 1e6, force, **drawing.line_style(place), label=label)
     axes.set(xlabel="overlap [µm]", ylabel="force [N]", title="One collision")
     axes.legend()
 
@@ -67,12 +67,12 @@ def plain_ticks(axes, values):
     axes.tick_params(axis="y", which="minor", left=False, labelleft=False)
 
 
-def save(figure, name):
+def save_picture(figure, name):
     """Write the PNGs of a figure, with few colours, to docs/images/laws."""
-    appearance.save(figure, IMAGES / f"{name}.png", 100, _COLOURS)
+    appearance.save_figure(figure, IMAGES / f"{name}.png", 100, _COLOURS)
 
 
-@drawing.with_style
+@drawing.use_style
 def hertz():
     """Draw forces and the duration of a collision."""
     figure = drawing.new_figure(9.0, 3.6)
@@ -80,15 +80,17 @@ def hertz():
     loops(left, [(name, 1.0, {"material": name}) for name in ("steel", "glass", "aluminium")])
     speeds = np.geomspace(1e-3, 10.0, 9)
     mass, stiffness = scales()
-    right.loglog(speeds, 1e6 * theory.collision_duration(mass, stiffness, speeds), **drawing.line(0), label="theory")
-    right.loglog(speeds, [1e6 * collide(speed)[2][-1] for speed in speeds], "o", color=drawing.line(1)["color"], label="runs")
+    right.loglog(speeds, 1e6 * theory.collision_duration(mass, stiffness, speeds), **drawing.line_style(0), label="theory")
+    right.loglog(
+        speeds, [1e6 * collide(speed)[2][-1] for speed in speeds], "o", color=drawing.line_style(1)["color"], label="runs"
+    )
     right.set(xlabel="relative speed [m/s]", ylabel="duration [µs]", title="Two steel grains: proportional to v^(-1/5)")
     plain_ticks(right, (10, 20, 30, 50, 70))
     right.legend()
-    save(figure, "hertz")
+    save_picture(figure, "hertz")
 
 
-@drawing.with_style
+@drawing.use_style
 def power():
     """Draw the forces of several exponents, and their solitary waves."""
     figure = drawing.new_figure(9.0, 3.6)
@@ -100,7 +102,7 @@ def power():
         stiffness = 0.25 * mass * (exponent + 1.0) / 1e-5 ** (exponent + 1.0)
         law = {"law": {"name": "power", "exponent": exponent}, "contact_stiffness": stiffness}
         overlap, force, _, _ = collide(1.0, **law)
-        left.plot(overlap * 1e6, force, **drawing.line(place), label=f"p = {exponent:g}")
+        left.plot(overlap * 1e6, force, **drawing.line_style(place), label=f"p = {exponent:g}")
         chain = ge.make("chain", grains=81, velocity_scale=1.0, **law)
         chain.reset(velocity={0: 1.0})
         motion = measurement.observe(chain, 3000 * chain.step_size, chain.step_size)
@@ -109,17 +111,17 @@ def power():
         right.plot(
             (motion.time - wave.time) * wave.speed / spacing,
             motion.velocity[:, 60] / wave.amplitude,
-            **drawing.line(place),
+            **drawing.line_style(place),
         )
     left.set(xlabel="overlap [µm]", ylabel="force [N]", title="One collision at 1 m/s")
     left.legend()
     right.set(
         xlim=(-6, 6), xlabel="distance from the crest [diameters]", ylabel="velocity / its maximum", title="Solitary waves"
     )
-    save(figure, "power")
+    save_picture(figure, "power")
 
 
-@drawing.with_style
+@drawing.use_style
 def dissipative(name, law, loss):
     """Draw the force loop and the energy loss of a collision."""
     figure = drawing.new_figure(9.0, 3.6)
@@ -129,12 +131,14 @@ def dissipative(name, law, loss):
     loops(left, [("hertz", 1.0, {}), *((f"{one['dissipation']:g} {unit}", 1.0, {"law": one}) for one in (law, stronger))])
     speeds = np.geomspace(1e-2, 10.0, 13)
     mass, stiffness = scales()
-    right.loglog(speeds, loss(mass, stiffness, law["dissipation"], speeds), **drawing.line(1), label="theory, small losses")
-    right.loglog(speeds, 1.0 - restitutions(speeds, law=law), "o", color=drawing.line(1)["color"], label="runs")
+    right.loglog(
+        speeds, loss(mass, stiffness, law["dissipation"], speeds), **drawing.line_style(1), label="theory, small losses"
+    )
+    right.loglog(speeds, 1.0 - restitutions(speeds, law=law), "o", color=drawing.line_style(1)["color"], label="runs")
     right.set(xlabel="relative speed [m/s]", ylabel="1 - e", title=f"Loss at {law['dissipation']:g} {unit}")
     plain_ticks(right, (0.007, 0.01, 0.02, 0.03, 0.05))
     right.legend()
-    save(figure, name)
+    save_picture(figure, name)
 
 
 def thornton(ratio):
@@ -143,7 +147,7 @@ def thornton(ratio):
     return np.sqrt(1.2 * np.sqrt(3.0) * (1.0 - ratio * ratio / 6.0)) * (ratio / (ratio + 2.0 * root)) ** 0.25
 
 
-@drawing.with_style
+@drawing.use_style
 def elastic_plastic():
     """Draw two collisions of the same contact, and restitution against Thornton's formula."""
     figure = drawing.new_figure(9.0, 3.6)
@@ -154,15 +158,15 @@ def elastic_plastic():
     root = ge.make("chain", grains=2, **plastic).geometry.law_constants[1, 0]
     yielding = np.sqrt(0.8 * stiffness * root**5 / mass)
     speeds = np.geomspace(0.02, 10.0, 16)
-    right.loglog(speeds, thornton(np.minimum(yielding / speeds, 1.0)), **drawing.line(1), label="Thornton")
-    right.loglog(speeds, restitutions(speeds, **plastic), "o", color=drawing.line(1)["color"], label="runs")
+    right.loglog(speeds, thornton(np.minimum(yielding / speeds, 1.0)), **drawing.line_style(1), label="Thornton")
+    right.loglog(speeds, restitutions(speeds, **plastic), "o", color=drawing.line_style(1)["color"], label="runs")
     right.set(xlabel="relative speed [m/s]", ylabel="e", title="Restitution of two steel grains")
     plain_ticks(right, (0.5, 0.6, 0.7, 0.8, 0.9, 1.0))
     right.legend()
-    save(figure, "elastic-plastic")
+    save_picture(figure, "elastic-plastic")
 
 
-@drawing.with_style
+@drawing.use_style
 def linear():
     """Draw force against overlap, and restitution against the damping ratio, with and without tension."""
     figure = drawing.new_figure(9.0, 3.6)
@@ -176,17 +180,17 @@ def linear():
     loops(left, [(f"zeta = {ratio:g}", 1.0, law(ratio)) for ratio in (0.0, 0.1, 0.4)])
     ratios = np.linspace(0.0, 0.9, 91)
     root = np.sqrt(1.0 - ratios**2)
-    right.plot(ratios, np.exp(-np.pi * ratios / root), **drawing.line(0), label="theory, with tension")
+    right.plot(ratios, np.exp(-np.pi * ratios / root), **drawing.line_style(0), label="theory, with tension")
     opening = np.pi - np.arctan2(2.0 * ratios * root, 1.0 - 2.0 * ratios**2)
-    right.plot(ratios, np.exp(-ratios / root * opening), **drawing.line(1), label="theory, without tension")
+    right.plot(ratios, np.exp(-ratios / root * opening), **drawing.line_style(1), label="theory, without tension")
     runs = np.linspace(0.0, 0.9, 10)
-    right.plot(runs, [collide(1.0, **law(ratio))[3] for ratio in runs], "o", color=drawing.line(1)["color"], label="runs")
+    right.plot(runs, [collide(1.0, **law(ratio))[3] for ratio in runs], "o", color=drawing.line_style(1)["color"], label="runs")
     right.set(xlabel="damping ratio", ylabel="e", title="Restitution at any speed")
     right.legend()
-    save(figure, "linear")
+    save_picture(figure, "linear")
 
 
-@drawing.with_style
+@drawing.use_style
 def walton_braun():
     """Draw three collisions, and restitution against the ratio of the stiffnesses."""
     figure = drawing.new_figure(9.0, 3.6)
@@ -200,14 +204,14 @@ def walton_braun():
         left, [("k1/k2 = 0.5, 1 m/s", 1.0, law(0.5)), ("k1/k2 = 0.5, 0.6 m/s", 0.6, law(0.5)), ("k1/k2 = 0.2", 1.0, law(0.2))]
     )
     ratios, runs = np.linspace(0.02, 1.0, 99), np.linspace(0.1, 1.0, 10)
-    right.plot(ratios, np.sqrt(ratios), **drawing.line(1), label="sqrt(k1/k2)")
-    right.plot(runs, [collide(1.0, **law(ratio))[3] for ratio in runs], "o", color=drawing.line(1)["color"], label="runs")
+    right.plot(ratios, np.sqrt(ratios), **drawing.line_style(1), label="sqrt(k1/k2)")
+    right.plot(runs, [collide(1.0, **law(ratio))[3] for ratio in runs], "o", color=drawing.line_style(1)["color"], label="runs")
     right.set(xlabel="k1 / k2", ylabel="e", title="Restitution at any speed")
     right.legend()
-    save(figure, "walton-braun")
+    save_picture(figure, "walton-braun")
 
 
-def draw():
+def draw_laws():
     """Draw all of them."""
     IMAGES.mkdir(parents=True, exist_ok=True)
     hertz()
@@ -220,4 +224,4 @@ def draw():
 
 
 if __name__ == "__main__":
-    draw()
+    draw_laws()

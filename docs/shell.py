@@ -12,9 +12,9 @@ from matplotlib.collections import PolyCollection, QuadMesh
 import granular_env as ge
 from granular_env.components.shell.theory import breathing_frequency, lame_displacement
 from granular_env.viewing.figures import drawing
-from granular_env.viewing.figures.colour_bar import add_bar
+from granular_env.viewing.figures.colour_bar import add_colour_bar
 from granular_env.viewing.figures.plane import draw_instant, load_plane
-from granular_env.viewing.scene_builder import from_log
+from granular_env.viewing.scene_builder import load_scene
 
 IMAGES = Path(__file__).parent / "images"
 DARK_RED, BLUE = "#c1121f", "#274c77"
@@ -65,7 +65,7 @@ def show_rod(axes: Axes, rod: Any, offset: float) -> Any:
     return drawn
 
 
-@drawing.with_style
+@drawing.use_style
 def breathing_and_impact() -> None:
     """Draw the two shipped experiments on the solid."""
     figure = drawing.new_figure(11.0, 3.6)
@@ -79,7 +79,7 @@ def breathing_and_impact() -> None:
     right.set(aspect="equal", xlabel="x [mm]", xlim=(-1.0, 38.0), ylim=(-24.0, 9.0), yticks=[])
     right.set_title("a rod that hit a wall at 200 m/s")
     figure.colorbar(drawn, ax=right, label="plastic strain", shrink=0.8)
-    appearance.save(figure, IMAGES / "shell.png", colours=128)
+    appearance.save_figure(figure, IMAGES / "shell.png", colours=128)
 
 
 def whole_cells(solid: Any) -> np.ndarray:
@@ -97,7 +97,7 @@ def show_cells(axes: Axes, x: np.ndarray, y: np.ndarray, cells: np.ndarray, valu
     return drawn
 
 
-@drawing.with_style
+@drawing.use_style
 def cracks() -> None:
     """Draw the shipped ring in pieces, and a tube whose notch has torn open, unrolled."""
     figure = drawing.new_figure(11.0, 4.2)
@@ -123,10 +123,10 @@ def cracks() -> None:
     right.set(xlim=(-5.5, 25.5), ylim=(-15.0, 15.0), xlabel="along the tube [mm]", ylabel="around [mm]")
     right.set_title("a notched tube, 5 MPa, after 30 µs")
     figure.colorbar(drawn, ax=right, label="equivalent stress [MPa]", shrink=0.8)
-    appearance.save(figure, IMAGES / "shell-fracture.png", colours=128)
+    appearance.save_figure(figure, IMAGES / "shell-fracture.png", colours=128)
 
 
-@drawing.with_style
+@drawing.use_style
 def torn_tube() -> None:
     """Draw three instants of the tube of cracked-tube.md, whose notch tears open, obliquely, as a report does."""
     body = {
@@ -139,7 +139,7 @@ def torn_tube() -> None:
         with ge.record(tube, path, every=1e-6, variables=["surface_displacement", "surface_stress", "surface_cells"]):
             tube.step(2.4e-5, pressure=5e6)
         with ge.open_log(path) as log:
-            shown = load_plane(log, from_log(log), [0.0, 6e-6, 2.4e-5])
+            shown = load_plane(log, load_scene(log), [0.0, 6e-6, 2.4e-5])
     assert shown is not None
     figure = drawing.new_figure(11.0, 4.4)
     panels = figure.subplots(1, 3)
@@ -147,13 +147,13 @@ def torn_tube() -> None:
         draw_instant(axes, shown, frame)
         axes.set_title(f"{1e6 * time:.0f} µs", fontsize=11)
     for scale in shown.scales.colours:
-        add_bar(figure, scale, ax=panels, shrink=0.5, aspect=40, pad=0.02)
+        add_colour_bar(figure, scale, ax=panels, shrink=0.5, aspect=40, pad=0.02)
     for marks in figure.findobj(QuadMesh):
         # The bar keeps its colours on dark pages, as the tube does.
         shades = marks.to_rgba(np.ravel(marks.get_array()))
         marks.set_array(None)
         marks.set_facecolor(shades)
-    appearance.save(figure, IMAGES / "cracked-tube.png", colours=256)
+    appearance.save_figure(figure, IMAGES / "cracked-tube.png", colours=256)
 
 
 if __name__ == "__main__":

@@ -57,14 +57,14 @@ def show_resonance(axes: Axes) -> None:
     axes.legend(frameon=False, fontsize=8, loc="lower right")
 
 
-@drawing.with_style
+@drawing.use_style
 def waves_in_the_wall() -> None:
     """Draw the two shipped experiments on gas and solid together."""
     figure = drawing.new_figure(11.0, 3.8)
     left, right = figure.subplots(1, 2)
     show_history(figure, left)
     show_resonance(right)
-    appearance.save(figure, IMAGES / "tube.png", colours=128)
+    appearance.save_figure(figure, IMAGES / "tube.png", colours=128)
 
 
 if __name__ == "__main__":

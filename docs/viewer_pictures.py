@@ -22,7 +22,7 @@ TORN, TORN_AT = "gato-shie-2010/notch-1-inch", 8.6e-4
 sys.path.insert(0, str(DOCS.parent / "tests"))
 
 
-def small(picture: bytes, width: int) -> Image.Image:
+def shrink_picture(picture: bytes, width: int) -> Image.Image:
     """Return a PNG at this width, in 256 colours."""
     drawn = Image.open(io.BytesIO(picture)).convert("RGB")
     drawn = drawn.resize((width, round(drawn.height * width / drawn.width)), Image.Resampling.LANCZOS)
@@ -32,7 +32,7 @@ def small(picture: bytes, width: int) -> Image.Image:
 def take_viewer(log: Log, folder: Path) -> None:
     """Take the desktop viewer, two thirds into the run."""
     picture = viewing.screenshot(log, folder / "viewer.png", size=(1500, 900))
-    small(picture.read_bytes(), 1200).save(IMAGES / "viewer.png", optimize=True)
+    shrink_picture(picture.read_bytes(), 1200).save(IMAGES / "viewer.png", optimize=True)
 
 
 def take_cracks(folder: Path) -> None:
@@ -41,7 +41,7 @@ def take_cracks(folder: Path) -> None:
     assert result.log is not None
     with ge.open_log(result.log) as log:
         picture = viewing.screenshot(log, folder / "cracks.png", at=CRACKED_AT, size=(1300, 780))
-    small(picture.read_bytes(), 1200).save(IMAGES / "viewer-cracks.png", optimize=True)
+    shrink_picture(picture.read_bytes(), 1200).save(IMAGES / "viewer-cracks.png", optimize=True)
 
 
 def take_tube(folder: Path) -> None:
@@ -50,7 +50,7 @@ def take_tube(folder: Path) -> None:
     assert result.log is not None
     with ge.open_log(result.log) as log:
         picture = viewing.screenshot(log, folder / "tube.png", at=TORN_AT, size=(1400, 900), exaggerate=1.0)
-    small(picture.read_bytes(), 1200).save(IMAGES / "viewer-tube.png", optimize=True)
+    shrink_picture(picture.read_bytes(), 1200).save(IMAGES / "viewer-tube.png", optimize=True)
 
 
 def take_report(log: Log, folder: Path) -> None:
@@ -69,7 +69,7 @@ def take_report(log: Log, folder: Path) -> None:
         both.paste(half, (place * half.width, 0))
     buffer = io.BytesIO()
     both.save(buffer, "png")
-    small(buffer.getvalue(), 1200).save(IMAGES / "report.png", optimize=True)
+    shrink_picture(buffer.getvalue(), 1200).save(IMAGES / "report.png", optimize=True)
 
 
 if __name__ == "__main__":

@@ -10,12 +10,12 @@ from collections.abc import Callable
 import numpy as np
 
 from granular_env.domains.chain.tasks.absorption import make_absorption
-from granular_env.domains.chain.tasks.matched_end import Dashpot, Sensors
+from granular_env.domains.chain.tasks.matched_end import Dashpot, SensorScales
 
 WAVES = [(strikers, speed) for strikers in (1, 2) for speed in (3.0, 5.0, 8.0)]
 
 
-def left_over(env: make_absorption, policy: Callable, strikers: int, speed: float) -> float:
+def residual_energy(env: make_absorption, policy: Callable, strikers: int, speed: float) -> float:
     """Return the final energy in the chain divided by the energy of the strikers."""
     env.reset(seed=0, options={"velocity": dict.fromkeys(range(strikers), speed)})
     policy.reset()
@@ -27,7 +27,7 @@ def left_over(env: make_absorption, policy: Callable, strikers: int, speed: floa
     return info["returned"]
 
 
-def rebound(strikers: int, speed: float) -> float:
+def rebound_energy(strikers: int, speed: float) -> float:
     """Return the energy that the strikers carry off before reaching the end: left of grain 30, after 600 us in a long chain."""
     env = make_absorption(160, deadline=600)
     env.reset(seed=0, options={"velocity": dict.fromkeys(range(strikers), speed)})
@@ -37,15 +37,15 @@ def rebound(strikers: int, speed: float) -> float:
     return float((speeds**2).sum() / (strikers * speed**2))
 
 
-def returned(env: make_absorption, policy: Callable) -> float:
+def mean_returned_energy(env: make_absorption, policy: Callable) -> float:
     """Return the mean over the six waves."""
-    return float(np.mean([left_over(env, policy, *wave) - CARRIED[wave] for wave in WAVES]))
+    return float(np.mean([residual_energy(env, policy, *wave) - CARRIED[wave] for wave in WAVES]))
 
 
-CARRIED = {wave: rebound(*wave) for wave in WAVES}
+CARRIED = {wave: rebound_energy(*wave) for wave in WAVES}
 
 
-def free_end() -> float:
+def free_end_energy() -> float:
     """Let the last grain fly off, and return the energy of the other grains."""
     left = []
     env = make_absorption(action="force")
@@ -64,23 +64,23 @@ def best_dashpot(exponent: float, low: float, high: float, mass: float | None = 
     chain = {} if mass is None else {"mass": {63: mass}}
     env = make_absorption(action="force", chain=chain, internal_steps=2, deadline=600)
     task = env.task
-    sensors = Sensors.of(task)
+    sensors = SensorScales.from_task(task)
 
     def cost(logarithm: float) -> float:
-        return returned(env, Dashpot(float(np.exp(logarithm)), exponent, env.duration, 1000.0, sensors))
+        return mean_returned_energy(env, Dashpot(float(np.exp(logarithm)), exponent, env.duration, 1000.0, sensors))
 
     found = minimize_scalar(cost, bounds=(np.log(low), np.log(high)), method="bounded", options={"xatol": 0.02})
     return float(np.exp(found.x)), float(found.fun)
 
 
 def main() -> dict[str, float]:
-    numbers = {"wall": returned(make_absorption(), make_absorption().task.baselines()["nothing"])}
-    numbers["free end, last grain caught"] = free_end()
+    numbers = {"wall": mean_returned_energy(make_absorption(), make_absorption().task.baselines()["nothing"])}
+    numbers["free end, last grain caught"] = free_end_energy()
     constant, numbers["best linear dashpot"] = best_dashpot(1.0, 20.0, 500.0)
     numbers["its constant [N s/m]"] = constant
     for action in ("piston", "force"):
         env = make_absorption(action=action)
-        numbers[f"matched {action}"] = returned(env, env.task.baselines()["theory"])
+        numbers[f"matched {action}"] = mean_returned_energy(env, env.task.baselines()["theory"])
     return numbers
 
 

@@ -16,7 +16,7 @@ RECEIVERS = [[0.2, -0.01], [0.12, -0.12]]  # near the surface (Rayleigh wave), a
 POWERS = np.array([0, 0, 0, 64, -192, 192, -64]) / DURATION ** np.arange(7)
 
 
-def load(time: np.ndarray) -> np.ndarray:
+def load_force(time: np.ndarray) -> np.ndarray:
     """Return 64 (t/T)^3 (1 - t/T)^3 times the peak, downwards [N]."""
     part = np.clip(time / DURATION, 0.0, 1.0)
     return 64.0 * PEAK * part**3 * (1.0 - part) ** 3
@@ -45,7 +45,7 @@ def seismograms(holes: list[dict], duration: float = 1.1e-4) -> tuple[np.ndarray
 def main() -> dict[str, float]:
     """Run the comparison; return the printed numbers."""
     times, seen = seismograms([])
-    exact = LineLoad(ROCK, load, DURATION)
+    exact = LineLoad(ROCK, load_force, DURATION)
     numbers = {"Rayleigh speed / S speed": rayleigh_speed(ROCK) / ROCK.shear_speed}
     for place, (x, y) in enumerate(RECEIVERS):
         reference = exact.displacement(x, -y, times)

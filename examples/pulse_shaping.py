@@ -20,7 +20,7 @@ UNIT = 20.0  # N: length of the optimiser's first step
 Bounds = tuple[float, float]
 
 
-def improved(env: make_pulse_forming, drive: np.ndarray, way: float, pushed: int, iterations: int) -> np.ndarray:
+def improve_drive(env: make_pulse_forming, drive: np.ndarray, way: float, pushed: int, iterations: int) -> np.ndarray:
     """Return a drive from L-BFGS-B; `way` is the weight of the mean distance over all steps relative to the final distance."""
     env.reset(seed=0)
     objective, steps = env.task.objective(env.component, len(drive), way=way), len(drive)
@@ -37,24 +37,24 @@ def improved(env: make_pulse_forming, drive: np.ndarray, way: float, pushed: int
     return UNIT * minimize(cost, drive / UNIT, jac=True, method="L-BFGS-B", bounds=limits, options=options).x
 
 
-def shaped(env: make_pulse_forming, pushed: int | None = None, iterations: int = 600) -> np.ndarray:
+def shape_drive(env: make_pulse_forming, pushed: int | None = None, iterations: int = 600) -> np.ndarray:
     """Return the best drive found from zeros, 0 to `PEAK`, in the first `pushed` control steps (all of them).
 
     First minimise the distance over all steps, which has a gradient everywhere, then the final distance.
     """
     drive = np.zeros(int(env.deadline))
     for way, part in ((1.0, 0.5), (0.3, 0.5), (0.0, 1.0)):
-        drive = improved(env, drive, way, pushed or int(env.deadline), int(part * iterations))
+        drive = improve_drive(env, drive, way, pushed or int(env.deadline), int(part * iterations))
     return drive
 
 
-def returned(env: make_pulse_forming, drive: np.ndarray) -> dict[str, float]:
+def final_counters(env: make_pulse_forming, drive: np.ndarray) -> dict[str, float]:
     """Return the counters of the environment at the deadline."""
     _, info = play(env, OpenLoop(drive / SCALE), seed=0)
     return {name: float(info[name]) for name in env.task.counter_names}
 
 
-def passages(env: make_pulse_forming, drive: np.ndarray, grain: int) -> list[tuple[float, float]]:
+def crest_passages(env: make_pulse_forming, drive: np.ndarray, grain: int) -> list[tuple[float, float]]:
     """Return times [s] and velocities [m/s] of crests at a grain: maxima above 0.2 m/s, sampled at every internal step."""
     chain, speeds = env.component, []
     chain.reset()
@@ -71,7 +71,7 @@ def passages(env: make_pulse_forming, drive: np.ndarray, grain: int) -> list[tup
     return found
 
 
-def triangle() -> float:
+def triangle_height() -> float:
     """Return the velocity at grain 60 of the wave from the paper's 10 us triangle [m/s]."""
     chain = ge.Chain(grains=100, step_size=1e-7, **PAPER)
     fastest = 0.0
@@ -83,14 +83,14 @@ def triangle() -> float:
 
 def one_wave() -> dict[str, float]:
     """Make one wave of the triangle's height at grain 60 of the paper's chain, with a drive below the triangle's peak."""
-    amplitude = triangle()
+    amplitude = triangle_height()
     env = make_pulse_forming(100, place=60, amplitude=amplitude, deadline=264, action_scale=SCALE, chain=PAPER)
-    drive = shaped(env, pushed=45)
-    left = returned(env, drive)
+    drive = shape_drive(env, pushed=45)
+    left = final_counters(env, drive)
     return {
         "triangle: amplitude at grain 60 [m/s]": amplitude,
         "triangle: peak force [N]": PEAK,
-        "shaped: amplitude at grain 60, relative error": passages(env, drive, 60)[0][1] / amplitude - 1.0,
+        "shaped: amplitude at grain 60, relative error": crest_passages(env, drive, 60)[0][1] / amplitude - 1.0,
         "shaped: energy outside the wave / input": left["energy_outside"],
         "shaped: peak force [N]": float(drive.max()),
     }
@@ -99,15 +99,15 @@ def one_wave() -> dict[str, float]:
 def other_chains() -> dict[str, float]:
     """Return the distances from a wave of 5 m/s at grain 60 in other chains, for the best and the uniform chain's drive."""
     setting = {"grains": 100, "place": 60, "deadline": 270, "action_scale": SCALE}
-    uniform = shaped(make_pulse_forming(**setting), pushed=50)
+    uniform = shape_drive(make_pulse_forming(**setting), pushed=50)
     numbers = {}
     for name, chain in {
         "radii +-5 %": {"radius": {"low": 2.85e-3, "high": 3.15e-3, "seed": 1}},
         "viscous, 2 N s/m": {"law": {"name": "viscous", "dissipation": 2.0}},
     }.items():
         env = make_pulse_forming(**setting, chain=chain)
-        numbers[f"{name}: distance"] = returned(env, shaped(env))["distance"]
-        numbers[f"{name}: with the uniform chain's drive"] = returned(env, uniform)["distance"]
+        numbers[f"{name}: distance"] = final_counters(env, shape_drive(env))["distance"]
+        numbers[f"{name}: with the uniform chain's drive"] = final_counters(env, uniform)["distance"]
     return numbers
 
 
@@ -122,13 +122,13 @@ def two_waves_environment(first: float = 5.0, second: float = 3.0, grain: int = 
 def two_waves(first: float = 5.0, second: float = 3.0, grain: int = 30, delay: float = 1e-4) -> dict[str, float]:
     """Return the deviations of two waves from the wanted waves."""
     env = two_waves_environment(first, second, grain, delay)
-    drive = shaped(env, pushed=120)
-    (early, high), (late, low) = passages(env, drive, grain)
+    drive = shape_drive(env, pushed=120)
+    (early, high), (late, low) = crest_passages(env, drive, grain)
     return {
         "first wave, relative error": high / first - 1.0,
         "second wave, relative error": low / second - 1.0,
         "delay, relative error": (late - early) / delay - 1.0,
-        "energy outside the waves / input": returned(env, drive)["energy_outside"],
+        "energy outside the waves / input": final_counters(env, drive)["energy_outside"],
     }
 
 

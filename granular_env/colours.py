@@ -18,20 +18,20 @@ PALETTE = (
 )  # fmt: skip
 
 
-def rgb(text: str) -> tuple[int, int, int]:
+def parse_rgb(text: str) -> tuple[int, int, int]:
     """Return red, green and blue, 0 to 255, of ``#rrggbb``."""
     return int(text[1:3], 16), int(text[3:5], 16), int(text[5:7], 16)
 
 
-def _map_colours(part: npt.NDArray[np.float64], anchors: tuple[str, ...]) -> npt.NDArray[np.uint8]:
-    table = np.array([rgb(anchor) for anchor in anchors], dtype=np.float64)
+def _interpolate_colours(part: npt.NDArray[np.float64], anchors: tuple[str, ...]) -> npt.NDArray[np.uint8]:
+    table = np.array([parse_rgb(anchor) for anchor in anchors], dtype=np.float64)
     places = np.linspace(0.0, 1.0, len(anchors))
     part = np.clip(np.nan_to_num(part, nan=0.5), 0.0, 1.0)
     channels = [np.interp(part, places, table[:, channel]) for channel in range(3)]
     return np.rint(np.stack(channels, axis=-1)).astype(np.uint8)
 
 
-def diverging(values: npt.NDArray[np.float64], limit: float, zero: str | None = None) -> npt.NDArray[np.uint8]:
+def diverging_colours(values: npt.NDArray[np.float64], limit: float, zero: str | None = None) -> npt.NDArray[np.uint8]:
     """Return the colours of signed values between -limit (blue) and +limit (red); shape (*values.shape, 3).
 
     Args:
@@ -40,12 +40,12 @@ def diverging(values: npt.NDArray[np.float64], limit: float, zero: str | None = 
         zero: the colour of 0, such as a grey that is visible on white; default: near white.
     """
     anchors = DIVERGING if zero is None else (DIVERGING[0], zero, DIVERGING[-1])
-    return _map_colours(0.5 + 0.5 * np.asarray(values) / limit, anchors)
+    return _interpolate_colours(0.5 + 0.5 * np.asarray(values) / limit, anchors)
 
 
-def sequential(values: npt.NDArray[np.float64], limit: float) -> npt.NDArray[np.uint8]:
+def sequential_colours(values: npt.NDArray[np.float64], limit: float) -> npt.NDArray[np.uint8]:
     """Return the colours of values from 0 (dark) to limit (yellow); shape (*values.shape, 3)."""
-    return _map_colours(np.asarray(values) / limit, SEQUENTIAL)
+    return _interpolate_colours(np.asarray(values) / limit, SEQUENTIAL)
 
 
 def symmetric_limit(values: npt.ArrayLike) -> float:

@@ -64,12 +64,17 @@ def crests(times: Any, values: Any, above: float, separation: float = 1.0) -> li
     if (np.diff(times) <= 0.0).any():
         raise ParameterError("they do not increase", hint="sort them, or give one run without a reset within it", at="times")
     return [
-        Crest(*top(times, values, peak), float(times[begin]), float(times[end]), _duration(times, values, begin, peak, end))
-        for begin, peak, end in ridges(values, above, separation)
+        Crest(
+            *interpolated_maximum(times, values, peak),
+            float(times[begin]),
+            float(times[end]),
+            _half_height_duration(times, values, begin, peak, end),
+        )
+        for begin, peak, end in crest_indices(values, above, separation)
     ]
 
 
-def ridges(values: FloatArray, above: float, separation: float) -> list[tuple[int, int, int]]:
+def crest_indices(values: FloatArray, above: float, separation: float) -> list[tuple[int, int, int]]:
     """Return sample indices of each maximum: the minimum before it (or the last value at or below 0), top, minimum after."""
     from scipy.signal import find_peaks
 
@@ -95,18 +100,18 @@ def _foot_after(values: FloatArray, peak: int, last: int) -> int:
     return peak + int(np.argmax(down) if down.any() else np.argmin(values[peak : last + 1]))
 
 
-def top(times: FloatArray, values: FloatArray, peak: int) -> tuple[float, float]:
+def interpolated_maximum(times: FloatArray, values: FloatArray, peak: int) -> tuple[float, float]:
     """Return the time and height of the maximum next to a sample."""
-    curve, time = _curve(times, values, peak), float(times[peak])
+    curve, time = _local_polynomial(times, values, peak), float(times[peak])
     low, high = (float(times[min(max(i, 0), len(times) - 1)]) - time for i in (peak - 1, peak + 1))
-    place = _root(lambda x: curve.at(x)[1], low, high)
-    height = curve.at(place)[0] if place is not None else -math.inf
+    place = _bracketed_root(lambda x: curve.value_and_slope(x)[1], low, high)
+    height = curve.value_and_slope(place)[0] if place is not None else -math.inf
     if place is None or not height > values[peak]:
         return time, float(values[peak])
     return time + place, height
 
 
-def resolved_top(times: FloatArray, values: FloatArray, peak: int) -> tuple[float, float] | None:
+def resolved_maximum(times: FloatArray, values: FloatArray, peak: int) -> tuple[float, float] | None:
     """Return the time and height of the maximum next to a sample, or None if the samples do not resolve it.
 
     A maximum is resolved if the curve is concave at the sample and at both neighbours. Jumps, plateaus, pulses of two or three
@@ -118,16 +123,16 @@ def resolved_top(times: FloatArray, values: FloatArray, peak: int) -> tuple[floa
     slopes = np.diff(values[own]) / np.diff(times[own])
     if (np.diff(slopes) > 0.0).any() or not slopes[1] > 0.0 > slopes[2]:
         return None
-    return top(times, values, peak)
+    return interpolated_maximum(times, values, peak)
 
 
-def crossing(times: FloatArray, values: FloatArray, after: int, level: float) -> float:
+def crossing_time(times: FloatArray, values: FloatArray, sample: int, level: float) -> float:
     """Return the time at which the curve crosses a level between a sample and the next, which lie on different sides."""
-    curve, length = _curve(times, values, after), float(times[after + 1] - times[after])
-    place = _root(lambda x: curve.at(x)[0] - level, 0.0, length)
+    curve, length = _local_polynomial(times, values, sample), float(times[sample + 1] - times[sample])
+    place = _bracketed_root(lambda x: curve.value_and_slope(x)[0] - level, 0.0, length)
     if place is None:
-        place = length * (level - float(values[after])) / float(values[after + 1] - values[after])
-    return float(times[after]) + place
+        place = length * (level - float(values[sample])) / float(values[sample + 1] - values[sample])
+    return float(times[sample]) + place
 
 
 class _Polynomial(NamedTuple):
@@ -136,7 +141,7 @@ class _Polynomial(NamedTuple):
     nodes: list[float]
     coefficients: list[float]
 
-    def at(self, x: float) -> tuple[float, float]:
+    def value_and_slope(self, x: float) -> tuple[float, float]:
         """Return the value and the slope at x."""
         value, slope = self.coefficients[-1], 0.0
         for node, coefficient in zip(self.nodes[-2::-1], self.coefficients[-2::-1], strict=True):
@@ -145,16 +150,16 @@ class _Polynomial(NamedTuple):
         return value, slope
 
 
-def _curve(times: FloatArray, values: FloatArray, near: int) -> _Polynomial:
-    """Return the polynomial through the samples nearest to sample `near`, in the time since this sample [s]."""
-    first = min(max(near - SAMPLES // 2, 0), max(len(times) - SAMPLES, 0))
-    nodes, differences = times[first : first + SAMPLES] - times[near], values[first : first + SAMPLES].copy()
+def _local_polynomial(times: FloatArray, values: FloatArray, sample: int) -> _Polynomial:
+    """Return the polynomial through the samples nearest to sample `sample`, in the time since this sample [s]."""
+    first = min(max(sample - SAMPLES // 2, 0), max(len(times) - SAMPLES, 0))
+    nodes, differences = times[first : first + SAMPLES] - times[sample], values[first : first + SAMPLES].copy()
     for order in range(1, len(nodes)):
         differences[order:] = np.diff(differences[order - 1 :]) / (nodes[order:] - nodes[:-order])
     return _Polynomial(nodes.tolist(), differences.tolist())
 
 
-def _root(function: Callable[[float], float], low: float, high: float) -> float | None:
+def _bracketed_root(function: Callable[[float], float], low: float, high: float) -> float | None:
     """Return the zero of a function between two points, or None if it has the same sign at both."""
     from scipy.optimize import brentq
 
@@ -164,10 +169,10 @@ def _root(function: Callable[[float], float], low: float, high: float) -> float 
     return float(found)
 
 
-def _duration(times: FloatArray, values: FloatArray, begin: int, peak: int, end: int) -> float:
-    half = 0.5 * top(times, values, peak)[1]
+def _half_height_duration(times: FloatArray, values: FloatArray, begin: int, peak: int, end: int) -> float:
+    half = 0.5 * interpolated_maximum(times, values, peak)[1]
     rise, fall = values[begin : peak + 1] <= half, values[peak : end + 1] <= half
     if not (rise.any() and fall.any()):
         return float("nan")
     before, after = begin + int(np.flatnonzero(rise)[-1]), peak + int(np.argmax(fall)) - 1
-    return crossing(times, values, after, half) - crossing(times, values, before, half)
+    return crossing_time(times, values, after, half) - crossing_time(times, values, before, half)

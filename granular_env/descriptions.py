@@ -15,10 +15,10 @@ from granular_env.components.component import Component
 from granular_env.components.support.parameter_fields import field_unit
 from granular_env.components.support.validation import Choices, Parameters, table_choices
 from granular_env.components.variables import Variable
-from granular_env.domains import domain_of
-from granular_env.experiments.templates import default_of, example_of, example_values, parts_of, value_text
+from granular_env.domains import find_domain
+from granular_env.experiments.templates import default_text, example_values, make_example, parameter_tables, value_text
 from granular_env.package_contents import first_sentence
-from granular_env.terminal_text import columns, wrap_text
+from granular_env.terminal_text import align_columns, wrap_text
 
 _NO_BATCH = "no native batch: make_vec steps one after the other, in Gymnasium's SyncVectorEnv"
 
@@ -27,33 +27,35 @@ def describe_component(name: str, parameters: dict[str, Any]) -> str:
     """Describe a component's parameters, inputs and outputs with units, shapes and meaning."""
     kind = catalogue.component_class(name)
     parts = [wrap_text(f"component {name}, version {kind.version}: {first_sentence(kind.__doc__ or '')}"), "", "parameters"]
-    parts.append(columns(_rows(kind.Parameters)))
+    parts.append(align_columns(_parameter_rows(kind.Parameters)))
     for parameter, choice, model in _chosen_tables(kind.Parameters):
         parts += ["", wrap_text(f'{parameter} = {{ name = "{choice}", ... }}: {first_sentence(model.__doc__ or "")}')]
-        parts += [columns(rows)] if (rows := [row for row in _rows(model) if row[0] != "name"]) else []
-    for parameter, model in parts_of(kind.Parameters).items():
-        if component := _component_of(model):
+        parts += [align_columns(rows)] if (rows := [row for row in _parameter_rows(model) if row[0] != "name"]) else []
+    for parameter, model in parameter_tables(kind.Parameters).items():
+        if component := _component_name(model):
             parts += ["", wrap_text(f"{parameter} = {{ ... }}: the keys that `granular-env describe {component}` names")]
     if any("[]" in part or ".*" in part for part in parts):
         parts += ["", wrap_text("NAME[] is each element of the list NAME; NAME.* each table in NAME, whatever its key.")]
-    component = example_of(name, parameters)
+    component = make_example(name, parameters)
     variables = [v for v in component.variables.values() if v.causality != "parameter"]
     for causality in ("input", "output"):
         if chosen := [v for v in variables if v.causality == causality]:
-            rows = [(v.name, v.unit, str(v.shape) if v.shape else "number", v.description + _remarks(v)) for v in chosen]
-            parts += ["", f"{causality}s", columns(rows)]
+            rows = [
+                (v.name, v.unit, str(v.shape) if v.shape else "number", v.description + _variable_remarks(v)) for v in chosen
+            ]
+            parts += ["", f"{causality}s", align_columns(rows)]
     if component.event_kinds:
-        parts += ["", "events", columns(component.event_kinds.items())]
-    if offered := _environments(name):
-        parts += ["", "environments (gymnasium.make, gymnasium.make_vec)", columns(offered)]
+        parts += ["", "events", align_columns(component.event_kinds.items())]
+    if offered := _component_environments(name):
+        parts += ["", "environments (gymnasium.make, gymnasium.make_vec)", align_columns(offered)]
     parts += ["", "What is (state) can be given to reset and [start]."]
     if given := {**example_values(kind.Parameters), **parameters}:
         parts.append(wrap_text("Shapes and inputs are those of this example; see others with --set:"))
-        parts.append(columns((key, "=", value_text(value)) for key, value in given.items()))
+        parts.append(align_columns((key, "=", value_text(value)) for key, value in given.items()))
     return "\n".join(parts)
 
 
-def _component_of(model: type[BaseModel]) -> str:
+def _component_name(model: type[BaseModel]) -> str:
     """Return the name of the component with these parameters (of a part of another component), or "" if there is none.
 
     Only imported components are searched: a component imports its parts, and importing all components takes seconds.
@@ -64,19 +66,19 @@ def _component_of(model: type[BaseModel]) -> str:
 def component_facts(name: str, parameters: dict[str, Any]) -> dict[str, Any]:
     """Return the description of a component as JSON values, for programs."""
     kind = catalogue.component_class(name)
-    variables = [v for v in example_of(name, parameters).variables.values() if v.causality != "parameter"]
+    variables = [v for v in make_example(name, parameters).variables.values() if v.causality != "parameter"]
     facts: dict[str, Any] = {"name": name, "version": kind.version, "description": first_sentence(kind.__doc__ or "")}
-    offered = domain_of(name).load("environments") or {}
+    offered = find_domain(name).load_offer("environments") or {}
     facts["events"] = dict(kind.event_kinds)
-    native = domain_of(name).rows is not None
+    native = find_domain(name).rows is not None
     facts["environments"] = [{"name": registered, "native_batch": native} for registered in offered]
-    facts["parameters"] = _facts_of_parameters(kind.Parameters)
+    facts["parameters"] = _parameter_facts(kind.Parameters)
     for causality in ("input", "output"):
-        facts[f"{causality}s"] = [_facts_of_variable(v) for v in variables if v.causality == causality]
+        facts[f"{causality}s"] = [_variable_facts(v) for v in variables if v.causality == causality]
     return facts
 
 
-def _remarks(variable: Variable) -> str:
+def _variable_remarks(variable: Variable) -> str:
     """Return further declarations of a variable in brackets: axes, whether it is state, bounds."""
     remarks = [f"by {' and '.join(variable.axes)}"] if variable.axes else []
     remarks += ["state"] if variable.state else []
@@ -86,7 +88,7 @@ def _remarks(variable: Variable) -> str:
     return f" ({', '.join(remarks)})" if remarks else ""
 
 
-def _facts_of_variable(variable: Variable) -> dict[str, Any]:
+def _variable_facts(variable: Variable) -> dict[str, Any]:
     """Return the declaration of a variable as JSON values with FMI's attribute names; infinite bounds are null."""
     facts = {
         key: getattr(variable, key) for key in ("name", "unit", "state", "description", "variability", "initial", "nominal")
@@ -96,20 +98,20 @@ def _facts_of_variable(variable: Variable) -> dict[str, Any]:
     return {**facts, "shape": list(variable.shape), "axes": list(variable.axes), "start": np.asarray(variable.start).tolist()}
 
 
-def _environments(name: str) -> list[tuple[str, str]]:
+def _component_environments(name: str) -> list[tuple[str, str]]:
     """Return the registered environments of a component, each with the kind of batch from make_vec."""
-    offered = domain_of(name).load("environments") or {}
-    return [(registered, "native batch" if domain_of(name).rows else _NO_BATCH) for registered in offered]
+    offered = find_domain(name).load_offer("environments") or {}
+    return [(registered, "native batch" if find_domain(name).rows else _NO_BATCH) for registered in offered]
 
 
-def _rows(model: type[BaseModel], prefix: str = "") -> list[tuple[str, str, str, str]]:
+def _parameter_rows(model: type[BaseModel], prefix: str = "") -> list[tuple[str, str, str, str]]:
     """Return name, unit, default and meaning of each field, followed by the keys of its tables (such as `notch.depth`)."""
     rows = []
     for key, field in model.model_fields.items():
         name = prefix + key
         rows.append((name, field_unit(field), _short_default(field), field.description or ""))
-        for place, table in _tables_in(field):
-            rows += _rows(table, f"{name}{place}.")
+        for place, table in _field_tables(field):
+            rows += _parameter_rows(table, f"{name}{place}.")
     return rows
 
 
@@ -117,7 +119,7 @@ def _short_default(field: FieldInfo) -> str:
     """Return a default as TOML; for a table only differences from the defaults of its keys, which have separate lines."""
     value = field.default
     if not isinstance(value, BaseModel | Mapping):
-        return default_of(field)
+        return default_text(field)
     if isinstance(value, BaseModel):
         value = value.model_dump(exclude_defaults=True, exclude_none=True)
     text = value_text(value if value.keys() != {"name"} else value["name"])
@@ -127,31 +129,31 @@ def _short_default(field: FieldInfo) -> str:
 def _chosen_tables(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, str, type[Parameters]]]:
     """Yield tables chosen by name, as (parameter, name, model), including those within tables."""
     for key, field in model.model_fields.items():
-        for place, choices in _choices_in(model, key):
+        for place, choices in _field_choices(model, key):
             for choice, table in choices.items():
                 yield f"{prefix}{key}{place}", choice, table
                 yield from _chosen_tables(table, f"{prefix}{key}{place}.")
-        for place, table in _tables_in(field):
+        for place, table in _field_tables(field):
             yield from _chosen_tables(table, f"{prefix}{key}{place}.")
 
 
-def _choices_in(model: type[BaseModel], key: str) -> list[tuple[str, Mapping[str, type[Parameters]]]]:
-    """Return the tables that a field, or each of its elements, chooses by name; see `_parts_of_type`."""
+def _field_choices(model: type[BaseModel], key: str) -> list[tuple[str, Mapping[str, type[Parameters]]]]:
+    """Return the tables that a field, or each of its elements, chooses by name; see `_type_tables`."""
     if key in (own := table_choices(model)):
         return [("", own[key])]
-    found = _parts_of_type(model.model_fields[key].annotation)
+    found = _type_tables(model.model_fields[key].annotation)
     return [(place, part.choices) for place, part in found if isinstance(part, Choices)]
 
 
-def _tables_in(field: FieldInfo) -> list[tuple[str, type[Parameters]]]:
-    """Return the unnamed tables of a field, except parts that are components; see `_parts_of_type`."""
+def _field_tables(field: FieldInfo) -> list[tuple[str, type[Parameters]]]:
+    """Return the unnamed tables of a field, except parts that are components; see `_type_tables`."""
     if any(isinstance(mark, Choices) for mark in field.metadata):
         return []
-    found = _parts_of_type(field.annotation)
-    return [(place, part) for place, part in found if not isinstance(part, Choices) and not _component_of(part)]
+    found = _type_tables(field.annotation)
+    return [(place, part) for place, part in found if not isinstance(part, Choices) and not _component_name(part)]
 
 
-def _parts_of_type(annotation: Any, place: str = "") -> Iterator[tuple[str, type[Parameters] | Choices]]:
+def _type_tables(annotation: Any, place: str = "") -> Iterator[tuple[str, type[Parameters] | Choices]]:
     """Yield the tables in a type with their location: "" for itself, "[]" in a list, ".*" in a table with arbitrary keys."""
     if isinstance(annotation, type) and issubclass(annotation, Parameters):
         yield place, annotation
@@ -165,21 +167,21 @@ def _parts_of_type(annotation: Any, place: str = "") -> Iterator[tuple[str, type
     elif kind in (list, tuple):
         place = f"{place}[]"
     for part in parts[:1] if kind is Annotated else parts:
-        yield from _parts_of_type(part, place)
+        yield from _type_tables(part, place)
 
 
-def _facts_of_parameters(model: type[BaseModel]) -> list[dict[str, Any]]:
+def _parameter_facts(model: type[BaseModel]) -> list[dict[str, Any]]:
     """Return the parameters of a model as JSON values; parameters that are tables have nested `parameters` and `choices`."""
     found = []
     for key, field in model.model_fields.items():
         facts: dict[str, Any] = {
-            "name": key, "unit": field_unit(field), "default": default_of(field), "description": field.description or "",
+            "name": key, "unit": field_unit(field), "default": default_text(field), "description": field.description or "",
         }  # fmt: skip
-        if further := [one for _, table in _tables_in(field) for one in _facts_of_parameters(table)]:
+        if further := [one for _, table in _field_tables(field) for one in _parameter_facts(table)]:
             facts["parameters"] = further
-        if choices := {choice: table for _, some in _choices_in(model, key) for choice, table in some.items()}:
+        if choices := {choice: table for _, some in _field_choices(model, key) for choice, table in some.items()}:
             facts["choices"] = {
-                choice: {"description": first_sentence(table.__doc__ or ""), "parameters": _facts_of_parameters(table)}
+                choice: {"description": first_sentence(table.__doc__ or ""), "parameters": _parameter_facts(table)}
                 for choice, table in choices.items()
             }
         found.append(facts)

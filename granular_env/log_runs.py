@@ -16,7 +16,15 @@ from granular_env.experiments.experiment import Experiment, Source, load_experim
 from granular_env.experiments.stop_rules import StopWatch
 from granular_env.progress import Progress
 from granular_env.recording.log import Log
-from granular_env.run_loop import Inputs, RunResult, advance, collect_warnings, memory_errors, refuse_unrecordable, run
+from granular_env.run_loop import (
+    Inputs,
+    RunResult,
+    advance_component,
+    collect_warnings,
+    refuse_unrecordable,
+    run,
+    translate_memory_errors,
+)
 
 if TYPE_CHECKING:
     from granular_env.recording.branch import Branch
@@ -39,7 +47,7 @@ def replay(
 
     where = f"log {str(log)!r}"
     with (
-        memory_errors(where, LogError),
+        translate_memory_errors(where, LogError),
         collect_warnings() as issued,
         open_log(log, allow_large=allow_large, components=components) as opened,
     ):
@@ -48,9 +56,9 @@ def replay(
         for segment in opened.segments:
             start = opened.snapshot(segment, segment.start)
             component.restore(start)
-            changes = dict(opened.steps_of(segment).changes(start.inputs))
+            changes = dict(opened.step_history(segment).input_changes(start.inputs))
             results.append(
-                advance(component, segment.end, {}, changes=changes, title=str(log), progress=progress, issued=issued)
+                advance_component(component, segment.end, {}, changes=changes, title=str(log), progress=progress, issued=issued)
             )
             if results[-1].interrupted:
                 break
@@ -84,14 +92,14 @@ def run_branch(
         StepError: the physics would break down; the log until then is complete, a note of the error names it.
         LogError: the log cannot be written.
     """
-    where, end = f"log {os.fspath(log)!r}", branch.end(until)
-    with memory_errors(where, LogError), collect_warnings() as issued, ExitStack() as stack:
-        stack.enter_context(branch.recorder(log, inputs, overwrite=overwrite))
-        result = advance(
+    where, end = f"log {os.fspath(log)!r}", branch.end_tick(until)
+    with translate_memory_errors(where, LogError), collect_warnings() as issued, ExitStack() as stack:
+        stack.enter_context(branch.make_recorder(log, inputs, overwrite=overwrite))
+        result = advance_component(
             branch.component,
             end,
             {},
-            changes=branch.changes(inputs),
+            changes=branch.input_changes(inputs),
             title=Path(log).name,
             progress=progress,
             log=Path(log),
@@ -138,20 +146,20 @@ def resume(
         StepError: the physics would break down; the log is complete up to the last good state.
     """
     from granular_env.recording import open_log
-    from granular_env.recording.recovery import continuation_of
+    from granular_env.recording.recovery import make_continuation
 
     wanted = None if experiment is None else load_experiment(experiment, overrides)
     where, (target, replace) = f"log {str(path)!r}", (path, True) if log is None else (log, overwrite)
-    with memory_errors(where, LogError), collect_warnings() as issued, ExitStack() as stack:
+    with translate_memory_errors(where, LogError), collect_warnings() as issued, ExitStack() as stack:
         opened = stack.enter_context(open_log(path, allow_large=allow_large, components=components))
-        program = _experiment_of(opened, where)
+        program = _logged_experiment(opened, where)
         if wanted is not None:
-            _refuse_other(program, wanted, where)
-        _refuse_ended(opened, where)
+            _refuse_other_program(program, wanted, where)
+        _refuse_failed_run(opened, where)
         if not opened.calls:
             # The process was killed before its first step reached the disk.
             return run(wanted or program, log=target, progress=progress, overwrite=replace)
-        found = continuation_of(opened)
+        found = make_continuation(opened)
         component, end = found.component, found.component.duration_ticks(program.duration)
         stops = StopWatch(program.stop, component, program.record.every)
         stopped_by = stops.stop_reason(component) if component.tick else None
@@ -162,8 +170,8 @@ def resume(
                 raise LogError(f"{why}, only the end of the file is missing", hint=hint, source=where)
             raise LogError(f"it is complete: {why}", hint="nothing is left to resume", source=where)
         refuse_unrecordable(component)
-        stack.enter_context(found.recorder(target, replace))
-        return advance(
+        stack.enter_context(found.make_recorder(target, replace))
+        return advance_component(
             component,
             end,
             {},
@@ -177,7 +185,7 @@ def resume(
         )
 
 
-def _experiment_of(log: Log, where: str) -> Experiment:
+def _logged_experiment(log: Log, where: str) -> Experiment:
     """Return the experiment of a log."""
     header = log.header
     if header.get("parent") is not None:
@@ -193,7 +201,7 @@ def _experiment_of(log: Log, where: str) -> Experiment:
         raise LogError(f"it holds no experiment that this program knows: {error}", hint=hint, source=where) from error
 
 
-def _refuse_other(program: Experiment, wanted: Experiment, where: str) -> None:
+def _refuse_other_program(program: Experiment, wanted: Experiment, where: str) -> None:
     if program.name != wanted.name:
         raise LogError(f"it is of the experiment {program.name!r}", expected=f"this one, {wanted.name!r}", source=where)
     mine, other = program.to_dict(), wanted.to_dict()
@@ -203,7 +211,7 @@ def _refuse_other(program: Experiment, wanted: Experiment, where: str) -> None:
         raise LogError(came, hint="resume the log alone, or run the experiment anew", source=where)
 
 
-def _refuse_ended(log: Log, where: str) -> None:
+def _refuse_failed_run(log: Log, where: str) -> None:
     """Refuse a run that ended with an error, because the error would recur."""
     incidents = log.incidents
     failed = next((one for one in incidents if one.get("incident") == "failed"), None)

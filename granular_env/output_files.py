@@ -16,10 +16,10 @@ from .components.errors import GranularError, ParameterError
 
 
 @contextmanager
-def replacing(path: str | os.PathLike[str], kind: type[GranularError] = GranularError) -> Iterator[Path]:
+def replace_file(path: str | os.PathLike[str], kind: type[GranularError] = GranularError) -> Iterator[Path]:
     """Open a new file next to `path`, which replaces `path` if the block succeeds and is deleted if it fails.
 
-        with replacing("scene.rrd") as part:
+        with replace_file("scene.rrd") as part:
             part.write_bytes(data)
 
     The folder is created if necessary. Through a symbolic link its target is replaced.
@@ -43,14 +43,14 @@ def replacing(path: str | os.PathLike[str], kind: type[GranularError] = Granular
             os.fsync(file.fileno())  # otherwise a power cut could leave the renamed file empty
         os.replace(part, target)
     except OSError as error:
-        raise _unwritable(path, error, kind) from error
+        raise _unwritable_error(path, error, kind) from error
     finally:
         if part is not None:
             with suppress(OSError):
                 part.unlink(missing_ok=True)
 
 
-def advice_for(error: BaseException) -> str:
+def write_error_hint(error: BaseException) -> str:
     """Return the hint for a file that cannot be written."""
     if getattr(error, "errno", None) in (errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC)):
         return "free some space or choose another folder"
@@ -58,13 +58,13 @@ def advice_for(error: BaseException) -> str:
 
 
 def write_files(contents: Mapping[Path, bytes], kind: type[GranularError] = GranularError) -> None:
-    """Write all of several files or none; errors as in `replacing`."""
+    """Write all of several files or none; errors as in `replace_file`."""
     with ExitStack() as stack:
         for path, data in contents.items():
-            stack.enter_context(replacing(path, kind)).write_bytes(data)
+            stack.enter_context(replace_file(path, kind)).write_bytes(data)
 
 
-def lock(file: IO[Any], refusal: GranularError) -> None:
+def lock_file(file: IO[Any], refusal: GranularError) -> None:
     """Lock an open file for this process until it is closed or the process ends, however it ends.
 
     Raises:
@@ -106,31 +106,31 @@ def require_writable(path: str | os.PathLike[str], kind: type[GranularError] = G
     target = resolve_file(path)
     folder = next(folder for folder in target.parents if os.path.exists(folder))
     if not folder.is_dir():
-        raise _unwritable(path, NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR)), kind)
+        raise _unwritable_error(path, NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR)), kind)
     if not os.access(folder, os.W_OK | os.X_OK):
-        raise _unwritable(path, PermissionError(errno.EACCES, os.strerror(errno.EACCES)), kind)
+        raise _unwritable_error(path, PermissionError(errno.EACCES, os.strerror(errno.EACCES)), kind)
     return target
 
 
-def _unwritable(path: str | os.PathLike[str], error: OSError, kind: type[GranularError]) -> GranularError:
+def _unwritable_error(path: str | os.PathLike[str], error: OSError, kind: type[GranularError]) -> GranularError:
     """Return the error for a file that cannot be written, with advice for its cause."""
     reason = error.strerror or error
-    return kind(f"{os.fspath(path)!r} cannot be written: {reason}; {advice_for(error)}; an existing file is kept")
+    return kind(f"{os.fspath(path)!r} cannot be written: {reason}; {write_error_hint(error)}; an existing file is kept")
 
 
-def file_name(name: str, default: str) -> str:
+def valid_file_name(name: str, default: str) -> str:
     """Return a valid name for a file or a folder, or `default` if no character is left."""
     return re.sub(r"[^A-Za-z0-9._-]+", "-", name).strip("-.")[:100] or default
 
 
-def count_of(number: int, noun: str, plural: str = "") -> str:
+def count_text(number: int, noun: str, plural: str = "") -> str:
     """Return a number with its noun: "1 frame", "2 frames"; `plural` is an irregular plural."""
     return f"{number} {noun if number == 1 else plural or noun + 's'}"
 
 
-def readable_bytes(size: int) -> str:
+def size_text(size: int) -> str:
     """Return a size in words: "512 bytes", "1.5 MB", "1.53 GB"."""
     for unit, scale in (("GB", 10**9), ("MB", 10**6), ("kB", 10**3)):
         if size >= scale:
             return f"{size / scale:.3g} {unit}"
-    return count_of(size, "byte")
+    return count_text(size, "byte")

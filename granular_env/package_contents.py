@@ -25,13 +25,13 @@ def shipped_names() -> list[str]:
     return [*catalogue.component_names(), *(name for kind in _FOLDERS for name in shipped_files(kind))]
 
 
-def overview() -> dict[str, dict[str, str]]:
+def shipped_overview() -> dict[str, dict[str, str]]:
     """Return kind -> name -> one-line description of all shipped items."""
     found = {"components": {name: catalogue.component_summary(name) for name in catalogue.component_names()}}
-    return found | {kind: {name: _title(path) for name, path in shipped_files(kind).items()} for kind in _FOLDERS}
+    return found | {kind: {name: _file_title(path) for name, path in shipped_files(kind).items()} for kind in _FOLDERS}
 
 
-def _title(path: Path) -> str:
+def _file_title(path: Path) -> str:
     """Return the first sentence of a file's initial comment or of its description."""
     text = path.read_text(encoding="utf-8")
     comment = [line.removeprefix("#") for line in takewhile(lambda line: line.startswith("#"), text.splitlines())]

@@ -15,7 +15,7 @@ from time import perf_counter
 from typing import Any, Self
 
 from granular_env.components.errors import ParameterError, one_line
-from granular_env.terminal_text import printable
+from granular_env.terminal_text import printable_text
 
 _REFRESH_SECONDS = 0.1
 
@@ -52,7 +52,7 @@ def progress_bar(title: str, total: float | None = 1.0, *, done: float = 0.0, sh
             completed fraction.
     """
     with ProgressBars(show, total) as bars:
-        yield bars.add(title, total, done)
+        yield bars.add_bar(title, total, done)
 
 
 class ProgressBars:
@@ -83,22 +83,22 @@ class ProgressBars:
         if self._drawn is not None:
             self._drawn.stop()
 
-    def add(self, title: str, total: float | None = 1.0, done: float = 0.0) -> Bar:
+    def add_bar(self, title: str, total: float | None = 1.0, done: float = 0.0) -> Bar:
         """Add a bar and return it; arguments as in `progress_bar`."""
         if self._call is not None:
             place = len(self._shares)
             self._shares.append(done)
-            return Bar(lambda done, figures: self._report(place, done))
+            return Bar(lambda done, figures: self._report_share(place, done))
         if self._drawn is None:
             return Bar(None)
-        task = self._drawn.add_task(printable(title), total=total, completed=done, figures="")
+        task = self._drawn.add_task(printable_text(title), total=total, completed=done, figures="")
 
         def draw(done: float, figures: tuple[str, ...]) -> None:
             self._drawn.update(task, completed=done, **({"figures": "  ".join(filter(None, figures))} if figures else {}))
 
         return Bar(draw, _REFRESH_SECONDS)
 
-    def _report(self, place: int, done: float) -> None:
+    def _report_share(self, place: int, done: float) -> None:
         self._shares[place] = done
         if self._call is not None and self._total:
             self._call(min(sum(self._shares) / self._total, 1.0))
@@ -114,7 +114,7 @@ def _rich_progress(keep: bool) -> Any:
     if not (console.is_interactive or console.is_jupyter):
         return None
 
-    class Words(ProgressColumn):
+    class WordsColumn(ProgressColumn):
         """Text that is truncated, not wrapped, at the end of the line; brackets are not markup."""
 
         def __init__(self, words: Callable[[Any], str]) -> None:
@@ -125,10 +125,10 @@ def _rich_progress(keep: bool) -> Any:
             return Text(self._words(task), no_wrap=True, overflow="ellipsis")
 
     columns = (
-        Words(lambda task: task.description),
+        WordsColumn(lambda task: task.description),
         BarColumn(16),
         TaskProgressColumn("{task.percentage:>3.0f} %"),
         TimeRemainingColumn(),
-        Words(lambda task: task.fields["figures"]),
+        WordsColumn(lambda task: task.fields["figures"]),
     )
     return Progress(*columns, console=console, transient=not keep)

@@ -28,7 +28,7 @@ from granular_env.components.support.memory_limits import refuse_excess_memory
 from granular_env.components.support.validation import finite_number
 from granular_env.documents import Overrides
 from granular_env.experiments.experiment import Source, load_experiment
-from granular_env.experiments.preparation import prepare
+from granular_env.experiments.preparation import prepare_experiment
 from granular_env.experiments.stop_rules import StopWatch
 from granular_env.progress import Progress, progress_bar
 
@@ -117,22 +117,22 @@ def run(
     """
     loaded = load_experiment(experiment, overrides)
     seconds = _live_seconds(live, pace)
-    with memory_errors(loaded.origin, ExperimentError), collect_warnings() as issued, ExitStack() as stack:
-        ready = prepare(loaded)
+    with translate_memory_errors(loaded.origin, ExperimentError), collect_warnings() as issued, ExitStack() as stack:
+        ready = prepare_experiment(loaded)
         if live:
             from granular_env.viewing import LiveViewer
 
             duration = ready.ticks * ready.component.step_size
             stack.enter_context(LiveViewer(ready.component, title=loaded.name, duration=duration, pace=seconds))
         if log is not None:
-            from granular_env.experiments.cost import announce_log
+            from granular_env.experiments.cost import announce_log_size
             from granular_env.recording import record
 
-            announce_log(ready, progress is True)
+            announce_log_size(ready, progress is True)
             refuse_unrecordable(ready.component)
             options = {"overwrite": overwrite, "experiment": loaded.to_dict(), **loaded.record.model_dump()}
             stack.enter_context(record(ready.component, log, **options))
-        return advance(
+        return advance_component(
             ready.component,
             ready.ticks,
             ready.inputs,
@@ -146,7 +146,7 @@ def run(
         )
 
 
-def advance(
+def advance_component(
     component: Component,
     end: int,
     inputs: Inputs,
@@ -184,7 +184,7 @@ def advance(
             stack.callback(component.ignore, observer)
         interrupt = stack.enter_context(Interrupt())
         try:
-            stopped_by = _loop(component, end, {first: inputs, **(changes or {})}, stops, interrupt, show)
+            stopped_by = _step_until(component, end, {first: inputs, **(changes or {})}, stops, interrupt, show)
         except KeyboardInterrupt:
             interrupted = True  # by the second Ctrl-C; the current step was undone
         seconds = perf_counter() - began
@@ -205,7 +205,7 @@ def advance(
     )
 
 
-def _loop(
+def _step_until(
     component: Component,
     end: int,
     changes: dict[int, Inputs],
@@ -222,16 +222,16 @@ def _loop(
         looked = stops.next_tick(tick) if stops is not None else None
         turn = next((turn for turn in turns if turn > tick), None)
         stop = min([stop, *(other for other in (looked, turn) if other is not None)])
-        _step_up_to(component, stop, changes.get(tick, {}))
+        _step_to_tick(component, stop, changes.get(tick, {}))
         if show is not None:
             show(component)
         if stop == looked and stops is not None and (met := stops.stop_reason(component)) is not None:
             return met
-        piece = _next_piece(piece, stop - tick, (perf_counter() - begin) / length)
+        piece = _next_piece_ticks(piece, stop - tick, (perf_counter() - begin) / length)
     return None
 
 
-def _step_up_to(component: Component, stop: int, inputs: Inputs) -> None:
+def _step_to_tick(component: Component, stop: int, inputs: Inputs) -> None:
     """Step to a tick; if that fails, to the last tick before the failure, so that the log contains it."""
     tick, step = component.tick, component.step_size
     try:
@@ -245,7 +245,7 @@ def _step_up_to(component: Component, stop: int, inputs: Inputs) -> None:
         raise
 
 
-def _next_piece(piece: int, done: int, took: float) -> int:
+def _next_piece_ticks(piece: int, done: int, took: float) -> int:
     """Return the ticks of the next piece: more after a fast whole piece, half after a slow one.
 
     Args:
@@ -271,21 +271,21 @@ class Interrupt:
         if threading.current_thread() is threading.main_thread():
             self._before = signal.getsignal(signal.SIGINT)
             if self._before is signal.default_int_handler:
-                signal.signal(signal.SIGINT, self._press)
+                signal.signal(signal.SIGINT, self._on_interrupt)
         return self
 
     def __exit__(self, *_: object) -> None:
         if self._before is signal.default_int_handler:
             signal.signal(signal.SIGINT, self._before)
 
-    def _press(self, number: int, frame: Any) -> None:
+    def _on_interrupt(self, number: int, frame: Any) -> None:
         if self.pressed:
             raise KeyboardInterrupt
         self.pressed = True
 
 
 @contextmanager
-def memory_errors(what: str, kind: type[GranularError]) -> Iterator[None]:
+def translate_memory_errors(what: str, kind: type[GranularError]) -> Iterator[None]:
     """Turn `MemoryError` into an error of class `kind`."""
     try:
         yield
@@ -335,15 +335,15 @@ def _progress_display(
     first, begun = component.tick, perf_counter()
     bar = stack.enter_context(progress_bar(title, end, done=first, show=progress))
 
-    def show(component: Component) -> None:
+    def show_progress(component: Component) -> None:
         if bar.is_due():
             speed = (component.tick - first) / max(perf_counter() - begun, 1e-9)
-            bar.update(component.tick, f"t = {component.time:.4g} s", f"{speed:,.0f} ticks/s", energy_residual(component))
+            bar.update(component.tick, f"t = {component.time:.4g} s", f"{speed:,.0f} ticks/s", energy_residual_text(component))
 
-    return show
+    return show_progress
 
 
-def energy_residual(component: Component) -> str:
+def energy_residual_text(component: Component) -> str:
     """Return text with the absolute energy residual and, for a non-zero energy, the relative residual."""
     energy = next((balance for balance in component.balances() if balance.quantity == "energy"), None)
     if energy is None:

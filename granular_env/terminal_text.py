@@ -11,7 +11,7 @@ _NARROWEST = 30  # least width of a table's last column; below it, the column ge
 _GAP = 2
 
 
-def printable(text: object) -> str:
+def printable_text(text: object) -> str:
     """Return a text with control characters written as escapes, so that terminals do not execute them.
 
     Names from files may contain escape sequences, changes of the writing direction, or undecodable bytes.
@@ -27,37 +27,37 @@ def output_width() -> int | None:
 def wrap_text(text: str, hanging: int = 2) -> str:
     """Return a sentence wrapped at words, with further lines indented by `hanging`; unchanged without a terminal."""
     width = output_width()
-    return text if width is None else "\n".join(_lines(text, width, " " * hanging))
+    return text if width is None else "\n".join(_wrap_lines(text, width, " " * hanging))
 
 
-def columns(rows: Iterable[Sequence[str]], indent: str = "  ") -> str:
+def align_columns(rows: Iterable[Sequence[str]], indent: str = "  ") -> str:
     """Return aligned rows of cells; the last cell of a row wraps at words if the terminal is too narrow."""
     table = [tuple(row) for row in rows]
     if not table:
         return ""
-    widths = _widths(table)
+    widths = _column_widths(table)
     width = output_width()
     begin = len(indent) + sum(widths[:-1]) + _GAP * (len(widths) - 1)
     if width is None or begin + widths[-1] <= width:
-        return "\n".join(_align(row, widths, indent) for row in table)
+        return "\n".join(_align_row(row, widths, indent) for row in table)
     lines: list[str] = []
     for row in table:
-        head = _align(row[:-1], widths[:-1], indent)
+        head = _align_row(row[:-1], widths[:-1], indent)
         if width - begin >= _NARROWEST:
-            first, *rest = _lines(row[-1], width - begin, "") or [""]
+            first, *rest = _wrap_lines(row[-1], width - begin, "") or [""]
             lines += [f"{head.ljust(begin - _GAP)}{' ' * _GAP}{first}".rstrip(), *(" " * begin + line for line in rest)]
         else:
             own = " " * (len(indent) + 4)
-            lines += [*_lines(head, width, own), *(own + line for line in _lines(row[-1], width - len(own), ""))]
+            lines += [*_wrap_lines(head, width, own), *(own + line for line in _wrap_lines(row[-1], width - len(own), ""))]
     return "\n".join(lines)
 
 
-def table(rows: Iterable[Sequence[str]]) -> str:
+def align_table(rows: Iterable[Sequence[str]]) -> str:
     """Return a table with a line of headings; on narrow terminals in blocks that each start with the first column."""
     cells = [tuple(row) for row in rows]
     if not cells:
         return ""
-    widths, width = _widths(cells), output_width()
+    widths, width = _column_widths(cells), output_width()
     blocks: list[list[int]] = [[]]
     for place in range(1, len(widths)):
         wanted = widths[0] + sum(_GAP + widths[one] for one in (*blocks[-1], place))
@@ -67,19 +67,19 @@ def table(rows: Iterable[Sequence[str]]) -> str:
     drawn = []
     for block in blocks:
         own = [0, *block]
-        drawn.append("\n".join(_align([row[one] for one in own], [widths[one] for one in own], "") for row in cells))
+        drawn.append("\n".join(_align_row([row[one] for one in own], [widths[one] for one in own], "") for row in cells))
     return "\n\n".join(drawn)
 
 
-def _widths(rows: Sequence[Sequence[str]]) -> list[int]:
+def _column_widths(rows: Sequence[Sequence[str]]) -> list[int]:
     return [max(len(row[place]) for row in rows) for place in range(len(rows[0]))]
 
 
-def _align(row: Sequence[str], widths: Sequence[int], indent: str) -> str:
+def _align_row(row: Sequence[str], widths: Sequence[int], indent: str) -> str:
     return indent + (" " * _GAP).join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
 
 
-def _lines(text: str, width: int, further: str) -> list[str]:
+def _wrap_lines(text: str, width: int, further: str) -> list[str]:
     return textwrap.wrap(
         text, max(width, 10), subsequent_indent=further, break_long_words=False, break_on_hyphens=False, drop_whitespace=True
     )

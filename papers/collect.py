@@ -22,7 +22,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from pages import FULL, OUT, Page, compute
+from pages import FULL, OUT, Page, compute_page
 
 HERE = Path(__file__).resolve().parent
 PAPERS = ("nesterenko_1983", "psakhie_2003", "gato_shie_2010")
@@ -34,7 +34,7 @@ figure { margin: 1em 0 } pre { background: #fee; overflow: auto } .no { color: #
 """
 
 
-def load(path: Path) -> ModuleType:
+def load_script(path: Path) -> ModuleType:
     """Import a script with its folder on the path, as when it is run."""
     if str(path.parent) not in sys.path:
         sys.path.insert(0, str(path.parent))
@@ -45,7 +45,7 @@ def load(path: Path) -> ModuleType:
     return module
 
 
-def groups(paper: str) -> list[list[Path]]:
+def script_groups(paper: str) -> list[list[Path]]:
     """Return the scripts of a paper in the order of its README, as one list per list of the README."""
     text = (HERE / paper / "README.md").read_text()
     lists = re.findall(r"(?:^- `\w+\.py`.*\n)+", text, re.MULTILINE)
@@ -59,8 +59,8 @@ def _compute_group(task: tuple[Sequence[Path], Path]) -> list[Page]:
         started = time.monotonic()
         print(f"{path.parent.name}/{path.stem} ...", flush=True)
         try:
-            module = load(path)
-            page = compute(module.main, path, module.__doc__, task[1] / path.parent.name)
+            module = load_script(path)
+            page = compute_page(module.main, path, module.__doc__, task[1] / path.parent.name)
         except Exception:
             page = Page(path.stem, task[1], path.stem, [("error", traceback.format_exc())], ["error"])
         pages.append(page)
@@ -69,10 +69,10 @@ def _compute_group(task: tuple[Sequence[Path], Path]) -> list[Page]:
     return pages
 
 
-def collect(papers: Sequence[str], out: Path, processes: int = 2) -> list[Page]:
+def collect_papers(papers: Sequence[str], out: Path, processes: int = 2) -> list[Page]:
     """Compute the scripts of papers; write ``out/PAPER/index.html``, and ``out/index.html`` with counts of verdicts."""
     # Start with the last paper, which takes longest.
-    tasks = [(paper, group) for paper in reversed(papers) for group in groups(paper)]
+    tasks = [(paper, group) for paper in reversed(papers) for group in script_groups(paper)]
     with multiprocessing.get_context("spawn").Pool(processes, maxtasksperchild=1) as pool:
         found = list(pool.imap(_compute_group, [(group, out) for _, group in tasks], chunksize=1))
     lines = []
@@ -84,20 +84,20 @@ def collect(papers: Sequence[str], out: Path, processes: int = 2) -> list[Page]:
         words += f", {percentiles} draws" if percentiles else ""
         text = (HERE / paper / "README.md").read_text()
         (out / paper).mkdir(parents=True, exist_ok=True)
-        (out / paper / "index.html").write_text(_html(text, pages, words))
-        lines.append(f'<p><a href="{paper}/index.html">{html.escape(_title(text))}</a>: {words}.</p>')
+        (out / paper / "index.html").write_text(_render_readme(text, pages, words))
+        lines.append(f'<p><a href="{paper}/index.html">{html.escape(_readme_title(text))}</a>: {words}.</p>')
         print(f"{out / paper / 'index.html'}: {words}")
-    (out / "index.html").write_text(_document("The papers, recomputed", "\n".join(lines)))
+    (out / "index.html").write_text(_render_document("The papers, recomputed", "\n".join(lines)))
     return [page for group in found for page in group]
 
 
-def _title(readme: str) -> str:
+def _readme_title(readme: str) -> str:
     return readme.partition("\n")[0].removeprefix("# ")
 
 
-def _html(readme: str, pages: Sequence[Page], words: str) -> str:
+def _render_readme(readme: str, pages: Sequence[Page], words: str) -> str:
     introduction = re.split(r"^## ", readme, maxsplit=1, flags=re.MULTILINE)[0].partition("\n")[2]
-    parts = [f"<h1>{html.escape(_title(readme))}</h1>"]
+    parts = [f"<h1>{html.escape(_readme_title(readme))}</h1>"]
     parts += [f"<p>{html.escape(one)}</p>" for one in re.split(r"\n\s*\n", introduction.strip())]
     parts += [f"<p>{words}.</p>", "<ul>", *(f'<li><a href="#{p.name}">{html.escape(p.title)}</a></li>' for p in pages), "</ul>"]
     for page in pages:
@@ -107,13 +107,13 @@ def _html(readme: str, pages: Sequence[Page], words: str) -> str:
             if (kind == "row") != (before == "row"):
                 opened = "<table><tr><th>quantity</th><th>paper</th><th>here</th><th>verdict</th></tr>"
                 parts.append(opened if kind == "row" else "</table>")
-            parts.append(_block(kind, content))
+            parts.append(_render_block(kind, content))
             before = kind
         parts.append("</table>" if before == "row" else "")
-    return _document(_title(readme), "\n".join(parts))
+    return _render_document(_readme_title(readme), "\n".join(parts))
 
 
-def _block(kind: str, content: Any) -> str:
+def _render_block(kind: str, content: Any) -> str:
     if kind == "row":
         paper = html.escape(
             f"{content.paper} {content.unit}" if content.paper and content.near is None else content.paper or "–"
@@ -123,7 +123,7 @@ def _block(kind: str, content: Any) -> str:
         )
         return (
             f'<tr><td>{html.escape(content.what)}</td><td class="paper">{paper}</td>'
-            f"<td>{html.escape(f'{content.shown} {content.unit}')}</td>"
+            f"<td>{html.escape(f'{content.display_text} {content.unit}')}</td>"
             f"<td{' class=no' * content.verdict.startswith('not')}>{verdict}</td></tr>"
         )
     if kind == "figure":
@@ -137,7 +137,7 @@ def _block(kind: str, content: Any) -> str:
     return f"<{tag}>{html.escape(content)}</{tag}>"
 
 
-def _document(title: str, body: str) -> str:
+def _render_document(title: str, body: str) -> str:
     return (
         f'<!doctype html><html lang="en"><meta charset="utf-8"><meta name="viewport" content="width=device-width">'
         f"<title>{html.escape(title)}</title><style>{_STYLE}</style><body>{body}</body></html>\n"
@@ -151,7 +151,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=OUT, help="folder of the pages")
     parser.add_argument("--processes", type=int, default=1 if FULL else 2, help="scripts that are computed at a time")
     options = parser.parse_args()
-    pages = collect(options.paper or PAPERS, options.out.resolve(), options.processes)
+    pages = collect_papers(options.paper or PAPERS, options.out.resolve(), options.processes)
     sys.exit(1 if any(page.failures for page in pages) else 0)
 
 

@@ -42,6 +42,6 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
     """Return the scheduler that assigns whole files to workers."""
     if config.getoption("dist") != "loadfile":
         return None
-    from support.scheduling import ByKernels
+    from support.scheduling import KernelScheduler
 
-    return ByKernels(config, log)
+    return KernelScheduler(config, log)

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from support.automata_tools import block
-from support.coupled_tools import between, coupled, inclusion, mesh, rectangle
+from support.coupled_tools import cell_mesh, inclusion, make_coupled, make_sandwich, rectangle
 
 from granular_env.components.automata.conclusions import describe_pieces
 from granular_env.components.coupled import Coupled
@@ -47,7 +47,7 @@ def test_automata_that_cannot_break_say_nothing() -> None:
     assert inclusion().conclusions() == []
 
 
-@pytest.mark.parametrize("make", [inclusion, between], ids=lambda make: make.__name__)
+@pytest.mark.parametrize("make", [inclusion, make_sandwich], ids=lambda make: make.__name__)
 def test_a_whole_body_is_one_piece(make: Callable[..., Coupled]) -> None:
     medium = make()
     criterion = {"name": "strain", "tensile": 1e6, "shear": 1e6}
@@ -62,8 +62,8 @@ def test_a_core_that_comes_off_is_a_piece_of_grid_and_automata() -> None:
     gap = {"name": "box", "x": [3.0, 6.0], "y": [-1.0, 5.0]}
     across = {"bottom": "periodic", "top": "periodic"}
     seam = [{"area": {"name": "box", "x": [1.2, 1.8], "y": [-1.0, 5.0]}, "factor": 0.05}]
-    medium = coupled(
-        {"mesh": mesh(10, 4, holes=[gap]), "boundaries": {"left": "fixed", "right": "velocity", **across}},
+    medium = make_coupled(
+        {"mesh": cell_mesh(10, 4, holes=[gap]), "boundaries": {"left": "fixed", "right": "velocity", **across}},
         {
             "shape": rectangle(3.0, 4.0), "criterion": {"name": "strain", "tensile": 0.01}, "boundaries": across,
             "strength_regions": seam,

@@ -12,7 +12,7 @@ import pytest
 import granular_env as ge
 from granular_env.components.automata.theory import confined_strength, confining_pressure, platen_stress
 from granular_env.components.errors import ParameterError
-from granular_env.domains.automata.tasks.confinement import drive_through, make_confinement
+from granular_env.domains.automata.tasks.confinement import interpolate_drive, make_confinement
 from granular_env.envs.policies import play
 
 NAME = "granular_env/Confinement-v3"
@@ -75,7 +75,7 @@ def test_each_episode_draws_its_strengths() -> None:
 def test_both_sides_are_pressed_and_the_middle_bears_what_theory_says() -> None:
     env = make_confinement(strength_seed=3)
     env.reset(seed=0)
-    for part in drive_through([0.0, 0.3], 25):
+    for part in interpolate_drive([0.0, 0.3], 25):
         env.step([part])
     pressure = SCALE * float(np.float32(part))
     left, right = (float(env.component.get(f"{side}_traction")[0]) for side in ("left", "right"))
@@ -128,5 +128,5 @@ def test_an_episode_is_recorded_with_the_loads_that_the_task_adds(tmp_path) -> N
         for _ in range(4):
             env.step(np.array([0.1], np.float32))
     with ge.open_log(tmp_path / "episode.mcap") as log:
-        assert list(log.input_stretches("right_traction"))[-1].value.tolist() == pytest.approx([-0.1 * SCALE, 0.0])
+        assert list(log.input_intervals("right_traction"))[-1].value.tolist() == pytest.approx([-0.1 * SCALE, 0.0])
     assert ge.verify(tmp_path / "episode.mcap").identical

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.automata_tools import forces_at
+from support.automata_tools import forces_and_torques
 
 import granular_env as ge
 from granular_env.components.automata import Automata, theory
@@ -166,7 +166,7 @@ def test_a_plane_wave_keeps_the_discrete_energy_and_the_momentum(packing: str) -
     mass, h = automata.mass, automata.step_size
 
     def force_at(displacement: np.ndarray) -> np.ndarray:
-        return forces_at(automata, displacement, np.zeros(automata.count))[0]
+        return forces_and_torques(automata, displacement, np.zeros(automata.count))[0]
 
     # At mid-step of leapfrog, v is the velocity at the tick; u is known half a step before and after it.
     found, momenta = [], []

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.automata_tools import BOTH, block, forces_at
+from support.automata_tools import BOTH, block, forces_and_torques
 
 import granular_env as ge
 from granular_env.components.automata import Automata
@@ -63,7 +63,7 @@ def test_layers_are_in_equilibrium_and_bear_what_both_materials_say(
     rotation = (-0.5 if axis == 1 else 0.5) * angle[layer]
     automata.reset(displacement=size * displacement, rotation=size * rotation)
     stress = automata.get("stress") / size
-    force, torque = (one / size for one in forces_at(automata, size * displacement, size * rotation))
+    force, torque = (one / size for one in forces_and_torques(automata, size * displacement, size * rotation))
     inside = (np.abs(automata.packing.reference - 4.0) < 3.5).all(axis=1)
     assert np.abs(force[inside]).max() <= 1e-12 * 10.0 and np.abs(torque[inside]).max() <= 1e-12 * 10.0
     np.testing.assert_allclose(stress[inside, axis], across, atol=1e-11)
@@ -81,13 +81,13 @@ def test_forces_of_a_mixture_are_those_of_its_energy(packing: str) -> None:
     random = np.random.default_rng(2)
     displacement, rotation = 1e-9 * random.standard_normal((automata.count, 2)), 1e-9 * random.standard_normal(automata.count)
     automata.reset(displacement=displacement, rotation=rotation)
-    force, torque = forces_at(automata, displacement, rotation)
+    force, torque = forces_and_torques(automata, displacement, rotation)
     work = -0.5 * float((displacement * force).sum() + (rotation * torque).sum())
     assert work > 0.0 and automata.get("elastic_energy") == pytest.approx(work, rel=1e-7)
     assert np.abs(force.sum(axis=0)).max() <= 1e-13 * np.abs(force).max()
     # The stiffness is symmetric: the forces of one motion do the same work on another motion as vice versa.
     other, turn = 1e-9 * random.standard_normal((automata.count, 2)), 1e-9 * random.standard_normal(automata.count)
-    there, back = forces_at(automata, other, turn), (force, torque)
+    there, back = forces_and_torques(automata, other, turn), (force, torque)
     assert float((displacement * there[0]).sum() + (rotation * there[1]).sum()) == pytest.approx(
         float((other * back[0]).sum() + (turn * back[1]).sum()), rel=1e-6
     )
@@ -103,7 +103,7 @@ def test_a_mixture_keeps_discrete_energy_and_momenta(packing: str) -> None:
     for _ in range(100):
         u, v = automata.get("displacement"), automata.get("velocity")
         turn, spin = automata.get("rotation"), automata.get("angular_velocity")
-        force, torque = forces_at(automata, u - 0.5 * h * v, turn - 0.5 * h * spin)
+        force, torque = forces_and_torques(automata, u - 0.5 * h * v, turn - 0.5 * h * spin)
         motion = 0.5 * float((mass * (v**2).sum(axis=1)).sum() + (inertia * spin**2).sum())
         found.append(motion - 0.5 * float(((u + 0.5 * h * v) * force).sum() + ((turn + 0.5 * h * spin) * torque).sum()))
         momenta.append([*automata.get("momentum"), automata.get("angular_momentum")])

@@ -65,7 +65,7 @@ def test_a_benchmark_gives_its_figures(name):
 
 
 def test_the_chain_in_numpy_is_the_chain():
-    chain = chains.struck(30)
+    chain = chains.struck_chain(30)
     u, v = chain.get("displacement"), chain.get("velocity")
     numpy_peer.pefrl(u, v, chains.STIFFNESS, chains.MASS, chain.step_size, 100)
     chain.step(100 * chain.step_size)
@@ -76,7 +76,7 @@ def test_the_chain_in_numpy_is_the_chain():
 def test_every_law_is_timed_while_all_its_contacts_are_closed():
     assert {"hertz", *laws.LAWS} == set(LAWS)
     for parameters in laws.LAWS.values():
-        chain = chains.pressed(50, **parameters)
+        chain = chains.precompressed_chain(50, **parameters)
         chain.step(500 * chain.step_size)
         assert chain.get("overlap")[chain.geometry.contact_slice].min() > 0.0
 

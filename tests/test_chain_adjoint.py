@@ -14,10 +14,10 @@ from granular_env.components.chain.layout import U, V
 from granular_env.components.chain.objective import Objective
 from granular_env.components.support.jit import jit
 from granular_env.domains.chain.control import (
-    applied,
     central_differences,
     contact_force,
     displacement,
+    end_input,
     energy,
     kinetic_energy,
     momentum,
@@ -79,8 +79,8 @@ def task(name: str, seed: int, steps: int = 12) -> tuple[Chain, Any, Any]:
     drive = (0.5 + rng.random((steps, 2))) * np.array([sizes[0], -sizes[1]])
     terms = [
         velocity(-3).at_end(target=0.5), 1e6 * displacement(2).mean(), 1e3 * energy(1, 6).at_end(),
-        1e3 * kinetic_energy().mean(begin=-5), 2e2 * momentum(0, 4).mean(target=1e-3), 1e-3 * applied("left").mean(target=0.3),
-        1e-2 * contact_force(-2).peak(scale=40.0, power=8),
+        1e3 * kinetic_energy().mean(begin=-5), 2e2 * momentum(0, 4).mean(target=1e-3),
+        1e-3 * end_input("left").mean(target=0.3), 1e-2 * contact_force(-2).peak(scale=40.0, power=8),
     ]  # fmt: skip
     return chain, drive, total(chain, *terms)
 

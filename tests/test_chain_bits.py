@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.chain_tools import INTEGRATORS, bit_cases, python
+from support.chain_tools import INTEGRATORS, bit_cases, run_python
 
 import granular_env as ge
 from granular_env.components.chain.integrators import compositions
@@ -23,7 +23,7 @@ def compiled(schemes: tuple[str, ...], grains: int, ticks: int) -> list[str]:
 
 @pytest.mark.filterwarnings("ignore::granular_env.components.errors.GranularWarning")
 def test_the_same_bits_with_the_jit_off() -> None:
-    said = python(_UNJITTED.format(schemes=INTEGRATORS, grains=GRAINS, ticks=TICKS), NUMBA_DISABLE_JIT="1")
+    said = run_python(_UNJITTED.format(schemes=INTEGRATORS, grains=GRAINS, ticks=TICKS), NUMBA_DISABLE_JIT="1")
     assert said.splitlines() == compiled(INTEGRATORS, GRAINS, TICKS)
 
 

@@ -7,7 +7,7 @@ import warnings
 
 import numpy as np
 import pytest
-from support.chain_tools import INTEGRATORS, advance, unit_chain
+from support.chain_tools import INTEGRATORS, advance_chain, unit_chain
 
 import granular_env as ge
 
@@ -16,7 +16,7 @@ def test_seldom_seen_contacts_are_warned_of_once() -> None:
     chain = unit_chain(5, step_size=0.3)
     chain.reset(velocity={0: 1.0})
     with pytest.warns(ge.GranularWarning, match=r"fewer than the 60 force evaluations that pefrl wants.*step_size") as caught:
-        advance(chain, 12.0)
+        advance_chain(chain, 12.0)
     assert len(caught) == 1
     assert any("force evaluations" in sentence for sentence in chain.cautions())
 

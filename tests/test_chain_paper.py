@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.chain_tools import SPEED, history, paper_chain, peaks, unit_chain
+from support.chain_tools import SPEED, paper_chain, peaks, unit_chain, velocity_history
 
 pytestmark = pytest.mark.filterwarnings("ignore::granular_env.components.errors.GranularWarning")
 
@@ -57,7 +57,7 @@ def test_speed_of_the_solitary_wave(grains: int, first: int, last: int) -> None:
     """V = 0.90747 v_m^.2 in units of diameters and A, from the time between the peaks of two grains."""
     chain = unit_chain(grains, step_size=0.02)
     chain.reset(velocity={0: 1.0})
-    seen = history(chain, last * 1.25 + 10.0, [first, last])
+    seen = velocity_history(chain, last * 1.25 + 10.0, [first, last])
     (begin, _), (end, height) = (peaks(seen[:, column], 0.3)[0] for column in range(2))
     speed = (last - first) / ((end - begin) * chain.step_size)
     assert height == pytest.approx(0.681632, abs=1e-6)
@@ -68,7 +68,7 @@ def test_energy_and_momentum_of_the_solitary_wave() -> None:
     """Energy 1.06932 v_m^2, momentum 1.66997 v_m, mean Ek/Ep 1.2513; a free end grain leaves at 1.44606 v_m."""
     chain = unit_chain(200, step_size=0.02)
     chain.reset(velocity={0: 1.0})
-    top = peaks(history(chain, 120.0, [80])[:, 0], 0.3)[0][1]
+    top = peaks(velocity_history(chain, 120.0, [80])[:, 0], 0.3)[0][1]
     velocity, overlap = chain.get("velocity"), chain.get("overlap")
     inside = slice(int(np.argmax(velocity)) - 15, int(np.argmax(velocity)) + 15)
     pressed = np.maximum(overlap[inside], 0.0)

@@ -19,17 +19,17 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.component_examples import EXAMPLES, Example, of_component
+from support.component_examples import EXAMPLES, Example, load_examples
 from support.conformance_tools import (
     CALL_TICKS,
     Watcher,
-    bits,
-    drive,
+    drive_component,
     every_example,
     growing_load,
     load_until_refused,
     on_three_components,
-    readings,
+    state_bits,
+    variable_bytes,
 )
 from support.declarations import check_declarations
 
@@ -39,7 +39,7 @@ from granular_env.components.drawables import element_count
 from granular_env.components.errors import GranularError, StepError
 from granular_env.components.snapshot import Snapshot
 from granular_env.recording import record, verify
-from granular_env.recording.drawables import drawable_facts, drawables_from
+from granular_env.recording.drawables import drawable_facts, parse_drawables
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -49,7 +49,7 @@ ROOT = Path(__file__).resolve().parent.parent
 
 @pytest.mark.parametrize("name", catalogue.component_names())
 def test_every_component_has_an_example(name: str) -> None:
-    assert of_component(name), f"add an entry for {name!r} to tests/support/component_examples.py"
+    assert load_examples(name), f"add an entry for {name!r} to tests/support/component_examples.py"
 
 
 @every_example
@@ -61,7 +61,7 @@ def test_declarations_fit_together(example: Example) -> None:
         assert isinstance(field.json_schema_extra, dict) and field.json_schema_extra.get("unit"), f"parameter {name}: no unit"
     assert any(variable.state for variable in component.variables.values())
     facts, arrays = drawable_facts(component.drawables())
-    assert len(drawables_from(facts, arrays, component.variables)) == len(component.drawables()), "a log can hold them"
+    assert len(parse_drawables(facts, arrays, component.variables)) == len(component.drawables()), "a log can hold them"
 
 
 @every_example
@@ -76,11 +76,11 @@ def test_state_variables_can_be_started(example: Example) -> None:
 
 @every_example
 def test_report_and_cautions_can_be_read_at_any_time(example: Example) -> None:
-    component = example.started()
+    component = example.make_started()
     for _ in range(2):
         assert all(isinstance(name, str) and isinstance(value, float) for name, value in component.report().items())
         assert all(isinstance(text, str) and text for text in [*component.cautions(), *component.conclusions()])
-        drive(component, example, example.ticks)
+        drive_component(component, example, example.ticks)
 
 
 # -- reset, get, inputs -----------------------------------------------------------------------------------------------
@@ -89,16 +89,16 @@ def test_report_and_cautions_can_be_read_at_any_time(example: Example) -> None:
 @every_example
 def test_reset_and_restore_leave_nothing_behind(example: Example) -> None:
     """The history of a component, even beyond its limits, changes neither its bits nor its messages."""
-    fresh, used, restored = example.started(), example.started(), example.started()
-    drive(used, example, example.ticks)
-    assert bits(used) != bits(fresh)
+    fresh, used, restored = example.make_started(), example.make_started(), example.make_started()
+    drive_component(used, example, example.ticks)
+    assert state_bits(used) != state_bits(fresh)
     for component in (used, restored):
         load_until_refused(component, example)
     used.reset(**example.start)
     restored.restore(fresh.save())
     assert_same([fresh, used, restored])
     for component in (fresh, used, restored):
-        drive(component, example, example.ticks)
+        drive_component(component, example, example.ticks)
     assert_same([fresh, used, restored])
     load_until_refused(restored, example)
     restored.restore(used.save())
@@ -109,8 +109,8 @@ def assert_same(components: list[Component]) -> None:
     """Compare the bits, reports and messages of components."""
     first = components[0]
     for other in components[1:]:
-        assert bits(other) == bits(first)
-        assert readings(other) == readings(first)
+        assert state_bits(other) == state_bits(first)
+        assert variable_bytes(other) == variable_bytes(first)
         assert other.report() == first.report()
         assert (other.cautions(), other.conclusions()) == (first.cautions(), first.conclusions())
 
@@ -120,7 +120,7 @@ def test_a_refusal_depends_on_the_state_alone(example: Example, tmp_path: Path) 
     """Used, new, copied, restored and replayed components refuse the same call from the same state with the same message."""
     assert example.breaks is not None
     parameters, start, _ = example.breaks
-    fresh, used, restored = (example.made_of({**example.parameters, **parameters}) for _ in range(3))
+    fresh, used, restored = (example.make_variant({**example.parameters, **parameters}) for _ in range(3))
     for component in (fresh, used):
         component.reset(**start)
     for component in (used, restored):
@@ -147,9 +147,9 @@ def test_a_refusal_depends_on_the_state_alone(example: Example, tmp_path: Path) 
 
 @on_three_components
 def test_get_gives_copies(example: Example) -> None:
-    component = example.started()
-    drive(component, example, 20)
-    before, snapshot = readings(component), bits(component)
+    component = example.make_started()
+    drive_component(component, example, 20)
+    before, snapshot = variable_bytes(component), state_bits(component)
     for name, variable in component.variables.items():
         value = component.get(name)
         if isinstance(value, np.ndarray):
@@ -157,22 +157,22 @@ def test_get_gives_copies(example: Example) -> None:
         elif isinstance(value, list):
             value.insert(0, None)
             assert component.get(name)[:1] != [None]
-    assert readings(component) == before
-    assert bits(component) == snapshot
+    assert variable_bytes(component) == before
+    assert state_bits(component) == snapshot
 
 
 @on_three_components
 def test_inputs_persist_and_reset_brings_their_start_back(example: Example) -> None:
-    component = example.started()
+    component = example.make_started()
     starts = {name: component.get(name) for name in example.inputs}
     component.step(None, **example.inputs)
     component.step()
     for name, value in example.inputs.items():
         np.testing.assert_array_equal(component.get(name), value)
-    again = example.started()
+    again = example.make_started()
     for _ in range(2):
         again.step(None, **example.inputs)
-    assert bits(again) == bits(component)
+    assert state_bits(again) == state_bits(component)
     component.reset(**example.start)
     for name, value in starts.items():
         np.testing.assert_array_equal(component.get(name), value)
@@ -180,7 +180,7 @@ def test_inputs_persist_and_reset_brings_their_start_back(example: Example) -> N
 
 @on_three_components
 def test_a_profile_is_read_at_the_present_time(example: Example) -> None:
-    component = example.started()
+    component = example.make_started()
     profiles = example.all_profiles(component)
     component.step(None, **profiles)
     for _ in range(30):
@@ -214,24 +214,24 @@ sys.stdout.buffer.write(pickle.dumps(answers))
 
 def halfway(example: Example) -> Component:
     """Return an example in the middle of its mixed drive."""
-    component = example.started()
-    drive(component, example, example.ticks // 2 + 1)
+    component = example.make_started()
+    drive_component(component, example, example.ticks // 2 + 1)
     return component
 
 
 @pytest.fixture(scope="module")
 def elsewhere() -> dict[str, tuple[bytes, bytes]]:
     """Return the results of a new process for every example: driven from the start, and continued from halfway."""
-    sent = pickle.dumps({example.label: bits(halfway(example)) for example in EXAMPLES})
+    sent = pickle.dumps({example.label: state_bits(halfway(example)) for example in EXAMPLES})
     command = [sys.executable, "-c", _ELSEWHERE, str(ROOT / "tests")]
     return pickle.loads(subprocess.run(command, input=sent, capture_output=True, check=True, cwd=ROOT).stdout)
 
 
 @every_example
 def test_another_process_gives_the_same_bits(example: Example, elsewhere: dict[str, tuple[bytes, bytes]]) -> None:
-    here = example.started()
-    drive(here, example, example.ticks)
-    assert elsewhere[example.label][0] == bits(here)
+    here = example.make_started()
+    drive_component(here, example, example.ticks)
+    assert elsewhere[example.label][0] == state_bits(here)
 
 
 @every_example
@@ -239,13 +239,13 @@ def test_another_process_goes_on_from_a_snapshot(example: Example, elsewhere: di
     here = halfway(example)
     for _ in range(example.ticks):
         here.step()
-    assert elsewhere[example.label][1] == bits(here)
+    assert elsewhere[example.label][1] == state_bits(here)
 
 
 @every_example
 def test_save_and_restore_at_every_step(example: Example) -> None:
-    straight, hopping, other = example.started(), example.started(), example.make()
-    drive(straight, example, example.ticks)
+    straight, hopping, other = example.make_started(), example.make_started(), example.make()
+    drive_component(straight, example, example.ticks)
     original_step = hopping.step
 
     def step_in_the_other(duration: float | None = None, **inputs: float) -> None:
@@ -256,9 +256,9 @@ def test_save_and_restore_at_every_step(example: Example) -> None:
         hopping.restore(other.save())
 
     vars(hopping)["step"] = step_in_the_other
-    drive(hopping, example, example.ticks)
-    assert bits(hopping) == bits(straight)
-    assert readings(hopping) == readings(straight)
+    drive_component(hopping, example, example.ticks)
+    assert state_bits(hopping) == state_bits(straight)
+    assert variable_bytes(hopping) == variable_bytes(straight)
     assert hopping.report() == straight.report()
 
 
@@ -296,23 +296,23 @@ def test_a_long_step_equals_its_parts(example: Example, data: st.DataObject) -> 
     with watched(cut, every):
         for index, part in enumerate(parts):
             cut.step(part * cut.step_size, **(inputs if index == 0 else {}))
-    assert bits(cut) == bits(whole)
+    assert state_bits(cut) == state_bits(whole)
     assert cut.report() == whole.report()
 
 
 @every_example
 def test_observers_never_change_the_bits(example: Example) -> None:
-    alone = example.started()
-    drive(alone, example, example.ticks)
+    alone = example.make_started()
+    drive_component(alone, example, example.ticks)
     alone.step(50 * alone.step_size)
-    watched = example.started()
+    watched = example.make_started()
     for every in (7, 1000):
         watched.reset(**example.start)
         watcher = Watcher(every)
         watched.observe(watcher)
-        drive(watched, example, example.ticks)
+        drive_component(watched, example, example.ticks)
         watched.step(50 * watched.step_size)
-        assert bits(watched) == bits(alone)
+        assert state_bits(watched) == state_bits(alone)
         assert watcher.looks == list(range(every, example.ticks + 51, every))
         assert watcher.calls == ["on_reset", *[1] * example.ticks, 50]
         watched.ignore(watcher)
@@ -326,7 +326,7 @@ def test_observers_never_change_the_bits(example: Example) -> None:
 @every_example
 def test_the_balances_close(example: Example) -> None:
     """Each residual stays within its tolerance relative to the largest amount; opposite amounts must not cancel in a sum."""
-    component = example.started()
+    component = example.make_started()
     largest: dict[str, float] = {}
     worst: dict[str, float] = {}
     original_step = component.step
@@ -341,7 +341,7 @@ def test_the_balances_close(example: Example) -> None:
             worst[balance.quantity] = max(worst.get(balance.quantity, 0.0), float(np.abs(balance.residual).max()))
 
     vars(component)["step"] = watched_step
-    drive(component, example, example.ticks)
+    drive_component(component, example, example.ticks)
     assert largest["energy"] > 0.0
     for quantity, residual in worst.items():
         tolerance = example.energy_tolerance if quantity == "energy" else example.momentum_tolerance
@@ -359,9 +359,9 @@ def momentum_scale(component: Component) -> float:
 
 @every_example
 def test_events_are_in_order_and_of_known_kinds(example: Example) -> None:
-    component = example.started()
+    component = example.make_started()
     assert component.events() == [] and component.event_count == 0
-    drive(component, example, example.ticks)
+    drive_component(component, example, example.ticks)
     events = component.events()
     assert len(events) == component.event_count == len(component.event_rows())
     assert [event.tick for event in events] == sorted(event.tick for event in events)
@@ -397,11 +397,11 @@ class Calling(Watcher):
 
 @on_three_components
 def test_everything_can_be_read_in_the_middle_of_a_step_and_nothing_changed(example: Example) -> None:
-    component, alone = example.started(), example.started()
+    component, alone = example.make_started(), example.make_started()
     component.observe(Calling(2))
     for one in (component, alone):
         one.step(5 * one.step_size, **example.inputs)
-    assert bits(component) == bits(alone)
+    assert state_bits(component) == state_bits(alone)
 
 
 # -- memory ---------------------------------------------------------------------------------------------------------------
@@ -409,23 +409,23 @@ def test_everything_can_be_read_in_the_middle_of_a_step_and_nothing_changed(exam
 
 @every_example
 def test_a_parent_can_own_the_memory(example: Example) -> None:
-    alone = example.started()
+    alone = example.make_started()
     whole = np.full((2, *alone.memory.shape), 7.0)
-    parts = [example.make_in(whole[0]), alone.clone(whole[1])]
+    parts = [example.make_part(whole[0]), alone.clone(whole[1])]
     for component in (alone, *parts):
         component.reset(**example.start)
-        drive(component, example, example.ticks)
-    assert bits(parts[0]) == bits(alone) == bits(parts[1])
-    before = bits(alone)
+        drive_component(component, example, example.ticks)
+    assert state_bits(parts[0]) == state_bits(alone) == state_bits(parts[1])
+    before = state_bits(alone)
     whole[:] = 0.0  # includes the lengths of growing lists
-    assert bits(parts[0]) == bits(parts[1]) != before == bits(alone)
+    assert state_bits(parts[0]) == state_bits(parts[1]) != before == state_bits(alone)
     assert parts[0].events() == []
 
 
 @on_three_components
 def test_the_state_can_be_looked_at_without_a_copy(example: Example) -> None:
-    component = example.started()
-    drive(component, example, 30)
+    component = example.make_started()
+    drive_component(component, example, 30)
     assert bytes(component.state_view()) == component.save().data
     assert component.state_bytes == len(component.save().data)
     with pytest.raises(TypeError):

@@ -10,7 +10,15 @@ from itertools import product
 import numpy as np
 import pytest
 from support.component_examples import EXAMPLES, Example
-from support.conformance_tools import THREE, Watcher, bits, drive, every_example, on_three_components, readings
+from support.conformance_tools import (
+    THREE,
+    Watcher,
+    drive_component,
+    every_example,
+    on_three_components,
+    state_bits,
+    variable_bytes,
+)
 
 from granular_env.components.component import Component
 from granular_env.components.errors import GranularError, GranularWarning, ParameterError, StepError
@@ -22,24 +30,24 @@ NAN, HUGE = math.nan, 10**400
 
 def refused(component: Component, action, *expected: str) -> None:  # noqa: ANN001
     """Assert that the action raises ParameterError with this text and changes nothing."""
-    before, observed = bits(component), readings(component)
+    before, observed = state_bits(component), variable_bytes(component)
     with pytest.raises(ParameterError) as caught:
         action()
     for words in expected:
         assert words in str(caught.value)
-    assert bits(component) == before
-    assert readings(component) == observed
-    reference = bits(component)
+    assert state_bits(component) == before
+    assert variable_bytes(component) == observed
+    reference = state_bits(component)
     component.step()
-    assert bits(component) != reference
+    assert state_bits(component) != reference
 
 
 @cache
 def halfway(label: str) -> tuple[Component, Snapshot]:
     """Return a cached component in the middle of a run and its state; refusals do not change it, so tests share it."""
     example = next(example for example in EXAMPLES if example.label == label)
-    component = example.started()
-    drive(component, example, 25)
+    component = example.make_started()
+    drive_component(component, example, 25)
     return component, component.save()
 
 
@@ -149,7 +157,7 @@ def test_unknown_variables_are_refused(moving: tuple[Component, Example], name: 
 @pytest.fixture(scope="module")
 def snapshots() -> list[Snapshot]:
     """Return one component of each example."""
-    return [example.started().save() for example in EXAMPLES]
+    return [example.make_started().save() for example in EXAMPLES]
 
 
 def test_foreign_snapshots_are_refused(moving: tuple[Component, Example], snapshots: list[Snapshot]) -> None:
@@ -170,9 +178,9 @@ def test_foreign_snapshots_are_refused(moving: tuple[Component, Example], snapsh
 @every_example
 def test_forged_memory_does_no_harm(example: Example) -> None:
     """A snapshot with the right name and arbitrary numbers is restored or refused, then stepped or refused, without traces."""
-    component, generator = example.started(), np.random.default_rng(0)
-    own, fresh = component.save(), bits(component)
-    drive(component, example, 20)
+    component, generator = example.make_started(), np.random.default_rng(0)
+    own, fresh = component.save(), state_bits(component)
+    drive_component(component, example, 20)
     for wildness in (1, 3, 10, len(own.memory)):
         for _ in range(5):
             memory = component.save().memory.copy()
@@ -186,21 +194,21 @@ def test_forged_memory_does_no_harm(example: Example) -> None:
                 except GranularError:
                     pass
             component.reset(**example.start)
-            assert bits(component) == fresh
+            assert state_bits(component) == fresh
 
 
 @on_three_components
 def test_wrong_parameters_are_refused(example: Example) -> None:
     with pytest.raises(ParameterError, match="no_such_parameter"):
-        example.made_of({**example.parameters, "no_such_parameter": 1.0})
+        example.make_variant({**example.parameters, "no_such_parameter": 1.0})
     for name, value in example.parameters.items():
         others = {key: other for key, other in example.parameters.items() if key != name}
         with pytest.raises(ParameterError, match=name):
-            example.made_of({**others, f"{name}x": value})
+            example.make_variant({**others, f"{name}x": value})
         if isinstance(value, float):
             for bad in (NAN, math.inf, "much", {}, -1.0, HUGE):
                 with pytest.raises(ParameterError, match=name):
-                    example.made_of({**example.parameters, name: bad})
+                    example.make_variant({**example.parameters, name: bad})
 
 
 # -- failure ----------------------------------------------------------------------------------------------------------
@@ -211,7 +219,7 @@ def test_wrong_parameters_are_refused(example: Example) -> None:
 def test_a_step_happens_whole_or_not_at_all(example: Example, watched: bool, ticks: int | None) -> None:
     assert example.breaks is not None
     parameters, start, inputs = example.breaks
-    component = example.made_of({**example.parameters, **parameters})
+    component = example.make_variant({**example.parameters, **parameters})
     component.reset(**start)
     watcher = Watcher(3)
     if watched:
@@ -220,10 +228,10 @@ def test_a_step_happens_whole_or_not_at_all(example: Example, watched: bool, tic
     with warnings.catch_warnings(), pytest.raises(StepError) as caught:
         warnings.simplefilter("ignore", GranularWarning)  # a component may warn before it refuses
         for _ in range(example.breaks_after):
-            before, observed = bits(component), readings(component)
+            before, observed = state_bits(component), variable_bytes(component)
             component.step(duration, **inputs)
-    assert bits(component) == before
-    assert readings(component) == observed
+    assert state_bits(component) == before
+    assert variable_bytes(component) == observed
     error = caught.value
     assert error.variable in component.variables
     assert error.variable in str(error)
@@ -233,8 +241,8 @@ def test_a_step_happens_whole_or_not_at_all(example: Example, watched: bool, tic
     if watched:
         assert watcher.calls[-1] == "StepError"
     component.reset()
-    fresh = example.made_of({**example.parameters, **parameters})
-    assert bits(component) == bits(fresh)
+    fresh = example.make_variant({**example.parameters, **parameters})
+    assert state_bits(component) == state_bits(fresh)
 
 
 @on_three_components
@@ -243,14 +251,14 @@ def test_an_observer_that_fails_undoes_the_step(example: Example) -> None:
         def on_sample(self, component: Component) -> None:
             raise OSError("no space left")
 
-    component = example.started()
-    drive(component, example, 10)
+    component = example.make_started()
+    drive_component(component, example, 10)
     broken = Broken(5)
     component.observe(broken)
-    before = bits(component)
+    before = state_bits(component)
     with pytest.raises(OSError, match="no space left"):
         component.step(20 * component.step_size)
-    assert bits(component) == before
+    assert state_bits(component) == before
     component.ignore(broken)
     component.step(20 * component.step_size)
 
@@ -258,11 +266,11 @@ def test_an_observer_that_fails_undoes_the_step(example: Example) -> None:
 @on_three_components
 @pytest.mark.parametrize("watched", [False, True])
 def test_an_interrupt_undoes_the_step(example: Example, watched: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    component = example.started()
+    component = example.make_started()
     if watched:
         component.observe(Watcher(1000))
-    drive(component, example, 10)
-    before, advance = bits(component), component._advance
+    drive_component(component, example, 10)
+    before, advance = state_bits(component), component._advance
 
     def interrupted(ticks: int) -> int:
         advance(ticks)
@@ -271,4 +279,4 @@ def test_an_interrupt_undoes_the_step(example: Example, watched: bool, monkeypat
     monkeypatch.setattr(component, "_advance", interrupted)
     with pytest.raises(KeyboardInterrupt):
         component.step(5 * component.step_size, **example.inputs)
-    assert bits(component) == before
+    assert state_bits(component) == before

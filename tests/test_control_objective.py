@@ -15,11 +15,11 @@ from granular_env.components.chain.objective import Objective
 from granular_env.components.support.jit import jit
 from granular_env.domains.chain.control import (
     Term,
-    applied,
     central_differences,
     check_objective,
     contact_force,
     displacement,
+    end_input,
     energy,
     kinetic_energy,
     momentum,
@@ -81,7 +81,7 @@ def test_terms_are_what_the_chain_says(parameters: dict[str, Any]) -> None:
     assert worth(chain, energy().at_end()) < seen["all"][-1] < worth(chain, energy().at_end()) + 2.0 * wall
     halves = worth(chain, energy(0, 3).at_end()) + worth(chain, energy(4, 6).at_end())
     assert worth(chain, energy().at_end()) == pytest.approx(halves, rel=1e-13)
-    assert worth(chain, applied("left").mean()) == pytest.approx(DRIVE[:, 0].mean(), rel=1e-14)
+    assert worth(chain, end_input("left").mean()) == pytest.approx(DRIVE[:, 0].mean(), rel=1e-14)
 
 
 @pytest.mark.parametrize("parameters", LAWS)
@@ -90,7 +90,7 @@ def test_terms_have_the_derivatives_of_their_values(parameters: dict[str, Any]) 
     chain = chain_of(**parameters)
     terms = (
         velocity(2).at_end(target=3.0), displacement(-1).mean(), contact_force(-1).peak(scale=60.0), energy(2, 4).mean(),
-        kinetic_energy().at_end(), 2.0 * momentum(1, 3).mean(target=0.1), -1.0 * applied("left").mean(target=0.0),
+        kinetic_energy().at_end(), 2.0 * momentum(1, 3).mean(target=0.1), -1.0 * end_input("left").mean(target=0.0),
     )  # fmt: skip
     for term in terms:
         assert check_objective(total(chain, term), chain) < 1e-6

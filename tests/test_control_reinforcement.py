@@ -92,7 +92,8 @@ def test_a_trial_counts_every_control_step_and_finds_the_same_again(method, tmp_
         assert 3000 - 4 * 5 * 12 - 2 * 60 < search.spent <= 3000
         # A single best policy acts as in the batch.
         actor = method.actor(search)
-        assert np.mean([method.problem(search.problem).play(actor, seed)[0] for seed in (5, 6)]) == search.best_return
+        problem = method.adapt_problem(search.problem)
+        assert np.mean([problem.play_episode(actor, seed)[0] for seed in (5, 6)]) == search.best_return
         found.append(search.curve)
     assert found[0] == found[1]
 

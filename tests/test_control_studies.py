@@ -76,9 +76,9 @@ def test_slopes_of_a_drive_are_those_of_central_differences(between, rate):
 def test_the_point_of_a_drive_is_found_again(between):
     shape = DriveShape(steps=30, entries=2, knots=6, between=between, driven=25)
     point = np.random.default_rng(1).uniform(-1.0, 1.0, shape.size)
-    np.testing.assert_allclose(shape.fit(shape.actions(point[None])[0]), point, atol=1e-13)
+    np.testing.assert_allclose(shape.fit_point(shape.actions(point[None])[0]), point, atol=1e-13)
     # A drive that ends early is 0 afterwards.
-    assert not shape.fit(np.zeros((3, 2))).any()
+    assert not shape.fit_point(np.zeros((3, 2))).any()
 
 
 # -- files ----------------------------------------------------------------------------------------------------------------
@@ -136,7 +136,7 @@ def test_every_method_gets_the_same_budget_and_none_exceeds_it(tmp_path):
         assert trial.score.value == pytest.approx(trial.search_return, abs=1e-15)
         best = [value for _, value in trial.curve]
         assert best == sorted(best) and best[-1] == trial.search_return
-    found = {one["type"]: result.of(one["type"])[0].score.value for one in SEARCHES}
+    found = {one["type"]: result.method_trials(one["type"])[0].score.value for one in SEARCHES}
     # The best drive is a straight line, which knots can represent but uniform random knots do not find.
     assert found["gradient"] > -1e-15 and found["random"] < found["cma"] < 1e-15
 
@@ -155,7 +155,7 @@ def test_a_budget_that_is_too_small_for_a_first_result_is_refused(tmp_path):
     least = 5 * Bowl().steps
     with pytest.raises(ExperimentError, match=f"budget: got {least - 1}, expected a whole number of at least {least}"):
         run_study(bowl_study({"type": "gradient"}, budget=least - 1), tmp_path / "a", problem=Bowl())
-    assert run_study(bowl_study({"type": "gradient"}, budget=least), tmp_path / "a", problem=Bowl()).of("gradient")
+    assert run_study(bowl_study({"type": "gradient"}, budget=least), tmp_path / "a", problem=Bowl()).method_trials("gradient")
 
 
 def test_a_gradient_of_a_task_without_one_is_refused_before_anything_is_computed(tmp_path):
@@ -425,5 +425,5 @@ def test_the_way_finds_a_wave_that_the_end_alone_does_not(tmp_path):
     found = {}
     for name, options in (("plain", {}), ("staged", {"stages": [{"way": 1.0}, {"way": 0.3}, {"way": 0.0}]})):
         result = run_study({**study, "method": [{**method, **options}]}, tmp_path / name)
-        found[name] = result.of("gradient")[0].score.value
+        found[name] = result.method_trials("gradient")[0].score.value
     assert found["staged"] > -0.02 and found["staged"] > found["plain"]

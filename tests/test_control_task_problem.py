@@ -11,7 +11,7 @@ from support.env_toys import Swing
 from granular_env.components.errors import ParameterError
 from granular_env.components.oscillator import Oscillator
 from granular_env.control.drive import DriveShape
-from granular_env.control.problem import Problem, task_names
+from granular_env.control.problem import Problem, environment_names
 from granular_env.domains.chain.tasks import ENVIRONMENTS
 from granular_env.envs import ComponentEnv, OpenLoop
 
@@ -39,7 +39,7 @@ def test_the_batch_and_the_single_environment_give_the_same_return(name, argumen
     chosen = drives(problem, 4)
     found, steps = problem.returns(chosen, SEEDS)
     for member in range(4):
-        episodes = [problem.play(OpenLoop(chosen[member]), seed) for seed in SEEDS]
+        episodes = [problem.play_episode(OpenLoop(chosen[member]), seed) for seed in SEEDS]
         assert found[member] == np.mean([value for value, _ in episodes])
         assert steps[member] == sum(len(actions) for _, actions in episodes)
 
@@ -72,15 +72,18 @@ def test_the_objective_of_an_episode_at_rest_is_minus_its_return(name, arguments
     problem = Problem(name, arguments)
     drive = drives(problem, 1)[0]
     for seed in SEEDS:
-        start = problem.play(OpenLoop(np.zeros_like(drive)), seed)[0] + problem.value_and_grad(np.zeros_like(drive), [seed])[0]
+        start = (
+            problem.play_episode(OpenLoop(np.zeros_like(drive)), seed)[0]
+            + problem.value_and_grad(np.zeros_like(drive), [seed])[0]
+        )
         # `start` is the part of the wanted waves that should already be in the chain.
         value = problem.value_and_grad(drive, [seed])[0]
-        assert value - start == pytest.approx(-problem.play(OpenLoop(drive), seed)[0], rel=1e-9)
+        assert value - start == pytest.approx(-problem.play_episode(OpenLoop(drive), seed)[0], rel=1e-9)
 
 
 def test_every_environment_has_a_short_name():
-    assert task_names()["pulse-forming"] == "granular_env/PulseForming-v1"
-    for short, registered in task_names().items():
+    assert environment_names()["pulse-forming"] == "granular_env/PulseForming-v1"
+    for short, registered in environment_names().items():
         small = {"grains": 48} if registered in ENVIRONMENTS else {}
         assert type(Problem(short, small).env.task) is type(Problem(registered, small).env.task)
 
@@ -99,11 +102,11 @@ def swing(monkeypatch, tmp_path):
 
 
 def test_without_a_native_batch_gymnasiums_own_gives_the_single_returns(swing):
-    assert isinstance(swing.vector(2), SyncVectorEnv)
+    assert isinstance(swing.make_vector_env(2), SyncVectorEnv)
     chosen = drives(swing, 3)
     found, steps = swing.returns(chosen, SEEDS)
     for member in range(3):
-        episodes = [swing.play(OpenLoop(chosen[member]), seed) for seed in SEEDS]
+        episodes = [swing.play_episode(OpenLoop(chosen[member]), seed) for seed in SEEDS]
         assert found[member] == np.mean([value for value, _ in episodes])
         assert steps[member] == sum(len(actions) for _, actions in episodes)
 

@@ -11,17 +11,17 @@ from support.coupled_tools import (
     MEDIUM,
     ROW,
     SMALL,
-    between,
+    cell_mesh,
     corner,
-    coupled,
     cradle,
     inclusion,
-    inner,
+    inner_masks,
     layers,
-    mesh,
+    make_coupled,
+    make_sandwich,
     positions,
     rectangle,
-    start,
+    start_displaced,
     start_noise,
 )
 
@@ -34,7 +34,7 @@ from granular_env.components.support.float_arrays import FloatArray
 
 # A stretch, a shear and a rotation together.
 GRADIENT = np.array([[0.7, -1.1], [0.4, 0.3]])
-SHAPES: list[Callable[..., Coupled]] = [layers, inclusion, corner, cradle, between]
+SHAPES: list[Callable[..., Coupled]] = [layers, inclusion, corner, cradle, make_sandwich]
 every_shape = pytest.mark.parametrize("make", SHAPES, ids=lambda make: make.__name__)
 
 
@@ -42,8 +42,8 @@ every_shape = pytest.mark.parametrize("make", SHAPES, ids=lambda make: make.__na
 
 
 def assert_no_force(medium: Coupled, margin: float) -> None:
-    start(medium, lambda points: SMALL * points @ GRADIENT.T, 0.5 * SMALL * (GRADIENT[1, 0] - GRADIENT[0, 1]))
-    nodes, automata = inner(medium, margin)
+    start_displaced(medium, lambda points: SMALL * points @ GRADIENT.T, 0.5 * SMALL * (GRADIENT[1, 0] - GRADIENT[0, 1]))
+    nodes, automata = inner_masks(medium, margin)
     forces, torques = medium.forces_on_automata()
     free = automata & (medium.interface.free > 0)
     assert nodes[medium.interface.nodes].any() and free.any()
@@ -71,7 +71,7 @@ def test_two_materials_carry_one_traction_through_the_interface() -> None:
     for packing in ("square", "hexagonal"):
         height = 4.0 if packing == "square" else 4 * ROW
         medium = Coupled(
-            grid={"mesh": mesh(8, 4), "material": MEDIUM},
+            grid={"mesh": cell_mesh(8, 4), "material": MEDIUM},
             automata={"shape": rectangle(8.0, height), "diameter": 1.0, "packing": packing, "material": soft},
             origin=[0.0, 4.0],
         )
@@ -82,8 +82,8 @@ def test_two_materials_carry_one_traction_through_the_interface() -> None:
             y = np.where(points[:, 1] <= 4.0, points[:, 1] / 3.0, 4.0 / 3.0 + (points[:, 1] - 4.0) / stiffness)
             return SMALL * np.stack([np.zeros(len(y)), y], axis=1)
 
-        start(medium, field)
-        nodes, automata = inner(medium, 2.1)
+        start_displaced(medium, field)
+        nodes, automata = inner_masks(medium, 2.1)
         assert nodes[medium.interface.nodes].any()
         assert np.abs(medium.forces_on_nodes()[nodes]).max() <= 1e-12 * SMALL
         stress = medium.get("automata_stress")[automata]
@@ -127,9 +127,9 @@ def test_the_variants_of_the_paper_are_the_same_to_rounding(n: int) -> None:
 
 def test_work_and_impulse_of_every_input_are_accounted_for() -> None:
     """Forces, tractions, driven and absorbing edges on the grid; forces, tractions and smooth plates on the automata."""
-    medium = coupled(
+    medium = make_coupled(
         {
-            "mesh": mesh(8, 4),
+            "mesh": cell_mesh(8, 4),
             "boundaries": {"left": {"name": "absorbing"}, "bottom": {"name": "velocity"}, "right": "traction"},
             "forced_nodes": [12, [4.0, 4.0]],
         },
@@ -213,10 +213,10 @@ def one_step(medium: Coupled) -> FloatArray:
 
 def growth_of_a_step(n: int, stiffer: float, wide: int = 1, **parameters: Any) -> float:
     """Return the growth per step of the fastest-growing mode of a row of cells, fixed below, and automata on top."""
-    grid = {"mesh": mesh(wide, 1), "boundaries": {"bottom": "fixed"}}
+    grid = {"mesh": cell_mesh(wide, 1), "boundaries": {"bottom": "fixed"}}
     stiff = {"density": 1.0, "young": stiffer * MEDIUM.young, "poisson": 0.25}
     automata = {"shape": rectangle(float(wide), 2.0 / n), "material": stiff}
-    medium = coupled(grid, automata, n, origin=[0.0, 1.0], **parameters)
+    medium = make_coupled(grid, automata, n, origin=[0.0, 1.0], **parameters)
     multipliers = np.linalg.eigvals(one_step(medium))
     # A checkerboard of rotations has zero energy and rotates freely: a double multiplier 1, accurate to the root of rounding.
     return float(np.abs(multipliers[np.abs(multipliers - 1.0) > 1e-5]).max()) - 1.0
@@ -247,10 +247,10 @@ def test_sub_steps_as_the_paper_has_them_are_unstable(n: int, step: float) -> No
 def ringing(n: int, ticks: int = 200, left: str = "fixed", **parameters: Any) -> float:
     """Return the largest relative change of stress in a stretched strip at rest whose right end is held."""
     across = {"bottom": "periodic", "top": "periodic"}
-    grid = {"mesh": mesh(8, 2), "boundaries": {**across, "left": left}}
+    grid = {"mesh": cell_mesh(8, 2), "boundaries": {**across, "left": left}}
     automata = {"shape": rectangle(8.0, 2.0), "boundaries": {**across, "right": "fixed"}}
-    medium = coupled(grid, automata, n, origin=[8.0, 0.0], **parameters)
-    start(medium, lambda points: SMALL * points * [1.0, 0.0])
+    medium = make_coupled(grid, automata, n, origin=[8.0, 0.0], **parameters)
+    start_displaced(medium, lambda points: SMALL * points * [1.0, 0.0])
     stress, names = 3.0 * SMALL, ("grid_stress", "automata_stress")
     for name in names:
         np.testing.assert_allclose(medium.get(name)[:, 0], stress, rtol=1e-11)
@@ -288,7 +288,7 @@ def test_micro_steps_come_to_what_lockstep_gives() -> None:
 def test_the_interface_is_found() -> None:
     medium = inclusion(n=2)
     assert len(medium.interface.nodes) == 14 and len(medium.interface.automata) == 28
-    two = between(n=3)
+    two = make_sandwich(n=3)
     assert len(two.interface.nodes) == 10 and len(two.interface.automata) == 26
     nodes, centres = positions(two)
     interface = two.interface
@@ -333,6 +333,6 @@ def test_an_inverted_cell_and_a_fast_automaton_are_named() -> None:
 
 
 def test_a_zigzag_of_a_hexagonal_packing_is_no_interface() -> None:
-    grid = {"mesh": mesh(4, 4, cell_size=[1.0, 2.0 * ROW])}
+    grid = {"mesh": cell_mesh(4, 4, cell_size=[1.0, 2.0 * ROW])}
     with pytest.raises(ParameterError, match="along the rows of the hexagonal packing.*turn the body by 90 degrees"):
-        coupled(grid, {"shape": rectangle(8.0, 8.0 * ROW), "packing": "hexagonal"}, origin=[4.0, 0.0])
+        make_coupled(grid, {"shape": rectangle(8.0, 8.0 * ROW), "packing": "hexagonal"}, origin=[4.0, 0.0])

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.coupled_tools import SMALL, coupled, inclusion, mesh, rectangle, start_noise
+from support.coupled_tools import SMALL, cell_mesh, inclusion, make_coupled, rectangle, start_noise
 
 import granular_env as ge
 from granular_env.components.coupled import Coupled
@@ -22,12 +22,15 @@ def sandwich(n: int = 1, *, plasticity: Any = None, step: float = 0.2, release: 
     """Return a layer of automata between two grids; the lower grid is fixed, the upper grid moves along both axes."""
     micro = more.pop("micro_steps", 1)
     gap = {"name": "box", "x": [-1.0, 9.0], "y": [4.0, 8.0]}
-    grid: dict[str, Any] = {"mesh": mesh(8, 12, holes=[gap]), "boundaries": {"top": {"name": "velocity"}, "bottom": "fixed"}}
+    grid: dict[str, Any] = {
+        "mesh": cell_mesh(8, 12, holes=[gap]),
+        "boundaries": {"top": {"name": "velocity"}, "bottom": "fixed"},
+    }
     if plasticity is not None:
         grid["plasticity"] = plasticity
     # The release time does not depend on the step.
     automata = {"shape": rectangle(8.0, 4.0), "criterion": WEAK, "release_ticks": round(release * micro / step), **more}
-    return coupled(grid, automata, n, origin=[0.0, 4.0], step_size=step, micro_steps=micro)
+    return make_coupled(grid, automata, n, origin=[0.0, 4.0], step_size=step, micro_steps=micro)
 
 
 def shear_off(medium: Coupled, until: float = 40.0) -> float:
@@ -123,8 +126,8 @@ def test_what_never_breaks_moves_as_what_cannot(micro_steps: int) -> None:
 
 def test_a_link_breaks_at_the_strain_that_theory_says() -> None:
     """In uniaxial strain of both layers, a link along the load has the strain of the body."""
-    medium = coupled(
-        {"mesh": mesh(4, 2), "boundaries": dict.fromkeys(("left", "right", "bottom"), "symmetry")},
+    medium = make_coupled(
+        {"mesh": cell_mesh(4, 2), "boundaries": dict.fromkeys(("left", "right", "bottom"), "symmetry")},
         {
             "shape": rectangle(4.0, 2.0), "criterion": {"name": "strain", "tensile": 0.01, "shear": 1.0},
             "boundaries": {"left": "symmetry", "right": "symmetry", "top": {"name": "velocity", "components": "y"}},
@@ -142,11 +145,11 @@ def pressed_core(n: int) -> Coupled:
     """Return a block of cells with a core of automata, symmetric about x = 0 and compressed from above."""
     hole = {"name": "box", "x": [-2.0, 2.0], "y": [2.0, 6.0]}
     grid = {
-        "mesh": mesh(8, 8, holes=[hole], centre=[0.0, 4.0]),
+        "mesh": cell_mesh(8, 8, holes=[hole], centre=[0.0, 4.0]),
         "boundaries": {"top": {"name": "velocity", "components": "y"}, "bottom": "symmetry"},
     }
     automata = {"shape": rectangle(4.0, 4.0), "criterion": WEAK}
-    return coupled(grid, automata, n, origin=[-2.0, 2.0], step_size=0.2, micro_steps=n)
+    return make_coupled(grid, automata, n, origin=[-2.0, 2.0], step_size=0.2, micro_steps=n)
 
 
 def mirror_of(points: Any) -> Any:

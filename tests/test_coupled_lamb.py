@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from support.coupled_tools import coupled, mesh, rectangle
+from support.coupled_tools import cell_mesh, make_coupled, rectangle
 from support.grid_tools import MEDIUM, S_SPEED, SMALL
 from test_grid_lamb import BODY, RAYLEIGH, TIMES, load
 
@@ -26,9 +26,9 @@ def misfits(length: int, shift: int) -> tuple[list[float], list[float]]:
     """
     source, depth = -shift * length, round(4.4 * length)
     left, right = round(4.6 * length) - source, round(4.6 * length) + source
-    grid = {"mesh": mesh(left, depth, centre=[-0.5 * left, -0.5 * depth]), "forced_nodes": [[source, 0.0]]}
+    grid = {"mesh": cell_mesh(left, depth, centre=[-0.5 * left, -0.5 * depth]), "forced_nodes": [[source, 0.0]]}
     automata = {"shape": rectangle(float(right), float(depth))}
-    medium = coupled(grid, automata, origin=[0.0, -float(depth)], step_size=STEP)
+    medium = make_coupled(grid, automata, origin=[0.0, -float(depth)], step_size=STEP)
     places = [(sign * x, z) for sign in (-1.0, 1.0) for x, z in RAYLEIGH + BODY]
     points = np.array([(source + x * length, -z * length) for x, z in places])
     # Automata and nodes have integer coordinates.

@@ -6,13 +6,13 @@ from collections.abc import Callable
 
 import pytest
 from support.coupled_tools import (
-    between,
+    cell_mesh,
     corner,
-    coupled,
     cradle,
     inclusion,
     layers,
-    mesh,
+    make_coupled,
+    make_sandwich,
     rectangle,
     strip,
 )
@@ -26,7 +26,7 @@ MEETING: list[Callable[[], Coupled]] = [
     lambda: inclusion(4),
     lambda: corner(2),
     lambda: cradle(3),
-    lambda: between(4),
+    lambda: make_sandwich(4),
     lambda: strip("square", 6, 4)[0],
     lambda: strip("hexagonal", 4, 6)[0],
 ]
@@ -40,8 +40,8 @@ def test_parts_that_meet_do_not_overlap(make: Callable[[], Coupled]) -> None:
 @pytest.mark.parametrize(("n", "rows"), [(2, 1), (4, 1), (8, 1), (8, 3)])
 def test_columns_of_automata_inside_the_last_cells_are_refused(n: int, rows: int) -> None:
     with pytest.raises(ParameterError, match=r"automata reach into cells .*: automaton .* into cell 7, .* move `origin`"):
-        coupled(
-            {"mesh": mesh(8, 4, cell_size=1.0)},
+        make_coupled(
+            {"mesh": cell_mesh(8, 4, cell_size=1.0)},
             {"shape": rectangle(4.0, 4.0), "packing": "square"},
             n,
             origin=[8.0 - rows / n, 0.0],

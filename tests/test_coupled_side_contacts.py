@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.coupled_tools import coupled, mesh
+from support.coupled_tools import cell_mesh, make_coupled
 
 from granular_env.components.coupled import Coupled
 
@@ -18,7 +18,7 @@ def body(n: int = 1, *, side_contacts: bool = True, grid: dict[str, Any] | None 
     corners = [[4, 0], [8, 0], [8, 8], [0, 8], [0, 6], [4, 6]]
     gap = {"name": "box", "x": [2.4, 4.6], "y": [5.4, 8.6]}
     automata = {"shape": {"name": "polygon", "corners": corners, "holes": [gap]}, "criterion": STRONG}
-    return coupled({"mesh": mesh(4, 4), **(grid or {})}, automata, n, side_contacts=side_contacts, **more)
+    return make_coupled({"mesh": cell_mesh(4, 4), **(grid or {})}, automata, n, side_contacts=side_contacts, **more)
 
 
 def piece_of(medium: Coupled) -> Any:

@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from support.coupled_tools import MEDIUM, P_SPEED, S_SPEED, SMALL, coupled, mesh, rectangle, start_wave, strip
+from support.coupled_tools import MEDIUM, P_SPEED, S_SPEED, SMALL, cell_mesh, make_coupled, rectangle, start_wave, strip
 from support.grid_tools import pulse
 
 from granular_env.components.grid import Grid
@@ -32,7 +32,7 @@ def reflection(packing: str, wavelength: int, shear: bool, n: int = 1) -> float:
     """Return the largest reflected velocity (difference from the grid alone), relative to the velocity of the wave."""
     medium, axis = strip(packing, 6 * wavelength, 6 * wavelength, 0.2 / n, n)
     edges = dict.fromkeys(("bottom", "top") if axis == 0 else ("left", "right"), "periodic")
-    shape = mesh(12 * wavelength, 2) if axis == 0 else mesh(4, 12 * wavelength)
+    shape = cell_mesh(12 * wavelength, 2) if axis == 0 else cell_mesh(4, 12 * wavelength)
     whole = Grid(mesh=shape, material=MEDIUM, boundaries=edges, step_size=medium.step_size)
     speed, component = (S_SPEED, 1 - axis) if shear else (P_SPEED, axis)
     for one in (medium, whole):
@@ -115,8 +115,8 @@ def secondary_waves(length: int, shift: int, hourglass: float = 1.0) -> tuple[fl
     half = depth + shift
     common = {"forced_nodes": [[half - shift, depth]], "hourglass": hourglass}
     automata = {"shape": rectangle(float(half), float(depth))}
-    medium = coupled({"mesh": mesh(half, depth), **common}, automata, origin=[half, 0.0], step_size=step)
-    whole = Grid(mesh=mesh(2 * half, depth), material=MEDIUM, step_size=step, **common)
+    medium = make_coupled({"mesh": cell_mesh(half, depth), **common}, automata, origin=[half, 0.0], step_size=step)
+    whole = Grid(mesh=cell_mesh(2 * half, depth), material=MEDIUM, step_size=step, **common)
     times = np.arange(round(duration / step) + 1) * step
     signal = Profile.table(times, SMALL * np.sin(np.pi * times / duration) ** 4) * [[0.0, -1.0]]
     medium.step(2 * duration, grid_force=signal)

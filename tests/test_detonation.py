@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 from support.component_examples import GASES
-from support.conformance_tools import bits, drive
-from support.gas_tools import AIR, air_tube, cell_means, run_for, sod_tube
+from support.conformance_tools import drive_component, state_bits
+from support.gas_tools import AIR, advance_tube, air_tube, cell_means, sod_tube
 
 import granular_env as ge
 from granular_env.components.detonation import fluxes, kernel_arrays, kernels
@@ -34,7 +34,7 @@ def order(errors: list[float]) -> float:
 def sod_error(cells: int) -> float:
     """Return the mean error of the density."""
     tube = sod_tube(cells)
-    run_for(tube, 0.2)
+    advance_tube(tube, 0.2)
     exact = riemann_problem(Flow(1.0, 0.0, 1.0), Flow(0.125, 0.0, 0.1), AIR.gamma).state((tube.centres - 0.5) / tube.time)
     return float(np.abs(tube.get("density") - exact[0]).mean())
 
@@ -67,7 +67,7 @@ def test_the_riemann_problems_of_the_textbook(left: Flow, right: Flow, place: fl
     tube = air_tube(100, left="absorbing", right="absorbing", step_size=0.005 / fastest)
     behind = tube.centres < place
     tube.reset(**{name: np.where(behind, getattr(left, name), getattr(right, name)) for name in Flow._fields})
-    run_for(tube, time)
+    advance_tube(tube, time)
     exact = solution.state((tube.centres - place) / tube.time)
     for name, values in zip(Flow._fields, exact, strict=True):
         assert np.abs(tube.get(name) - values).mean() < 0.025 * np.abs(values).max(), name
@@ -91,7 +91,7 @@ def simple_wave_error(cells: int, limiter: str) -> float:
     fine = (np.arange(cells * samples) + 0.5) / (cells * samples)
     density, velocity, pressure = flow(pulse(fine))
     tube.reset(density=density, velocity=velocity, pressure=pressure)
-    run_for(tube, 0.2)
+    advance_tube(tube, 0.2)
     u = pulse(fine)
     for _ in range(200):
         u = pulse(fine - (SOUND + 0.5 * (gamma + 1.0) * u) * tube.time)
@@ -124,7 +124,7 @@ def nozzle_error(cells: int) -> float:
     density, pressure = temperature ** (1.0 / (gamma - 1.0)), temperature ** (gamma / (gamma - 1.0))
     tube = air_tube(cells, cross_section=area.tolist(), left="absorbing", right="absorbing")
     tube.reset(density=density, velocity=low * np.sqrt(gamma * temperature), pressure=pressure)
-    run_for(tube, 0.5)
+    advance_tube(tube, 0.5)
     return float(np.abs(tube.get("pressure") / pressure - 1.0).mean())
 
 
@@ -148,8 +148,8 @@ def test_the_mirror_image_of_a_flow_is_the_flow_of_the_mirror_image() -> None:
         air_tube(30, cross_section=area.tolist(), regions=[region], left=left, right=right)
         for area, region, left, right in ((widths, low[0], "closed", "open"), (widths[::-1], low[1], "open", "closed"))
     )
-    run_for(straight, 0.5, right_pressure=0.3)
-    run_for(turned, 0.5, left_pressure=0.3)
+    advance_tube(straight, 0.5, right_pressure=0.3)
+    advance_tube(turned, 0.5, left_pressure=0.3)
     # Sums are computed in the opposite order.
     for name, sign in (("density", 1.0), ("velocity", -1.0), ("pressure", 1.0)):
         np.testing.assert_allclose(turned.get(name)[::-1], sign * straight.get(name), rtol=1e-11, atol=1e-12)
@@ -167,7 +167,7 @@ def test_what_an_end_sends_back_of_a_sound_wave(end: str, expected: float, toler
     tube, height = air_tube(200, left="absorbing", right=end), 1e-4
     pulse = height * np.where(np.abs(tube.centres - 0.6) < 0.2, np.cos(np.pi * (tube.centres - 0.6) / 0.4) ** 2, 0.0)
     tube.reset(density=1.0 + pulse / AIR.gamma, velocity=pulse / SOUND, pressure=1.0 + pulse)
-    run_for(tube, 0.7 / SOUND)
+    advance_tube(tube, 0.7 / SOUND)
     left = (tube.get("pressure") - 1.0) / height
     peak = int(np.abs(left).argmax())
     assert left[peak] == pytest.approx(expected, abs=tolerance)
@@ -177,7 +177,7 @@ def test_what_an_end_sends_back_of_a_sound_wave(end: str, expected: float, toler
 def test_a_wall_stops_gas_with_the_pressure_of_the_shock() -> None:
     tube = air_tube(100, left="absorbing")
     tube.reset(velocity=1.5)
-    run_for(tube, 0.4)
+    advance_tube(tube, 0.4)
     expected = reflected_pressure(Flow(1.0, 1.5, 1.0), AIR.gamma)
     # The first cells at the wall are too hot, but their pressure is correct; it oscillates slightly behind the shock.
     np.testing.assert_allclose(tube.get("pressure")[-12:], expected, rtol=2e-3)
@@ -186,7 +186,7 @@ def test_a_wall_stops_gas_with_the_pressure_of_the_shock() -> None:
 def test_gas_leaves_into_a_vacuum_at_the_speed_of_sound() -> None:
     """At the opening, rho c is that of the fan's sonic point, (2 / (gamma + 1))^((gamma + 1) / (gamma - 1))."""
     tube = air_tube(200, right="open")
-    run_for(tube, 0.3, right_pressure=0.0)
+    advance_tube(tube, 0.3, right_pressure=0.0)
     choked = (2.0 / (AIR.gamma + 1.0)) ** ((AIR.gamma + 1.0) / (AIR.gamma - 1.0)) * SOUND
     assert tube.get("right_mass") == pytest.approx(-choked * tube.time, rel=5e-3)
 
@@ -214,7 +214,7 @@ def inflow_into_gas_at_rest(room: float) -> tuple[float, float]:
 def test_a_room_of_higher_pressure_drives_a_shock_into_the_tube() -> None:
     """Inflow has the entropy and total enthalpy of the room, and the pressure and speed of the gas behind the shock."""
     tube, room = air_tube(100, left="closed", right="open"), 3.0
-    run_for(tube, 0.35, right_pressure=room)
+    advance_tube(tube, 0.35, right_pressure=room)
     pressure, speed = inflow_into_gas_at_rest(room)
     # For a shock that starts at the first face, the density is less accurate than pressure and speed.
     np.testing.assert_allclose(tube.get("pressure")[-30:], pressure, rtol=3e-3)
@@ -227,7 +227,7 @@ def test_a_room_of_higher_pressure_drives_a_shock_into_the_tube() -> None:
 def test_gas_between_two_rooms_flows_as_fast_as_bernoulli_says() -> None:
     """Without losses at the ends, the outflow speed is that of an expansion from rest to the pressure of the other room."""
     tube = air_tube(50, left="open", right="open")
-    run_for(tube, 80.0, left_pressure=1.02, right_pressure=1.0)
+    advance_tube(tube, 80.0, left_pressure=1.02, right_pressure=1.0)
     np.testing.assert_allclose(tube.get("velocity"), speed_from_rest(1.02, 1.0), rtol=1e-4)
     np.testing.assert_allclose(tube.get("pressure"), 1.0, rtol=1e-5)
     assert tube.get("left_energy") == pytest.approx(ENTHALPY * tube.get("left_mass"), rel=1e-12)
@@ -236,7 +236,7 @@ def test_gas_between_two_rooms_flows_as_fast_as_bernoulli_says() -> None:
 @pytest.mark.parametrize("initial", [0.1, 1e-3])
 def test_no_more_than_sonic_flow_comes_in(initial: float) -> None:
     tube = air_tube(100, right="open", initial_pressure=initial, step_size=1e-3)
-    run_for(tube, 0.15, right_pressure=1.0)
+    advance_tube(tube, 0.15, right_pressure=1.0)
     assert tube.get("right_mass") == pytest.approx(CHOKED_INFLOW * tube.time, rel=1e-12)
     assert tube.get("right_energy") == pytest.approx(ENTHALPY * tube.get("right_mass"), rel=1e-12)
 
@@ -253,7 +253,7 @@ def test_an_empty_vessel_that_fills_becomes_hotter_than_the_room_by_gamma() -> N
     )
     means = []
     for _ in range(40):
-        run_for(tube, 1.0, right_pressure=1.0)
+        advance_tube(tube, 1.0, right_pressure=1.0)
         means.append(float((tube.get("pressure") * area).sum() / area.sum()))
     assert max(means) < 1.0 + 1e-9 and means[-1] == pytest.approx(1.0, abs=1e-6)
     temperature = means[-1] * area.sum() / (tube.get("density") * area).sum()
@@ -325,7 +325,7 @@ def test_gas_keeps_its_speed_while_walls_move_around_it() -> None:
 
 def test_the_heat_of_the_ignition_goes_into_its_zone() -> None:
     tube = air_tube(50, cross_section=2.0)
-    run_for(tube, 0.02, ignition_power=5.0)
+    advance_tube(tube, 0.02, ignition_power=5.0)
     assert tube.get("ignition_energy") == pytest.approx(5.0 * tube.time, rel=1e-12)
     gained = 2.0 * 0.02 * (tube.get("pressure") - 1.0) / (AIR.gamma - 1.0)
     assert gained.sum() == pytest.approx(5.0 * tube.time, rel=0.01)
@@ -353,9 +353,9 @@ def test_kernels_give_the_same_bits_without_the_jit() -> None:
     said = subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT, env=environment).stdout.split()
     here = []
     for example in GASES:
-        component = example.started()
-        drive(component, example, TICKS_WITHOUT_JIT)
-        here.append(hashlib.sha256(bits(component)).hexdigest())
+        component = example.make_started()
+        drive_component(component, example, TICKS_WITHOUT_JIT)
+        here.append(hashlib.sha256(state_bits(component)).hexdigest())
     assert said == here
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.gas_tools import AIR, air_tube, run_for
+from support.gas_tools import AIR, advance_tube, air_tube
 
 import granular_env as ge
 from granular_env.components.detonation import DetonationTube
@@ -24,7 +24,7 @@ def gas_beside(speed: float) -> tuple[float, float]:
 def driven(speed: float, cells: int = 400, **parameters: object) -> DetonationTube:
     """Return air after a left piston has moved in or out until the wave is close to the far end."""
     tube = air_tube(cells, left="piston", step_size=0.1 / cells, **parameters)
-    run_for(tube, 0.3, left_velocity=speed)
+    advance_tube(tube, 0.3, left_velocity=speed)
     return tube
 
 
@@ -71,7 +71,7 @@ def test_a_piston_that_outruns_the_gas_ends_with_the_cell_that_it_empties() -> N
     """The piston exceeds the speed of expansion into a vacuum."""
     tube = air_tube(100, left="piston", step_size=2e-4)
     with pytest.raises(ge.StepError, match="(pressure|density): fell to .* in cell 0"):
-        run_for(tube, 0.1, left_velocity=-1.2 * 2.0 * SOUND / (GAMMA - 1.0))
+        advance_tube(tube, 0.1, left_velocity=-1.2 * 2.0 * SOUND / (GAMMA - 1.0))
 
 
 def test_slow_pistons_compress_without_a_change_of_entropy() -> None:

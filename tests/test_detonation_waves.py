@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.gas_tools import detonating_tube, front_ratio, run_for, taylor_wave
+from support.gas_tools import advance_tube, detonating_tube, front_ratio, taylor_wave
 
 from granular_env.components.detonation import DetonationTube
 from granular_env.components.detonation.theory import ReactionZone, fit_decay, reflected_pressure
@@ -19,7 +19,7 @@ BURNING = [80e3, 180e3]
 def burning(request: pytest.FixtureRequest) -> DetonationTube:
     """Return a tube whose front has almost reached the end."""
     tube = detonating_tube(CELLS, LENGTH, initial_pressure=request.param, gauges=[GAUGE])
-    run_for(tube, 0.92 * LENGTH / tube.front.speed)
+    advance_tube(tube, 0.92 * LENGTH / tube.front.speed)
     return tube
 
 
@@ -59,7 +59,7 @@ def test_the_pressure_at_a_place_decays_in_a_third_of_the_time_since_ignition() 
     tube = detonating_tube(CELLS, LENGTH, gauges=[0.5])
     rows = []
     for _ in range(120):
-        run_for(tube, 0.01 * 0.5 / tube.front.speed * 3.0)
+        advance_tube(tube, 0.01 * 0.5 / tube.front.speed * 3.0)
         rows.append((tube.time, tube.get("gauge_pressure")[0]))
     time, pressure = np.array(rows).T
     wave = taylor_wave(tube)
@@ -73,10 +73,10 @@ def test_the_closed_end_feels_the_reflected_detonation() -> None:
     """2.5 times the Chapman-Jouguet pressure, after the earlier spike from the few cells of the front."""
     tube = detonating_tube(1200, 0.6)
     expected = reflected_pressure(tube.front.burnt, tube.gas.gamma)
-    run_for(tube, 0.97 * 0.6 / tube.front.speed)
+    advance_tube(tube, 0.97 * 0.6 / tube.front.speed)
     times, pressures = [], []
     for _ in range(60):
-        run_for(tube, 1e-3 * 0.6 / tube.front.speed)
+        advance_tube(tube, 1e-3 * 0.6 / tube.front.speed)
         times.append(tube.time)
         pressures.append(float(tube.get("pressure")[-1]))
     assert tube.events()[-1].kind == "end_reached" and tube.events()[-1].index == 1
@@ -93,7 +93,7 @@ def test_the_speed_depends_on_neither_trigger_nor_width(trigger: float, width: f
     reaction = {"name": "pressure_burn", "trigger": trigger, "width": width}
     tube = detonating_tube(250, 0.5, reaction=reaction)
     assert not tube.cautions()
-    run_for(tube, 0.9 * 0.5 / tube.front.speed)
+    advance_tube(tube, 0.9 * 0.5 / tube.front.speed)
     assert front_ratio(tube, 0.15, 0.42) == pytest.approx(1.0, abs=7e-3)
 
 
@@ -108,7 +108,7 @@ def test_the_recipe_of_constant_volume_gives_a_speed_that_depends_on_the_step(st
         step = step_ratio * 0.3 / cells
         tube = detonating_tube(cells, 0.3, reaction="constant_volume", regions=[HOT_PRODUCTS], step_size=step)
         expected = advance / (tube.front.speed * step_ratio)
-        run_for(tube, 0.75 * 0.3 / (expected * tube.front.speed))
+        advance_tube(tube, 0.75 * 0.3 / (expected * tube.front.speed))
         assert front_ratio(tube, 0.1, 0.2) == pytest.approx(expected, rel=1e-3) and expected > 1.1
         assert abs(tube.get("overwritten_energy")) > 0.02 * tube.get("internal_energy")
         assert abs(tube.get("energy_residual")) < 1e-12 * tube.get("chemical_energy")
@@ -150,10 +150,10 @@ def test_the_steady_wave_of_theory_stays_as_it_is(cells: int, of_speed: float, o
     """
     tube, start = steady_wave(cells)
     assert len(tube.cautions()) == (cells < 10)
-    run_for(tube, 0.05 / tube.front.speed)
+    advance_tube(tube, 0.05 / tube.front.speed)
     peaks = []
     for _ in range(10):
-        run_for(tube, 0.015 / tube.front.speed)
+        advance_tube(tube, 0.015 / tube.front.speed)
         peaks.append(float(tube.get("pressure").max()) / tube.front.shocked.pressure)
     assert front_ratio(tube, start + 0.05, start + 0.19) == pytest.approx(1.0, abs=of_speed)
     assert -of_peak <= min(peaks) - 1.0 and max(peaks) - 1.0 <= 0.0
@@ -166,7 +166,7 @@ def test_an_arrhenius_tube_comes_to_the_speed_of_chapman_and_jouguet() -> None:
     tube = DetonationTube(
         length=3.0, cells=3000, regions=[driver], reaction={"name": "arrhenius", "half_reaction_length": 4e-3}
     )
-    run_for(tube, 0.95 * 3.0 / tube.front.speed)
+    advance_tube(tube, 0.95 * 3.0 / tube.front.speed)
     assert front_ratio(tube, 2.0, 2.7) == pytest.approx(1.0, abs=5e-3)
 
 
@@ -175,7 +175,7 @@ def test_the_speed_converges_with_the_mesh() -> None:
     errors = []
     for cells in (380, 760, 1520):
         tube = detonating_tube(cells, LENGTH)
-        run_for(tube, 0.92 * LENGTH / tube.front.speed)
+        advance_tube(tube, 0.92 * LENGTH / tube.front.speed)
         errors.append(abs(front_ratio(tube, 0.3, 1.3) - 1.0))
     assert errors[0] > errors[1] > errors[2] and errors[2] < 1e-3
 
@@ -186,11 +186,11 @@ def test_the_input_ignites_the_tube() -> None:
     volume = 0.01 * tube.get("area")[0]
     trigger = 0.2 * tube.front.burnt.pressure
     energy = 1.5 * trigger / (tube.gas.gamma - 1.0) * volume
-    run_for(tube, 1e-5, ignition_power=energy / 1e-5)
+    advance_tube(tube, 1e-5, ignition_power=energy / 1e-5)
     assert tube.events()[0].kind == "ignited"
-    run_for(tube, 0.7 * 0.4 / tube.front.speed, ignition_power=0.0)
+    advance_tube(tube, 0.7 * 0.4 / tube.front.speed, ignition_power=0.0)
     assert front_ratio(tube, 0.1, 0.25) == pytest.approx(1.0, abs=0.01)
     weak = detonating_tube(200, 0.4, regions=[], ignition_zone=[0.0, 0.01])
-    run_for(weak, 1e-5, ignition_power=0.2 * energy / 1e-5)
-    run_for(weak, 1e-4, ignition_power=0.0)
+    advance_tube(weak, 1e-5, ignition_power=0.2 * energy / 1e-5)
+    advance_tube(weak, 1e-4, ignition_power=0.0)
     assert weak.event_count == 0 and weak.get("right_front") == weak.get("cj_ratio") == 0.0

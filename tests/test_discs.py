@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import granular_env as ge
-from granular_env.colours import diverging
+from granular_env.colours import diverging_colours
 from granular_env.components.discs import Discs
 from granular_env.components.drawables import to_three_columns
 from granular_env.components.errors import ParameterError, StepError
@@ -178,10 +178,10 @@ def test_a_plane_has_cells_in_the_colours_of_their_field_or_of_its_mean_over_the
         shown = plane.Plane(SceneData("a grid", meshes=(mesh,)), scales)
         axes, bar = plane.draw_plane(shown).axes
         (drawn,) = axes.collections
-        np.testing.assert_allclose(drawn.get_facecolor()[:, :3], diverging(np.array([-3.0, 5.0]), 13.0) / 255.0)
+        np.testing.assert_allclose(drawn.get_facecolor()[:, :3], diverging_colours(np.array([-3.0, 5.0]), 13.0) / 255.0)
         assert bar.get_xlabel() == "stress [Pa]"
         np.testing.assert_allclose(drawn.get_paths()[1].vertices[:4], nodes[corners[1]] + 0.1)
-        assert plane.words(shown) == "Grid at chosen instants, x to the right, y up. Displacements drawn 10 x larger."
+        assert plane.plane_words(shown) == "Grid at chosen instants, x to the right, y up. Displacements drawn 10 x larger."
 
 
 def played(env: gymnasium.Env, policy: Policy) -> tuple[float, dict]:
@@ -224,7 +224,7 @@ def test_two_discs_at_one_place_are_refused_by_name_and_nothing_has_moved() -> N
 def test_the_shipped_study_finds_more_than_theory(tmp_path: Path) -> None:
     pytest.importorskip("cma", reason="the extra `control` is not installed")
     result = run_study("splitting", tmp_path / "study", overrides={"budget": 5_000, "seeds": [3]}, only=["cma"])
-    score, theory = result.of("cma")[0].score, result.baselines["theory"]
+    score, theory = result.method_trials("cma")[0].score, result.baselines["theory"]
     assert score is not None and score.value > theory.value + 0.1
     assert verify(tmp_path / "study" / "logs" / "cma-3.mcap").identical
 

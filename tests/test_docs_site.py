@@ -82,21 +82,21 @@ def test_the_site_ships_no_scripts_of_python(site):
 
 
 def test_formulas_are_typeset_and_no_code_is_cut_off(site):
-    if browser.found() is None:
+    if browser.find_browser() is None:
         pytest.skip("no Chromium here")
     with browser.Browser() as opened:
         for name in ("theory.html", "laws.html", "reference/runs.html"):
             for width in (1280, 390):
-                opened.open(site / name, width=width)
-                marked = opened.evaluate("document.querySelectorAll('.arithmatex').length")
-                assert opened.evaluate("document.querySelectorAll('.arithmatex .katex').length") == marked
-                assert opened.evaluate("document.querySelectorAll('.katex-error').length") == 0
+                opened.open_page(site / name, width=width)
+                marked = opened.evaluate_script("document.querySelectorAll('.arithmatex').length")
+                assert opened.evaluate_script("document.querySelectorAll('.arithmatex .katex').length") == marked
+                assert opened.evaluate_script("document.querySelectorAll('.katex-error').length") == 0
                 cut = "[...document.querySelectorAll('pre > code')].filter(c => c.scrollWidth > c.clientWidth + 1).length"
-                assert opened.evaluate(cut) == 0, (name, width)
-                assert opened.evaluate("document.documentElement.scrollWidth") <= width
-                assert [address for address in opened.requests() if address.startswith("http")] == []
-                assert opened.complaints() == []
-        opened.open(site / "theory.html")
+                assert opened.evaluate_script(cut) == 0, (name, width)
+                assert opened.evaluate_script("document.documentElement.scrollWidth") <= width
+                assert [address for address in opened.requested_addresses() if address.startswith("http")] == []
+                assert opened.console_errors() == []
+        opened.open_page(site / "theory.html")
         displayed = (ROOT / "docs" / "theory.md").read_text().count("$$") // 2
         assert displayed > 0
-        assert opened.evaluate("document.querySelectorAll('.katex-display').length") == displayed
+        assert opened.evaluate_script("document.querySelectorAll('.katex-display').length") == displayed

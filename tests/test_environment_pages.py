@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 import granular_env.envs  # noqa: F401 - registers the environments
-from granular_env.domains import environments
+from granular_env.domains import load_environments
 from granular_env.envs.policies import play
 
-ENVIRONMENTS = environments()
+ENVIRONMENTS = load_environments()
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 
 

@@ -14,7 +14,7 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
-from support.env_toys import MAKERS, SMALL, Swing, actions, bits, transcript
+from support.env_toys import MAKERS, SMALL, Swing, random_actions, state_parts, transcript
 from support.task_check import check_task
 
 import granular_env.envs  # noqa: F401 - registers the environments
@@ -87,7 +87,7 @@ def test_an_environment_steps_its_component_exactly(make: Callable[..., Componen
     env.reset(seed=3)
     twin.reset(seed=3)
     (name, scale), component = next(iter(env.task.actions.items())), twin.component
-    for action in actions(40):
+    for action in random_actions(40):
         _, _, terminated, truncated, info = env.step(action)
         component.step(twin.duration, **{name: scale * float(action[0])})
         assert info["time"] == component.time
@@ -101,7 +101,7 @@ def test_an_environment_steps_its_component_exactly(make: Callable[..., Componen
 def test_observations_are_scaled_and_clipped(make: Callable[..., ComponentEnv]) -> None:
     env = make()
     env.reset(seed=1)
-    for action in actions(30):
+    for action in random_actions(30):
         observation, *_, info = env.step(action)
         parts = [np.ravel(info[name]) / scale for name, scale in env.task.observations.items()]
         expected = np.clip(np.concatenate(parts), -env.task.observation_limit, env.task.observation_limit)
@@ -115,7 +115,7 @@ def test_observations_and_info_are_fresh(make: Callable[..., ComponentEnv]) -> N
     env = make()
     first, info = env.reset(seed=1)
     kept = first.copy(), {name: np.copy(value) for name, value in info.items()}
-    for action in actions(20):
+    for action in random_actions(20):
         observation, *_, later = env.step(action)
         assert observation is not first and later is not info
     np.testing.assert_array_equal(first, kept[0])
@@ -153,10 +153,10 @@ def test_an_invalid_action_is_refused_and_nothing_moves(make: Callable[..., Comp
     env = make()
     env.reset(seed=1)
     env.step([0.5])
-    before = bits(env.save())
+    before = state_parts(env.save())
     with pytest.raises(ParameterError, match="action"):
         env.step(action)
-    assert bits(env.save()) == before
+    assert state_parts(env.save()) == before
 
 
 # -- episodes ---------------------------------------------------------------------------------------------------------
@@ -174,22 +174,22 @@ def test_seeds_decide_the_start() -> None:
 def test_reset_leaves_nothing_behind(make: Callable[..., ComponentEnv]) -> None:
     used, fresh = make(), make()
     used.reset(seed=9)
-    transcript(used, actions(50, seed=1))
+    transcript(used, random_actions(50, seed=1))
     for env in (used, fresh):
         env.reset(seed=2)
-    assert bits(used.save()) == bits(fresh.save())
-    assert transcript(used, actions(60)) == transcript(fresh, actions(60))
+    assert state_parts(used.save()) == state_parts(fresh.save())
+    assert transcript(used, random_actions(60)) == transcript(fresh, random_actions(60))
 
 
 def test_options_give_start_values() -> None:
     env = make_piston(**SMALL)
     _, info = env.reset(options={"velocity": {0: 2.0, -1: -1.0}})
     assert info["velocity"].tolist() == [2.0, *[0.0] * 6, -1.0]
-    before = bits(env.save())
+    before = state_parts(env.save())
     for options in ({"velocty": 1.0}, {"velocity": math.nan}, {"velocity": [1.0]}, {"snapshot": 3}):
         with pytest.raises(ParameterError):
             env.reset(options=options)
-        assert bits(env.save()) == before
+        assert state_parts(env.save()) == before
     env.step([0.0])
 
 

@@ -10,7 +10,7 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
-from support.env_toys import MAKERS, bits
+from support.env_toys import MAKERS, state_parts
 
 import granular_env.envs  # noqa: F401 - registers the environments
 from granular_env.components.errors import ParameterError
@@ -186,10 +186,10 @@ def test_invalid_actions_are_refused_and_nothing_moves(actions: Any, words: str)
         env.step(np.zeros((3, 1)))  # before the first reset
     env.reset(seed=1)
     env.step(np.ones((3, 1)))
-    before = [bits(state) for state in env.save()]
+    before = [state_parts(state) for state in env.save()]
     with pytest.raises(ParameterError, match=words):
         env.step(actions)
-    assert [bits(state) for state in env.save()] == before
+    assert [state_parts(state) for state in env.save()] == before
 
 
 @pytest.mark.parametrize("arguments", [{"num_envs": 0}, {"autoreset_mode": "sometimes"}, {"grians": 3}])

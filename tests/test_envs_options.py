@@ -11,7 +11,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
-from support.env_toys import MAKERS, SMALL, actions, bits, transcript
+from support.env_toys import MAKERS, SMALL, random_actions, state_parts, transcript
 
 import granular_env.envs  # noqa: F401 - registers the environments
 from granular_env.components.chain import Chain
@@ -29,7 +29,7 @@ DRAWN: dict[str, Any] = {"randomise": {"radius": (2e-3, 3e-3)}}
 def shaken(**options: Any) -> make_protection:
     env = make_protection(clock=0, **{**PRESSED, **options})
     env.reset(seed=3)
-    transcript(env, actions(20, seed=2))
+    transcript(env, random_actions(20, seed=2))
     return env
 
 
@@ -62,10 +62,10 @@ def test_any_component_has_the_same_options() -> None:
     assert 3.0 <= info["velocity"] <= 4.0 and observation[0] != np.float32(info["position"] / 0.5)
     assert [env.step([1.0])[4]["force"] for _ in range(4)] == [0.0, 0.5, 1.0, 1.5]
     state = env.save()
-    expected = transcript(env, actions(10))
+    expected = transcript(env, random_actions(10))
     other = MAKERS["swing"](**options)
     other.restore(pickle.loads(pickle.dumps(state)))
-    assert transcript(other, actions(10)) == expected
+    assert transcript(other, random_actions(10)) == expected
 
 
 @pytest.mark.parametrize(
@@ -92,7 +92,7 @@ def test_noise_is_a_function_of_seed_step_and_reading() -> None:
     assert (blurred != clear).all() and env.component.save().data == quiet.component.save().data
     env.step([0.0])
     twin.reset(seed=4)
-    transcript(twin, actions(21, seed=2))
+    transcript(twin, random_actions(21, seed=2))
     assert (env.observe()[0] != blurred).all() and (twin.observe()[0] != env.observe()[0]).all()
 
 
@@ -363,12 +363,12 @@ def test_a_state_carries_the_chain_that_was_drawn() -> None:
     state = pickle.loads(pickle.dumps(env.save()))
     other.restore(state)
     assert other.component.identity == env.component.identity
-    assert transcript(other, actions(20, seed=1)) == transcript(env, actions(20, seed=1))
+    assert transcript(other, random_actions(20, seed=1)) == transcript(env, random_actions(20, seed=1))
     for one, foreign in ((plain, state), (other, plain.save())):
-        before = bits(one.save())
+        before = state_parts(one.save())
         with pytest.raises(ParameterError, match="randomise"):
             one.restore(foreign)
-        assert bits(one.save()) == before
+        assert state_parts(one.save()) == before
 
 
 def test_a_recorded_episode_of_a_drawn_chain_can_be_branched(tmp_path: Path) -> None:
@@ -376,7 +376,7 @@ def test_a_recorded_episode_of_a_drawn_chain_can_be_branched(tmp_path: Path) -> 
     env.reset(seed=2)
     with record(env.component, path):
         env.reset(seed=2)
-        transcript(env, actions(8))
+        transcript(env, random_actions(8))
     assert verify(path).identical
     with open_log(path) as log:
         branched = log.branch(8 * env.duration).component
@@ -390,7 +390,7 @@ def test_a_recorder_is_not_left_behind_on_the_last_chain(tmp_path: Path) -> None
     env.reset(seed=1)
     with record(env.component, tmp_path / "one.mcap"):
         env.reset(seed=1)  # the same chain again
-        transcript(env, actions(5))
+        transcript(env, random_actions(5))
         with pytest.raises(ParameterError, match="the same seed"):
             env.reset(seed=2)
     assert verify(tmp_path / "one.mcap").calls == 5

@@ -8,10 +8,10 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
-from support.env_toys import bits
+from support.env_toys import state_parts
 
 from granular_env.components.errors import GranularWarning
-from granular_env.domains import environments
+from granular_env.domains import load_environments
 from granular_env.envs import ComponentEnv
 
 STEPS = 3
@@ -34,10 +34,10 @@ def actions(env: ComponentEnv) -> list[np.ndarray]:
 
 def rewards_and_state(env: ComponentEnv, moves: list[np.ndarray]) -> tuple[list[float], bytes]:
     """Continue an episode with these actions; return its rewards and final state."""
-    return [float(env.step(move)[1]) for move in moves], bits(env.save())
+    return [float(env.step(move)[1]) for move in moves], state_parts(env.save())
 
 
-@pytest.fixture(scope="module", params=environments())
+@pytest.fixture(scope="module", params=load_environments())
 def env(request: pytest.FixtureRequest) -> ComponentEnv:
     return made(request.param)
 

@@ -12,7 +12,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
-from support.env_toys import MAKERS, SMALL, actions, bits, transcript
+from support.env_toys import MAKERS, SMALL, random_actions, state_parts, transcript
 
 import granular_env as ge
 import granular_env.envs
@@ -45,16 +45,16 @@ WAYS: dict[str, Callable[[Any], Any]] = {
 def test_a_restored_environment_goes_on_with_the_same_bits(maker: str) -> None:
     env, other = MAKERS[maker](), MAKERS[maker]()
     env.reset(seed=3)
-    transcript(env, actions(15))
+    transcript(env, random_actions(15))
     state = pickle.loads(pickle.dumps(env.save()))
-    expected = transcript(env, actions(300, seed=1))
+    expected = transcript(env, random_actions(300, seed=1))
     next_start = env.reset()[0]
-    transcript(env, actions(5, seed=2))
+    transcript(env, random_actions(5, seed=2))
     for one in (env, other):
         one.restore(state)
         observation, info = one.observe()
         assert one.observation_space.contains(observation) and info["time"] == one.component.time
-        assert transcript(one, actions(300, seed=1)) == expected
+        assert transcript(one, random_actions(300, seed=1)) == expected
         np.testing.assert_array_equal(one.reset()[0], next_start)
 
 
@@ -62,11 +62,11 @@ def test_foreign_states_are_refused() -> None:
     env, force, longer = make_piston(**SMALL), make_protection(**SMALL), make_piston(grains=9)
     for one in (env, force, longer):
         one.reset(seed=1)
-    before = bits(env.save())
+    before = state_parts(env.save())
     for state in (force.save(), longer.save(), env.component.save(), None, 3):
         with pytest.raises(ParameterError):
             env.restore(state)  # type: ignore[arg-type]
-    assert bits(env.save()) == before
+    assert state_parts(env.save()) == before
 
 
 # -- in a batch -----------------------------------------------------------------------------------------------------------
@@ -76,7 +76,7 @@ def test_states_move_between_batches_and_single_environments() -> None:
     batch, env = make_batch(make_piston, 3, **NOISY, info="full"), make_piston(**NOISY)
     batch.reset(seed=4)
     env.reset(seed=20)
-    chosen = [actions(3, seed=step) for step in range(30)]
+    chosen = [random_actions(3, seed=step) for step in range(30)]
     for some in chosen[:10]:
         batch.step(some)
         env.step(some[0])
@@ -85,7 +85,7 @@ def test_states_move_between_batches_and_single_environments() -> None:
     # One environment goes back, one takes the state of the single environment, one continues.
     now = batch.save()
     batch.restore([states[1], env.save()], environments=[1, 2])
-    assert bits(batch.save([0])[0]) == bits(now[0])
+    assert state_parts(batch.save([0])[0]) == state_parts(now[0])
     for step, some in enumerate(chosen[10:]):
         observations, rewards, *_ = batch.step(some)
         observation, reward, *_ = env.step(some[2])
@@ -100,10 +100,10 @@ def test_states_that_do_not_fit_a_batch_are_refused() -> None:
     states = batch.save()
     for wrong, words in ((states[:1], "got 1, expected 2"), ([None, states[1]], "state")):
         batch.step(np.ones((2, 1)))
-        before = [bits(state) for state in batch.save()]
+        before = [state_parts(state) for state in batch.save()]
         with pytest.raises(ParameterError, match=words):
             batch.restore(wrong)  # type: ignore[arg-type]
-        assert [bits(state) for state in batch.save()] == before, "nothing has changed"
+        assert [state_parts(state) for state in batch.save()] == before, "nothing has changed"
 
 
 # -- copies ---------------------------------------------------------------------------------------------------------------
@@ -111,18 +111,18 @@ def test_states_that_do_not_fit_a_batch_are_refused() -> None:
 
 def same_from_here(one: Any, other: Any) -> None:
     """Original and copy give equal results, also in the next episode, and do not affect each other."""
-    before = bits(other.save())
-    expected = transcript(one, actions(20, seed=1))
-    assert bits(other.save()) == before, "the copy has not moved with the original"
-    assert transcript(other, actions(20, seed=1)) == expected
+    before = state_parts(other.save())
+    expected = transcript(one, random_actions(20, seed=1))
+    assert state_parts(other.save()) == before, "the copy has not moved with the original"
+    assert transcript(other, random_actions(20, seed=1)) == expected
     np.testing.assert_array_equal(other.reset()[0], one.reset()[0])
-    assert transcript(other, actions(5)) == transcript(one, actions(5))
+    assert transcript(other, random_actions(5)) == transcript(one, random_actions(5))
 
 
 def test_a_copy_of_what_is_drawn_delayed_and_held_goes_on_alike() -> None:
     env = make_piston(**HARD)
     env.reset(seed=2)
-    transcript(env, actions(4))
+    transcript(env, random_actions(4))
     same_from_here(env, copy.deepcopy(env))
 
 
@@ -131,14 +131,14 @@ def test_a_batch_is_copied_lane_by_lane(way: str) -> None:
     batch = make_batch(make_piston, 3, **HARD)
     batch.reset(seed=4)
     for step in range(5):
-        batch.step(actions(3, seed=step))
+        batch.step(random_actions(3, seed=step))
     other = WAYS[way](batch)
-    held = [bits(one) for one in other.save()]
+    held = [state_parts(one) for one in other.save()]
     for step in range(30):
-        found = batch.step(actions(3, seed=step))
+        found = batch.step(random_actions(3, seed=step))
         if step == 0:
-            assert [bits(one) for one in other.save()] == held
-        expected = other.step(actions(3, seed=step))
+            assert [state_parts(one) for one in other.save()] == held
+        expected = other.step(random_actions(3, seed=step))
         for one, two in zip(found[:4], expected[:4], strict=True):
             np.testing.assert_array_equal(one, two)
     assert other.np_random_seed == batch.np_random_seed
@@ -237,7 +237,7 @@ def snapshot_at(path: Path, at: float) -> Snapshot:
 @pytest.mark.parametrize("maker", [make_piston, make_protection])
 def test_a_log_goes_on_as_an_environment(maker: type[ComponentEnv], instant: int, tmp_path: Path) -> None:
     """With the same inputs, the result is bitwise identical to the log's continuation."""
-    chosen, path = actions(40), tmp_path / "episode.mcap"
+    chosen, path = random_actions(40), tmp_path / "episode.mcap"
     env = maker(**SMALL)
     passed = [b""]
     with record(env.component, path, every=1.5e-6):
@@ -291,7 +291,7 @@ def test_any_component_can_be_branched(tmp_path: Path) -> None:
     path, env, other = tmp_path / "swing.mcap", MAKERS["swing"](), MAKERS["swing"]()
     with record(env.component, path):
         env.reset(seed=1)
-        transcript(env, actions(10))
+        transcript(env, random_actions(10))
     other.reset(options={"snapshot": snapshot_at(path, 10 * other.duration)})
     assert other.component.save().data == env.component.save().data
     other.step([0.1])

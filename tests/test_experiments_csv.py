@@ -10,7 +10,7 @@ from granular_env.components.errors import ExperimentError, GranularWarning, Par
 from granular_env.components.profiles import Profile
 from granular_env.experiments import load_experiment
 from granular_env.experiments.inputs import CsvTable
-from granular_env.experiments.preparation import prepare
+from granular_env.experiments.preparation import prepare_experiment
 
 GOOD = "# a drop hammer\ntime [us],temperature [K],force [kN]\n0,300,0.0\n10,301,1.5\n\n"
 
@@ -125,23 +125,23 @@ def experiment_with(tmp_path, extra=""):
 
 
 def test_the_path_is_relative_to_the_experiment_and_the_profile_is_the_history(tmp_path):
-    profile = prepare(load_experiment(experiment_with(tmp_path))).inputs["force"]
+    profile = prepare_experiment(load_experiment(experiment_with(tmp_path))).inputs["force"]
     assert [profile(time) for time in (0.0, 5e-6, 2e-5)] == pytest.approx([0.0, 750.0, 0.0], rel=1e-12, abs=0.0)
 
 
 def test_scale_offset_and_what_comes_after(tmp_path):
     path = experiment_with(tmp_path, 'scale = -2.0\noffset_time = 1e-5\nafter = "hold"\n')
-    profile = prepare(load_experiment(path)).inputs["force"]
+    profile = prepare_experiment(load_experiment(path)).inputs["force"]
     assert [profile(time) for time in (5e-6, 1.5e-5, 9e-5)] == pytest.approx([0.0, -1500.0, -3000.0], rel=1e-12, abs=0.0)
 
 
 def test_a_hole_is_crossed_in_a_straight_line_where_the_experiment_says_so(tmp_path):
     path = experiment_with(tmp_path, 'gaps = "bridge"\n')
     (tmp_path / "hammer.csv").write_text(sampled_at(0, 1, 2, 3, 53, 54))
-    profile = prepare(load_experiment(path)).inputs["force"]
+    profile = prepare_experiment(load_experiment(path)).inputs["force"]
     assert [profile(time * 1e-6) for time in (3, 28, 53)] == pytest.approx([3.0, 28.0, 53.0], rel=1e-12, abs=0.0)
     with pytest.raises(ExperimentError, match=r"hammer\.csv: line 7: a hole"):
-        prepare(load_experiment(path, {"input.force.gaps": "refuse"}))
+        prepare_experiment(load_experiment(path, {"input.force.gaps": "refuse"}))
 
 
 def test_samples_before_time_0_are_told_of_with_what_to_do(tmp_path):
@@ -149,15 +149,15 @@ def test_samples_before_time_0_are_told_of_with_what_to_do(tmp_path):
     (tmp_path / "hammer.csv").write_text(sampled_at(-3, -2, -1, 0, 1))
     said = "3 of 5 breakpoints or samples lie before time 0 .*-3e-06 s.*add 3e-06 s to its times .offset_time"
     with pytest.warns(GranularWarning, match=said):
-        prepare(load_experiment(path))
+        prepare_experiment(load_experiment(path))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        prepare(load_experiment(path, {"input.force.offset_time": 3e-6}))
+        prepare_experiment(load_experiment(path, {"input.force.offset_time": 3e-6}))
 
 
 def test_python_reads_the_same_files(tmp_path):
     path = experiment_with(tmp_path, 'scale = -2.0\noffset_time = 1e-5\nafter = "hold"\n')
-    by_file = prepare(load_experiment(path)).inputs["force"]
+    by_file = prepare_experiment(load_experiment(path)).inputs["force"]
     options = {"time_column": "time", "value_column": "force", "scale": -2.0, "offset_time": 1e-5, "after": "hold"}
     by_hand = Profile.from_csv(tmp_path / "hammer.csv", **options)
     assert by_hand.starts.tobytes() == by_file.starts.tobytes()
@@ -175,7 +175,7 @@ def test_python_reads_the_same_files(tmp_path):
 
 def test_a_history_that_ends_before_the_run_begins_is_refused(tmp_path):
     with pytest.raises(ExperimentError, match=r"input\.force.*offset_time.*before time 0"):
-        prepare(load_experiment(experiment_with(tmp_path, "offset_time = -1\n")))
+        prepare_experiment(load_experiment(experiment_with(tmp_path, "offset_time = -1\n")))
 
 
 def test_a_file_is_called_in_messages_as_it_is_in_the_document(tmp_path):
@@ -184,11 +184,11 @@ def test_a_file_is_called_in_messages_as_it_is_in_the_document(tmp_path):
     path.write_text(GOOD.replace("10,301,1.5", "0,301,1.5"))
     table = CsvTable(profile="csv", path="far/hammer.csv", time_column="time", value_column="force")
     with pytest.raises(ParameterError, match=r"^far/hammer.csv: line 4: "):
-        table.build(tmp_path, "N")
+        table.make_profile(tmp_path, "N")
     path.unlink()
     # The message contains the path that was searched.
     with pytest.raises(ParameterError, match=str(path)):
-        table.build(tmp_path, "N")
+        table.make_profile(tmp_path, "N")
 
 
 def test_only_regular_files_of_a_bounded_size_are_read(tmp_path):

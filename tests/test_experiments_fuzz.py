@@ -12,9 +12,9 @@ from granular_env.components import catalogue
 from granular_env.components.component import Component
 from granular_env.components.errors import GranularError, GranularWarning
 from granular_env.control.study import load_study
-from granular_env.documents import find
+from granular_env.documents import find_file
 from granular_env.experiments import load_experiment
-from granular_env.experiments.preparation import prepare
+from granular_env.experiments.preparation import prepare_experiment
 from granular_env.package_contents import shipped_files
 from granular_env.sweep import load_plan
 
@@ -41,7 +41,7 @@ LINES = [
     'variable = "force[0]"',
     "gap = 1e-5",
 ]
-FOLDER = find("measured/hammer", "experiment", "experiments").parent
+FOLDER = find_file("measured/hammer", "experiment", "experiments").parent
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -107,7 +107,7 @@ def is_small(experiment) -> bool:
 def try_experiment(path: Path) -> None:
     experiment = load_experiment(path)
     if is_small(experiment):
-        prepare(experiment)
+        prepare_experiment(experiment)
 
 
 # Kind of document -> kind of shipped items, and the function that reads a file.

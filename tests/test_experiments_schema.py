@@ -9,7 +9,7 @@ from granular_env.components.discs import Discs
 from granular_env.components.errors import ExperimentError
 from granular_env.documents import parse_assignments
 from granular_env.experiments import load_experiment
-from granular_env.experiments.preparation import prepare
+from granular_env.experiments.preparation import prepare_experiment
 from granular_env.recording import verify
 from granular_env.run_loop import run
 
@@ -41,7 +41,7 @@ def good(tmp_path):
 
 
 def test_a_good_file_is_ready_to_run(good):
-    ready = prepare(load_experiment(good))
+    ready = prepare_experiment(load_experiment(good))
     assert ready.ticks == 100
     assert ready.component.get("position") == 1.0
     assert ready.component.tick == 0
@@ -52,7 +52,9 @@ def test_to_dict_gives_the_same_experiment_and_is_json(good):
     first = load_experiment(good)
     second = load_experiment(json.loads(json.dumps(first.to_dict())))
     assert second.to_dict() == first.to_dict()
-    np.testing.assert_array_equal(prepare(first).inputs["force"].coefficients, prepare(second).inputs["force"].coefficients)
+    np.testing.assert_array_equal(
+        prepare_experiment(first).inputs["force"].coefficients, prepare_experiment(second).inputs["force"].coefficients
+    )
 
 
 # Each: text to replace in the valid file, its replacement, and expected text of the message.
@@ -86,7 +88,7 @@ def test_faults_name_file_key_and_remedy(good, old, new, said):
     assert old in GOOD
     good.write_text(GOOD.replace(old, new))
     with pytest.raises(ExperimentError) as caught:
-        prepare(load_experiment(good))
+        prepare_experiment(load_experiment(good))
     for words in [str(good), *said]:
         assert words in str(caught.value)
 
@@ -109,7 +111,7 @@ def test_all_faults_are_told_at_once(good):
 )
 def test_sizes_beyond_all_measure_are_refused_and_nothing_hangs(override):
     with pytest.raises(ExperimentError, match="units, which are SI"):
-        prepare(load_experiment("nesterenko-1983/3.1-one-grain", parse_assignments([f"component.{override}"])))
+        prepare_experiment(load_experiment("nesterenko-1983/3.1-one-grain", parse_assignments([f"component.{override}"])))
 
 
 def test_files_that_are_no_toml(tmp_path):
@@ -152,7 +154,7 @@ def test_an_array_and_a_profile_with_a_pattern_are_held(tmp_path):
 )
 def test_an_array_that_does_not_fit_is_named(force, said):
     with pytest.raises(ExperimentError) as caught:
-        prepare(load_experiment(DISCS, {"input.force": force}))
+        prepare_experiment(load_experiment(DISCS, {"input.force": force}))
     assert said in str(caught.value)
 
 
@@ -190,7 +192,7 @@ def test_an_override_reaches_into_what_is_only_named():
     with pytest.raises(
         ExperimentError, match=r"component.left: got \{'name': 'piston', 'speed': 1\}, expected 'free', 'piston'"
     ):
-        prepare(load_experiment("nesterenko-1983/3.4-piston", {"component.left.speed": 1}))
+        prepare_experiment(load_experiment("nesterenko-1983/3.4-piston", {"component.left.speed": 1}))
 
 
 @pytest.mark.parametrize(
@@ -208,7 +210,7 @@ def test_an_override_reaches_into_what_is_only_named():
 )
 def test_a_wrong_override_is_named(good, override, said):
     with pytest.raises(ExperimentError) as caught:
-        prepare(load_experiment(good, parse_assignments([override])))
+        prepare_experiment(load_experiment(good, parse_assignments([override])))
     assert said in str(caught.value)
 
 
@@ -226,7 +228,7 @@ def test_a_wrong_override_is_named(good, override, said):
 )
 def test_a_fault_of_an_override_is_not_blamed_on_the_file(good, override, said):
     with pytest.raises(ExperimentError) as caught:
-        prepare(load_experiment(good, parse_assignments(["name=other", override])))
+        prepare_experiment(load_experiment(good, parse_assignments(["name=other", override])))
     lines = str(caught.value).splitlines()
     assert any(line.startswith(said) for line in lines)
     assert all(line.startswith("override ") for line in lines)

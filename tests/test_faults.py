@@ -13,11 +13,11 @@ import pytest
 import granular_env as ge
 from granular_env.components.errors import Fault, GranularError, ParameterError, location_text, one_line, to_location
 from granular_env.experiments import load_experiment
-from granular_env.experiments.preparation import branch_inputs, prepare
+from granular_env.experiments.preparation import branch_inputs, prepare_experiment
 from granular_env.log_runs import run_branch
 from granular_env.recording import open_log
 from granular_env.recording.container import Limits
-from granular_env.recording.rerun import advance, build, restore
+from granular_env.recording.rerun import advance_to_tick, make_component, restore_snapshot
 
 NAN = float("nan")
 ROW = "discs/broken-row"
@@ -97,7 +97,7 @@ CALLS: dict[str, tuple[Callable[[ge.Component], Any], tuple[str | int, ...], str
         "did you mean 'steel'? or give density, young and poisson",
     ),
     "stop": (
-        lambda c: prepare(load_experiment({**DISCS, "stop": [{"variable": "sped", "above": 1.0}]})),
+        lambda c: prepare_experiment(load_experiment({**DISCS, "stop": [{"variable": "sped", "above": 1.0}]})),
         ("stop", 0, "variable"),
         "got 'sped'",
         "an output of component 'discs'",
@@ -166,7 +166,7 @@ def test_an_element_is_given_once(discs: ge.Component, value: dict[Any, Any]) ->
 
 
 def test_a_whole_number_beyond_64_bits_is_a_number() -> None:
-    ready = prepare(load_experiment({**DISCS, "input": {"force": [[10**20, 1]] * 8}}))
+    ready = prepare_experiment(load_experiment({**DISCS, "input": {"force": [[10**20, 1]] * 8}}))
     assert ready.inputs["force"][0].tolist() == [1e20, 1.0]
 
 
@@ -180,12 +180,12 @@ def test_a_variable_is_recorded_once(discs: ge.Component, tmp_path) -> None:
 
 def test_an_element_of_an_input_has_one_name(tmp_path) -> None:
     document = {**DISCS, "duration": 1e-3, "input": {"force": {"0": [1.0, 2.0], "3,1": 5.0}}}
-    held = prepare(load_experiment(document)).inputs["force"]
+    held = prepare_experiment(load_experiment(document)).inputs["force"]
     assert held[0].tolist() == [1.0, 2.0] and held[3].tolist() == [0.0, 5.0] and held.sum() == 8.0
     overrides = {"input.force[0,1]": 3.0, "input.force[3]": [6.0, 7.0], "input.force[-1,0]": 4.0}
-    held = prepare(load_experiment(document, overrides)).inputs["force"]
+    held = prepare_experiment(load_experiment(document, overrides)).inputs["force"]
     assert held[0].tolist() == [1.0, 3.0] and held[3].tolist() == [6.0, 7.0] and held[7].tolist() == [4.0, 0.0]
-    alone = prepare(load_experiment(DISCS, {"input.force[0,1]": 3.0})).inputs["force"]
+    alone = prepare_experiment(load_experiment(DISCS, {"input.force[0,1]": 3.0})).inputs["force"]
     assert alone[0, 1] == alone.sum() == 3.0
     ge.run(document, log=tmp_path / "discs.mcap")
     with open_log(tmp_path / "discs.mcap") as log:
@@ -198,7 +198,7 @@ def test_an_element_of_an_input_has_one_name(tmp_path) -> None:
 def test_an_element_of_a_profile_is_set_in_its_pattern() -> None:
     found = fault(lambda: load_experiment(ROW, {"input.force[0,1]": 2.0}))
     assert found.location == ("input", "force", 0, 1) and "pattern[0,1]" in found.hint
-    pattern = prepare(load_experiment(ROW, {"input.force.pattern[0,1]": 2.0})).inputs["force"].pattern
+    pattern = prepare_experiment(load_experiment(ROW, {"input.force.pattern[0,1]": 2.0})).inputs["force"].pattern
     assert pattern[0, 1] == 2.0
 
 
@@ -208,13 +208,13 @@ def test_an_element_of_a_profile_is_set_in_its_pattern() -> None:
 def test_what_the_content_of_a_log_gives_keeps_its_data() -> None:
     oscillator, other = ge.make("oscillator"), ge.make("oscillator", mass=2.0)
     with pytest.raises(ge.LogError) as caught:
-        restore(oscillator, other.save())
+        restore_snapshot(oscillator, other.save())
     (fault,) = caught.value.faults
     assert fault.location == ("snapshots",) and "same parameters and version" in str(fault.hint)
     with pytest.raises(ge.LogError) as caught:
-        advance(oscillator, [(0, {"force": NAN})], 3)
+        advance_to_tick(oscillator, [(0, {"force": NAN})], 3)
     (fault,) = caught.value.faults
     assert fault.location == ("steps", "input", "force") and "nan" in str(fault.received) and fault.expected
     with pytest.raises(ge.LogError) as caught:
-        build({"component": "oscillator", "parameters": {"mass": -1.0}}, Limits("x.mcap"), None)
+        make_component({"component": "oscillator", "parameters": {"mass": -1.0}}, Limits("x.mcap"), None)
     assert caught.value.faults[0].location == ("header", "parameters", "mass") and "x.mcap" in str(caught.value)

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 import pytest
 from support.component_examples import EXAMPLES, Example
-from support.conformance_tools import drive
-from support.forged_states import forge, outcomes, try_out
-from support.hostile_logs import ACTIONS, refused_by_the_family
-from support.recording_helpers import changed, rewrite
+from support.conformance_tools import drive_component
+from support.forged_states import forge_snapshot, outcomes, try_snapshot
+from support.hostile_logs import ACTIONS, count_refusals
+from support.recording_helpers import change_arrays, rewrite_log
 
 import granular_env as ge
 from granular_env.components.errors import LogError, ParameterError
@@ -29,25 +29,25 @@ every_example = pytest.mark.parametrize("example", EXAMPLES, ids=lambda example:
 
 def try_forgeries(example: Example, cases: int, seed: int) -> Counter[str]:
     """Forge states of an example at its start and after its drive; return their outcomes."""
-    component = example.started()
+    component = example.make_started()
     states = [component.save()]
-    drive(component, example, example.ticks)
+    drive_component(component, example, example.ticks)
     states.append(component.save())
     forged = example.make()
 
     def run(number: int) -> str:
         chance = random.Random(f"{example.label} {seed} {number}")
-        return try_out(forged, forge(forged, states[chance.random() < 0.8], chance))
+        return try_snapshot(forged, forge_snapshot(forged, states[chance.random() < 0.8], chance))
 
     return _counted(cases, run)
 
 
 def recorded(example: Example, path: Path) -> ge.Component:
     """Record an example with intermediate snapshots; return it."""
-    component = example.started()
+    component = example.make_started()
     ticks = component.step_size * (example.ticks // 3)
     with ge.record(component, path, every=ticks, snapshot_every=ticks):
-        drive(component, example, example.ticks)
+        drive_component(component, example, example.ticks)
     return component
 
 
@@ -64,10 +64,10 @@ def try_forged_logs(example: Example, folder: Path, cases: int, seed: int) -> Co
             if record.kind != SNAPSHOTS or (record.arrays and chance.random() < 0.3):
                 return record
             snapshot = ge.Snapshot.from_bytes(record.arrays["snapshot"].tobytes())
-            return changed(record, snapshot=np.frombuffer(forge(forged, snapshot, chance).to_bytes(), np.uint8))
+            return change_arrays(record, snapshot=np.frombuffer(forge_snapshot(forged, snapshot, chance).to_bytes(), np.uint8))
 
-        rewrite(path, out, change)
-        return "refused" if refused_by_the_family(out, actions) else "lasted"
+        rewrite_log(path, out, change)
+        return "refused" if count_refusals(out, actions) else "lasted"
 
     return _counted(cases, run)
 
@@ -148,8 +148,8 @@ def test_values_out_of_their_range_are_refused_by_name(name: str, place: Any, va
 
 def test_a_cell_yields_once() -> None:
     example = BY_LABEL["grid-von-mises-pinwheel"]
-    grid = example.started()
-    drive(grid, example, example.ticks)
+    grid = example.make_started()
+    drive_component(grid, example, example.ticks)
     assert grid.event_count
 
     def change(strain: np.ndarray) -> None:
@@ -169,9 +169,9 @@ def test_a_part_is_checked_by_its_own_ranges(tmp_path: Path) -> None:
         words = np.array(ge.Snapshot.from_bytes(record.arrays["snapshot"].tobytes()).memory)
         words[medium._block._word_of(medium.grid._block)] = np.nan  # noqa: SLF001
         forged = ge.Snapshot(medium.identity, record.first, words.tobytes(), medium.held_inputs)
-        return changed(record, snapshot=np.frombuffer(forged.to_bytes(), np.uint8))
+        return change_arrays(record, snapshot=np.frombuffer(forged.to_bytes(), np.uint8))
 
-    rewrite(path, tmp_path / "b.mcap", change)
+    rewrite_log(path, tmp_path / "b.mcap", change)
     with pytest.raises(LogError, match=r"snapshots.grid.displacement\[0,0\]: got nan, expected a finite number"):
         ge.verify(tmp_path / "b.mcap")
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from numpy._core._multiarray_umath import __cpu_features__  # type: ignore[attr-defined]
 from support import final_states
-from support.chain_tools import python
-from support.golden_logs import CASES, FOLDER, final_hash, log_path, played
+from support.chain_tools import run_python
+from support.golden_logs import CASES, FOLDER, final_hash, log_path, play_case
 
 import granular_env as ge
 
@@ -54,7 +54,7 @@ def test_every_log_is_pinned_and_small() -> None:
 
 @pytest.mark.parametrize("name", CASES)
 def test_a_fresh_run_ends_in_the_pinned_state(name: str) -> None:
-    assert final_hash(played(name)) == FINAL[name]
+    assert final_hash(play_case(name)) == FINAL[name]
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -72,13 +72,13 @@ def test_golden_logs_are_verified_with_every_choice_of_linear_algebra(kernels: s
         pytest.skip(f"this CPU cannot run the kernels for {kernels}")
     paths = [str(log_path(name)) for name in CASES]
     code = f"import granular_env as ge\nprint([path for path in {paths} if not ge.verify(path).identical])"
-    assert python(code, OPENBLAS_CORETYPE=kernels) == "[]\n"
+    assert run_python(code, OPENBLAS_CORETYPE=kernels) == "[]\n"
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_a_golden_log_holds_the_run(name: str) -> None:
     """The last frame is the final state of the run."""
-    component, log = played(name), ge.open_log(log_path(name))
+    component, log = play_case(name), ge.open_log(log_path(name))
     assert log.complete
     names = [name for name, variable in component.variables.items() if variable.state]
     recorded = [name for name in names if name in log.variables]
@@ -95,8 +95,8 @@ def test_a_table_of_final_states_tells_another_state(tmp_path: Path, capsys: pyt
     ]
     for name in ("before", "after"):
         (tmp_path / name).write_text("\n".join(["\t".join(final_states.COLUMNS), *rows]))
-    assert final_states.compare(tmp_path / "before", tmp_path / "after")
+    assert final_states.compare_tables(tmp_path / "before", tmp_path / "after")
     assert capsys.readouterr().out.endswith("4 of 4 rows the same, 0 new\n")
     (tmp_path / "after").write_text("\n".join([rows[0], *rows[:3], rows[3][:-1]]))
-    assert not final_states.compare(tmp_path / "before", tmp_path / "after")
+    assert not final_states.compare_tables(tmp_path / "before", tmp_path / "after")
     assert "discs/broken-row\tvelocity\t1000\tDIFFERS" in capsys.readouterr().out

@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.component_examples import GRIDS, PINWHEEL, Example
-from support.conformance_tools import bits, drive
-from support.grid_tools import MEDIUM, P_SPEED, SMALL, bar, block, distorted, inner_nodes, pulse, start_pulse
+from support.conformance_tools import drive_component, state_bits
+from support.grid_tools import MEDIUM, P_SPEED, SMALL, bar, block, distorted_block, inner_nodes, pulse, start_pulse
 
 import granular_env as ge
 from granular_env.components.errors import ParameterError, StepError
@@ -37,7 +37,7 @@ GRADIENTS = [[[1.0, 0.0], [0.0, 0.0]], [[0.0, 1.0], [1.0, 0.0]], [[0.0, -1.0], [
 
 
 def patches() -> list[Grid]:
-    return [block(7, 5), distorted(7, 6), Grid(mesh=PINWHEEL, material=MEDIUM)]
+    return [block(7, 5), distorted_block(7, 6), Grid(mesh=PINWHEEL, material=MEDIUM)]
 
 
 @pytest.mark.parametrize("gradient", GRADIENTS)
@@ -116,7 +116,7 @@ def test_energy_and_momentum_of_a_plane_wave_are_conserved() -> None:
 
 @pytest.mark.parametrize("seed", [1, 2])
 def test_noise_on_a_distorted_mesh_keeps_energy_and_momenta(seed: int) -> None:
-    grid = distorted(12, 9, seed)
+    grid = distorted_block(12, 9, seed)
     grid.reset(velocity=SMALL * np.random.default_rng(seed).standard_normal(grid.mesh.nodes.shape))
     energy, turning = grid.get("kinetic_energy"), abs(grid.get("angular_momentum"))
     grid.step(400 * grid.step_size)
@@ -255,14 +255,14 @@ def test_mirror_images_have_mirrored_bits(axis: int) -> None:
 
 @pytest.mark.parametrize("example", GRIDS, ids=lambda example: example.label)
 def test_the_bits_do_not_depend_on_the_number_of_parts(example: Example, monkeypatch: pytest.MonkeyPatch) -> None:
-    whole = example.started()
-    drive(whole, example, 60)
+    whole = example.make_started()
+    drive_component(whole, example, 60)
     monkeypatch.setattr(component, "LEAST_CELLS", 1)
     for threads in ("2", "4"):
         monkeypatch.setenv("GRANULAR_ENV_THREADS", threads)
-        parted = example.started()
-        drive(parted, example, 60)
-        assert bits(parted) == bits(whole)
+        parted = example.make_started()
+        drive_component(parted, example, 60)
+        assert state_bits(parted) == state_bits(whole)
 
 
 def test_parts_name_the_first_cell_that_fails(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -308,7 +308,7 @@ def test_the_highest_frequency_is_that_of_the_mesh() -> None:
     assert 0.985 * 2.0 * P_SPEED <= frequency <= 2.0 * P_SPEED * (1.0 + 1e-9)
 
 
-@pytest.mark.parametrize("make", [lambda h: block(12, 12, step_size=h), lambda h: distorted(12, 12, step_size=h)])
+@pytest.mark.parametrize("make", [lambda h: block(12, 12, step_size=h), lambda h: distorted_block(12, 12, step_size=h)])
 def test_a_step_is_stable_up_to_what_is_allowed_and_refused_beyond(make) -> None:  # noqa: ANN001
     largest = 2.0 / make(0.01).highest_frequency
     grid = make(0.899 * largest)

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from support.grid_tools import MEDIUM, P_SPEED, S_SPEED, SMALL, along_axis, bar, block, pulse, start_pulse
+from support.grid_tools import MEDIUM, P_SPEED, S_SPEED, SMALL, axis_values, bar, block, pulse, start_pulse
 
 import granular_env as ge
 from granular_env.components.coupled.theory import reflection, transmission
@@ -50,7 +50,7 @@ def test_long_waves_run_at_the_speeds_of_the_medium(shear: bool) -> None:
         grid = bar(int(4.5 * length))
         start_pulse(grid, length, 0.25 * length, shear=shear)
         grid.step(round(3.0 * length / speed / 0.5) * 0.5)
-        x, v = along_axis(grid, grid.get("velocity")[:, int(shear)] / SMALL)
+        x, v = axis_values(grid, grid.get("velocity")[:, int(shear)] / SMALL)
         shape = x - 0.25 * length - speed * grid.time
         expected, slope = pulse(shape, length), (pulse(shape + 1e-4, length) - pulse(shape - 1e-4, length)) / 2e-4
         # The best-fit shift, divided by the path.
@@ -64,7 +64,7 @@ def test_a_pulse_comes_back_from_a_rigid_end() -> None:
     grid = bar(240, boundaries={"right": "fixed"})
     start_pulse(grid, length, 40.0)
     grid.step(round(2.0 * (240.0 - 40.0 - 0.5 * length) / P_SPEED / 0.5) * 0.5)
-    x, v = along_axis(grid, grid.get("velocity")[:, 0] / SMALL)
+    x, v = axis_values(grid, grid.get("velocity")[:, 0] / SMALL)
     way = P_SPEED * grid.time
     expected = -pulse(2.0 * 240.0 - 40.0 - way - x, length)
     assert 0.9987 <= -v.min() <= 1.0007
@@ -81,7 +81,7 @@ def test_an_interface_reflects_by_impedance(second: Material) -> None:
     grid = bar(400, material=[MEDIUM, second], regions=[region], step_size=0.2)
     start_pulse(grid, length, 60.0)
     grid.step(round((face - 60.0 + 10.0) / P_SPEED / 0.2) * 0.2)
-    x, v = along_axis(grid, grid.get("velocity")[:, 0] / SMALL)
+    x, v = axis_values(grid, grid.get("velocity")[:, 0] / SMALL)
     assert reflection(MEDIUM, second) == pytest.approx(-1.0 / 3.0)
     # Second-order: (2 pi / 80)^2 / 24 = 3e-4 in the speed, several times that in the amplitude.
     assert v[x < face].min() == pytest.approx(reflection(MEDIUM, second), abs=3e-3)

@@ -132,7 +132,7 @@ def test_waves_along_share_no_grain_and_lose_no_energy() -> None:
     waves = measurement.waves_along(history, 20.0, 0.1)
     assert [wave.grain for wave in waves] == [8, 15]
     assert waves[0].last + 1 == waves[1].first
-    frame = history.frame(20.0)
+    frame = history.frame_number(20.0)
     assert sum(wave.energy for wave in waves) == pytest.approx(0.5 * (history.velocity[frame] ** 2).sum(), rel=1e-6)
     assert sum(wave.momentum for wave in waves) == pytest.approx(history.velocity[frame].sum(), rel=1e-6)
     assert waves[1].position == pytest.approx(30.0, abs=0.1) and waves[0].position == pytest.approx(16.0, abs=0.1)

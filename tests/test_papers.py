@@ -9,7 +9,7 @@ PAPERS = Path(__file__).resolve().parent.parent / "papers"
 sys.path.insert(0, str(PAPERS))
 
 import collect  # noqa: E402
-from pages import Page, Row, compute  # noqa: E402
+from pages import Page, Row, compute_page  # noqa: E402
 
 # Scripts that take more than a few seconds: many samples, half-spaces, notched tubes.
 SLOW = {
@@ -18,7 +18,7 @@ SLOW = {
 }  # fmt: skip
 
 
-SCRIPTS = [path for paper in collect.PAPERS for group in collect.groups(paper) for path in group]
+SCRIPTS = [path for paper in collect.PAPERS for group in collect.script_groups(paper) for path in group]
 NAMES = {path: f"{path.parent.name}/{path.name}" for path in SCRIPTS}
 
 
@@ -31,8 +31,8 @@ NAMES = {path: f"{path.parent.name}/{path.name}" for path in SCRIPTS}
 )
 def test_a_script_gives_the_known_numbers(path, tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(str(path.parent))
-    module = collect.load(path)
-    page = compute(module.main, path, module.__doc__, tmp_path)
+    module = collect.load_script(path)
+    page = compute_page(module.main, path, module.__doc__, tmp_path)
     assert page.failures == []
     assert page.rows or any(kind == "table" for kind, _ in page.blocks)
     for kind, content in page.blocks:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any, ClassVar
 
 import pytest
-from support.component_examples import EXAMPLES, Example, of_component
+from support.component_examples import EXAMPLES, Example, load_examples
 
 import granular_env as ge
 from granular_env.components.balances import Balance
@@ -22,7 +22,7 @@ from granular_env.components.variables import Variable
 @pytest.mark.parametrize("label", ["coupled", "tube"])
 def test_a_part_is_not_changed_beside_its_whole(label: str) -> None:
     """A copy of the part can be restored, and the refusal does not affect the parent."""
-    whole: Any = of_component(label)[0].started()
+    whole: Any = load_examples(label)[0].make_started()
     part: Component = whole.grid if label == "coupled" else whole.gas
     saved = part.save()
     before, alone = whole.save().to_bytes(), copy.copy(part)
@@ -97,7 +97,7 @@ GROWING = [
 @pytest.mark.parametrize("example", GROWING, ids=lambda example: example.label)
 def test_every_component_that_grows_can_be_a_part(example: Example) -> None:
     whole = type("Half", (Half,), {"made": staticmethod(example.make)})()
-    alone = example.started()
+    alone = example.make_started()
     whole.reset(**{f"part_{name}": value for name, value in example.start.items()})
     inputs = {f"part_{name}": value for name, value in example.inputs.items()}
     half = example.ticks // 4

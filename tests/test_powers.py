@@ -6,7 +6,7 @@ from decimal import Decimal, localcontext
 
 import numpy as np
 import pytest
-from support.chain_tools import python
+from support.chain_tools import run_python
 
 from granular_env.components.support.powers import exponential, power
 
@@ -52,4 +52,4 @@ def test_the_same_bits_without_the_compiler() -> None:
         "print([float(exponential(x)).hex() for x in (-700.0, -3.2, -1e-9, 0.4, 2.0, 600.0)])\n"
         "print([float(power(x, p)).hex() for x in (1e-9, 3.7e-6, .9, 1.4, 1.5, 7e5) for p in (1.0, 1.3, 2.5, 0.4)])"
     )
-    assert python(code) == python(code, NUMBA_DISABLE_JIT="1")
+    assert run_python(code) == run_python(code, NUMBA_DISABLE_JIT="1")

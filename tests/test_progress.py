@@ -5,7 +5,7 @@ import subprocess
 import sys
 
 import pytest
-from support.terminal_tools import ROOT, run_in_terminal, seen_lines
+from support.terminal_tools import ROOT, run_in_terminal, visible_lines
 
 HOSTILE = "x[/b] [m/s] \x1b[2Jgone \x9b31m \u202e"
 
@@ -25,7 +25,7 @@ with progress_bar(sys.argv[1], 200.0) as bar:
 def test_bar_percentage_and_figures_are_seen(title, width):
     status, written = run_in_terminal(["-c", SCRIPT, title], width)
     assert status == 0, written
-    last = [line for line in seen_lines(written) if "50 %" in line][-1]
+    last = [line for line in visible_lines(written) if "50 %" in line][-1]
     assert len(last) <= width and "━" in last and re.search(r"\d:\d\d:\d\d", last) and "t = 0.005567 s" in last
     assert "\x1b[2Jgone" not in written
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.recording_helpers import CHAIN, chain_log, changed, oscillator_log, rewrite
+from support.recording_helpers import CHAIN, chain_log, change_arrays, oscillator_log, rewrite_log
 
 import granular_env.components.catalogue as catalogue
 from granular_env.components.component import Component
@@ -71,7 +71,7 @@ def test_the_log_says_what_it_is(tmp_path: Path) -> None:
         assert log.variables["velocity"].unit == "m/s" and log.variables["velocity"].shape == (12,)
         assert np.array_equal(log.drawables[0].reference, component.drawables()[0].reference)  # type: ignore[union-attr]
         assert log.input_variables["left_force"].unit == "N"
-        last = list(log.input_stretches("left_force"))[-1]
+        last = list(log.input_intervals("left_force"))[-1]
         assert last.value == 44.0 and last.end == log.end_tick
         assert log.component().get("velocity")[0] == 1.0
 
@@ -184,14 +184,14 @@ def _one_input_bit(step: int):  # noqa: ANN202
             return old
         values = old.arrays["0.values"].copy()
         values.view(np.int64)[step] ^= 1 << 40
-        return changed(old, **{"0.values": values})
+        return change_arrays(old, **{"0.values": values})
 
     return change
 
 
 def test_one_changed_input_bit_is_caught_at_its_step(tmp_path: Path) -> None:
     component = chain_log(tmp_path / "a.mcap", hash_every=1, steps=20)
-    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", _one_input_bit(7))
+    rewrite_log(tmp_path / "a.mcap", tmp_path / "b.mcap", _one_input_bit(7))
     result = verify(tmp_path / "b.mcap")
     assert not result.identical and result.variable == "left_force"
     # Step 7 runs from tick 21 to 24; with a hash at every tick, the first tick shows the change.
@@ -213,9 +213,9 @@ def test_one_changed_bit_of_a_profile_names_its_input(tmp_path: Path, array: str
             return old
         values = old.arrays[array].copy()
         values.view(np.int64)[np.flatnonzero(values)[-1]] ^= 1
-        return changed(old, **{array: values})
+        return change_arrays(old, **{array: values})
 
-    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
+    rewrite_log(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
     result = verify(tmp_path / "b.mcap")
     assert not result.identical and result.variable == "left_velocity" and result.interval is not None
     assert 0.0 <= result.interval[0] < result.interval[1] <= 150.0001 * h and "left_velocity" in result.message
@@ -232,9 +232,9 @@ def test_a_changed_held_number_names_its_input(tmp_path: Path) -> None:
             return old
         snapshot = Snapshot.from_bytes(old.arrays["snapshot"].tobytes())
         snapshot.inputs = {**snapshot.inputs, "left_force": np.nextafter(20.0, 21.0).item()}
-        return changed(old, snapshot=np.frombuffer(snapshot.to_bytes(), dtype=np.uint8))
+        return change_arrays(old, snapshot=np.frombuffer(snapshot.to_bytes(), dtype=np.uint8))
 
-    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
+    rewrite_log(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
     result = verify(tmp_path / "b.mcap")
     assert not result.identical and result.variable == "left_force" and "left_force" in result.message
 
@@ -247,9 +247,9 @@ def test_one_changed_bit_of_a_frame_is_named_with_its_index(tmp_path: Path) -> N
             return old
         values = old.arrays["values"].copy()
         values.view(np.int64)[5 * CHAIN["grains"] + 3] ^= 1
-        return changed(old, values=values)
+        return change_arrays(old, values=values)
 
-    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
+    rewrite_log(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
     result = verify(tmp_path / "b.mcap")
     gap = round(6e-7 / component.step_size)
     assert (result.variable, result.index) == ("velocity", 3)

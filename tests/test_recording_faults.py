@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.endless_recording import record_for_ever
+from support.endless_recording import record_endlessly
 from support.forkserver import forkserver
-from support.recording_helpers import chain_log, mutated, oscillator_log
+from support.recording_helpers import chain_log, mutate_bytes, oscillator_log
 
 import granular_env.components.catalogue as catalogue
 from granular_env.components.errors import GranularError, LogError
@@ -32,7 +32,7 @@ def _kill(path: Path, after: float, idle_at: int = -1) -> list[tuple[int, float]
     """Record in a process and kill it with SIGKILL after a time; return the reported ticks with their ages at the end [s]."""
     told = path.with_suffix(".told")
     told.write_text("")
-    process = forkserver.Process(target=record_for_ever, args=(path, told, idle_at))
+    process = forkserver.Process(target=record_endlessly, args=(path, told, idle_at))
     process.start()
     while f"\n{idle_at} " not in told.read_text() if idle_at > 0 else not told.read_text().startswith("ready\n"):
         assert process.is_alive()
@@ -175,14 +175,14 @@ def _everything(path: Path) -> dict[str, Any]:
             for tick, value in zip(ticks.tolist(), values, strict=True):
                 found[f"{name} {tick}"] = value.tobytes()
         for segment in log.segments:
-            steps = log.steps_of(segment)
+            steps = log.step_history(segment)
             for place, (ticks, sets) in enumerate(steps):
                 told = {
                     k: v if isinstance(v, float) else (v.ticks.tobytes(), v.coefficients.tobytes()) for k, v in sets.items()
                 }
                 found[f"step {segment.number} {place}"] = (ticks, told)
         for row in log.rows(SNAPSHOTS):
-            found[f"snapshot {row[SEGMENT]} {row[FIRST]}"] = log.snapshot_in(row).to_bytes()
+            found[f"snapshot {row[SEGMENT]} {row[FIRST]}"] = log.read_snapshot(row).to_bytes()
         return found
 
 
@@ -197,7 +197,7 @@ def _fuzz(folder: Path, count: int, seed: int) -> int:
     refused = 0
     for number in range(count):
         which = number % 2
-        damaged = mutated(originals[which], originals[1 - which], chance)
+        damaged = mutate_bytes(originals[which], originals[1 - which], chance)
         (folder / "c.mcap").write_bytes(damaged)
         try:
             found = _everything(folder / "c.mcap")
@@ -206,7 +206,7 @@ def _fuzz(folder: Path, count: int, seed: int) -> int:
         else:
             wrong = [key for key, value in found.items() if truths[which].get(key) != value]
             assert not wrong, f"damage {number}: {wrong[:3]}"
-        damaged = mutated(snapshots[which], snapshots[1 - which], chance)
+        damaged = mutate_bytes(snapshots[which], snapshots[1 - which], chance)
         try:
             again = Snapshot.from_bytes(damaged).to_bytes()
         except LogError:

@@ -18,7 +18,7 @@ from granular_env.cli import main
 from granular_env.components.errors import LogError, ParameterError
 from granular_env.experiments import load_experiment
 from granular_env.experiments.cost import log_bytes
-from granular_env.experiments.preparation import prepare
+from granular_env.experiments.preparation import prepare_experiment
 from granular_env.recording import open_log, record, recover, verify
 from granular_env.recording.container import Container, Entry
 from granular_env.recording.schedule import least_snapshot_interval
@@ -67,7 +67,7 @@ def test_a_pipe_is_refused_and_not_waited_for(tmp_path: Path) -> None:
     ],
 )
 def test_the_size_is_right_for_every_medium(experiment: str, overrides: dict[str, Any], tmp_path: Path) -> None:
-    ready = prepare(load_experiment(experiment, overrides))
+    ready = prepare_experiment(load_experiment(experiment, overrides))
     run(experiment, overrides=overrides, log=tmp_path / "a.mcap")
     container = open_log(tmp_path / "a.mcap").container
     size = sum(len(entry.message.data) for _, entry in container.all_messages())

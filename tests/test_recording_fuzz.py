@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.hostile_logs import ACTIONS, lie, refused_by_the_family
-from support.recording_helpers import changed, mutated, rewrite
+from support.hostile_logs import ACTIONS, corrupt_record, count_refusals
+from support.recording_helpers import change_arrays, mutate_bytes, rewrite_log
 
 import granular_env as ge
 from granular_env.components.errors import GranularError
@@ -48,9 +48,9 @@ def write_lying(source: Path, out: Path, chance: random.Random) -> None:
     def change(record: Record) -> Record:
         nonlocal number
         number += 1
-        return lie(record, chance) if number - 1 == victim else record
+        return corrupt_record(record, chance) if number - 1 == victim else record
 
-    rewrite(source, out, change)
+    rewrite_log(source, out, change)
 
 
 def try_lies(
@@ -61,7 +61,7 @@ def try_lies(
     chance, written, refused = random.Random(seed), 0, 0
     for case in range(cases):
         if case % 2:
-            (folder / "b.mcap").write_bytes(mutated(source.read_bytes(), other, chance))
+            (folder / "b.mcap").write_bytes(mutate_bytes(source.read_bytes(), other, chance))
         else:
             try:
                 write_lying(source, folder / "b.mcap", chance)
@@ -72,7 +72,7 @@ def try_lies(
             warnings.simplefilter("ignore")
             try:
                 chosen = [actions[name] for name in chance.sample(sorted(actions), 2)]
-                refused += bool(refused_by_the_family(folder / "b.mcap", chosen))
+                refused += bool(count_refusals(folder / "b.mcap", chosen))
             except Exception as error:
                 kept = folder / f"case-{seed}-{case}.mcap"
                 kept.write_bytes((folder / "b.mcap").read_bytes())
@@ -98,9 +98,9 @@ def test_a_list_of_another_length_than_its_count_is_refused(logs: tuple[Path, by
         words = np.array(snapshot.memory).view(np.int64)
         words[fixed - 1] = count
         lying = ge.Snapshot(snapshot.identity, snapshot.tick, words.tobytes(), snapshot.inputs)
-        return changed(record, snapshot=np.frombuffer(lying.to_bytes(), np.uint8))
+        return change_arrays(record, snapshot=np.frombuffer(lying.to_bytes(), np.uint8))
 
-    rewrite(logs[0], tmp_path / "b.mcap", change)
+    rewrite_log(logs[0], tmp_path / "b.mcap", change)
     with pytest.raises(GranularError, match="sizes do not agree"):
         verify(tmp_path / "b.mcap")
-    refused_by_the_family(tmp_path / "b.mcap")
+    count_refusals(tmp_path / "b.mcap")

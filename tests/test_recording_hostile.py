@@ -13,8 +13,8 @@ import lz4.frame
 import numpy as np
 import pytest
 from mcap.writer import Writer
-from support.hostile_logs import ACTIONS, refused_by_the_family
-from support.recording_helpers import chain_log, oscillator_log, rewrite
+from support.hostile_logs import ACTIONS, count_refusals
+from support.recording_helpers import chain_log, oscillator_log, rewrite_log
 from support.work import count_calls
 
 import granular_env.components.catalogue as catalogue
@@ -83,7 +83,7 @@ def test_a_long_text_in_a_record_is_not_parsed(tmp_path: Path, monkeypatch: pyte
     def change(old: Record) -> Record:
         return dataclasses.replace(old, header={**old.header, "experiment": [[]] * 500_000}) if old.kind == HEADER else old
 
-    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
+    rewrite_log(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
     assert (tmp_path / "b.mcap").stat().st_size < 100_000
     monkeypatch.setattr(container, "_TEXT_BYTES", 1 << 20)
     peak, _ = _measured(lambda: open_log(tmp_path / "b.mcap"))
@@ -97,7 +97,7 @@ def test_a_long_text_in_a_record_is_not_parsed(tmp_path: Path, monkeypatch: pyte
 def _with_index(tmp_path: Path, change: Callable[[np.ndarray], np.ndarray]) -> Path:
     chain_log(tmp_path / "a.mcap", steps=20, every=6e-7, overwrite=True)
 
-    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change_index=change)
+    rewrite_log(tmp_path / "a.mcap", tmp_path / "b.mcap", change_index=change)
     return tmp_path / "b.mcap"
 
 
@@ -132,7 +132,7 @@ def _all_counts(rows: np.ndarray) -> np.ndarray:
 )
 def test_an_index_that_lies_is_refused(tmp_path: Path, change: Callable[[np.ndarray], np.ndarray]) -> None:
     path = _with_index(tmp_path, change)
-    assert refused_by_the_family(path) >= 2
+    assert count_refusals(path) >= 2
     with pytest.raises(LogError):
         verify(path)
 
@@ -148,8 +148,8 @@ def test_ticks_that_no_run_reaches_are_refused(tmp_path: Path, last: int) -> Non
             return old
         return dataclasses.replace(old, last=last, arrays={**old.arrays, "durations": np.array([last], dtype=np.int64)})
 
-    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
-    assert refused_by_the_family(tmp_path / "b.mcap") == len(ACTIONS)
+    rewrite_log(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
+    assert count_refusals(tmp_path / "b.mcap") == len(ACTIONS)
 
 
 @pytest.mark.parametrize(
@@ -172,5 +172,5 @@ def test_a_header_of_other_types_is_refused_or_harmless(tmp_path: Path, name: st
     def change(old: Record) -> Record:
         return dataclasses.replace(old, header={**old.header, name: value}) if old.kind == HEADER else old
 
-    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
-    refused_by_the_family(tmp_path / "b.mcap")
+    rewrite_log(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
+    count_refusals(tmp_path / "b.mcap")

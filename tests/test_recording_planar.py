@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.component_examples import DISCS, TEAR
-from support.conformance_tools import bits, drive
-from support.recording_helpers import changed, film_topics, rewrite
+from support.conformance_tools import drive_component, state_bits
+from support.recording_helpers import change_arrays, film_topics, rewrite_log
 
 import granular_env as ge
 from granular_env.components.component import Component
@@ -18,7 +18,7 @@ from granular_env.components.errors import GranularError, LogError
 from granular_env.components.events import EventDetail
 from granular_env.components.profiles import Profile
 from granular_env.recording import open_log, record, verify
-from granular_env.recording.event_places import place_of
+from granular_env.recording.event_places import event_place
 from granular_env.recording.records import EVENTS, HEADER, STEPS, Record
 
 
@@ -27,7 +27,7 @@ def torn_log(path: Path, ticks: int = 120, **options: object) -> Component:
     component = DISCS.make()
     with record(component, path, **options):  # type: ignore[arg-type]
         component.reset(**DISCS.start)
-        drive(component, DISCS, ticks)
+        drive_component(component, DISCS, ticks)
         component.step(10 * component.step_size, force=0.25)
     return component
 
@@ -37,11 +37,11 @@ def test_a_log_verifies_and_holds_the_arrays(tmp_path: Path) -> None:
     log = open_log(tmp_path / "a.mcap")
     assert verify(log).identical
     (segment,) = log.segments
-    given = {place: held["force"] for place, (_, held) in enumerate(log.steps_of(segment)) if held}
+    given = {place: held["force"] for place, (_, held) in enumerate(log.step_history(segment)) if held}
     assert given[0].tobytes() == TEAR.tobytes() and given[30].tobytes() == (0.5 * TEAR).tobytes()  # type: ignore[union-attr]
     assert given[60].pattern.tobytes() == TEAR.tobytes()  # type: ignore[union-attr]
     assert given[120].tolist() == np.full((6, 2), 0.25).tolist()  # type: ignore[union-attr]
-    assert list(log.input_stretches("force"))[-1].value.tolist() == component.get("force").tolist()  # type: ignore[union-attr]
+    assert list(log.input_intervals("force"))[-1].value.tolist() == component.get("force").tolist()  # type: ignore[union-attr]
     assert log.series("momentum")[1].shape[1:] == (2,)
     assert log.get("velocity", log.duration).tobytes() == component.get("velocity").tobytes()
 
@@ -59,22 +59,22 @@ def test_events_are_logged_once_and_found(tmp_path: Path) -> None:
 
 
 def test_a_step_that_fails_leaves_no_event(tmp_path: Path) -> None:
-    component = DISCS.started()
+    component = DISCS.make_started()
     with record(component, tmp_path / "a.mcap"):
         component.step(None, force=TEAR)
         with pytest.raises(GranularError):
             component.step(100 * component.step_size, force=1e300)
-        drive(component, DISCS, 60)
+        drive_component(component, DISCS, 60)
     log = open_log(tmp_path / "a.mcap")
     assert log.events() == component.events() != [] and verify(log).identical
 
 
 def test_a_restored_component_logs_only_what_is_new(tmp_path: Path) -> None:
-    component = DISCS.started()
-    drive(component, DISCS, DISCS.ticks // 2)
+    component = DISCS.make_started()
+    drive_component(component, DISCS, DISCS.ticks // 2)
     before = component.events()
     with record(component, tmp_path / "a.mcap"):
-        drive(component, DISCS, DISCS.ticks)
+        drive_component(component, DISCS, DISCS.ticks)
         component.step(200 * component.step_size, force=3.0 * TEAR)
     log = open_log(tmp_path / "a.mcap")
     assert before and log.events() == component.events()[len(before) :] != []
@@ -109,7 +109,7 @@ def test_a_branch_with_unchanged_inputs_has_the_parents_bits(tmp_path: Path, at:
     component = torn_log(tmp_path / "a.mcap")
     branch = open_log(tmp_path / "a.mcap").branch(at)
     branch.run(tmp_path / "b.mcap")
-    assert bits(branch.component) == bits(component)
+    assert state_bits(branch.component) == state_bits(component)
     assert verify(tmp_path / "b.mcap").identical
 
 
@@ -129,17 +129,17 @@ def test_one_changed_bit_of_an_array_input_names_it(tmp_path: Path, array: str) 
 
     def change(old: Record) -> Record:
         has = old.kind == STEPS and old.arrays.get(array, np.zeros(0)).size
-        return changed(old, **{array: flipped(old.arrays[array], 3)}) if has else old
+        return change_arrays(old, **{array: flipped(old.arrays[array], 3)}) if has else old
 
-    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
+    rewrite_log(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
     result = verify(tmp_path / "b.mcap")
     assert not result.identical and result.variable == "force"
 
 
 def test_one_changed_bit_of_an_event_is_noticed(tmp_path: Path) -> None:
     torn_log(tmp_path / "a.mcap")
-    places = {EVENTS: lambda old: changed(old, rows=flipped(old.arrays["rows"], 3))}
-    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", lambda old: places.get(old.kind, lambda same: same)(old))
+    places = {EVENTS: lambda old: change_arrays(old, rows=flipped(old.arrays["rows"], 3))}
+    rewrite_log(tmp_path / "a.mcap", tmp_path / "b.mcap", lambda old: places.get(old.kind, lambda same: same)(old))
     result = verify(tmp_path / "b.mcap")
     assert result.variable == "events" and not result.identical
 
@@ -175,19 +175,19 @@ def test_links_are_logged_and_drawn(tmp_path: Path) -> None:
 )
 def test_arrays_of_another_form_are_refused(tmp_path: Path, kind: int, name: str, values: np.ndarray) -> None:
     torn_log(tmp_path / "a.mcap", ticks=90)
-    rewrite(
+    rewrite_log(
         tmp_path / "a.mcap",
         tmp_path / "b.mcap",
-        lambda old: changed(old, **{name: values}) if old.kind == kind and name in old.arrays else old,
+        lambda old: change_arrays(old, **{name: values}) if old.kind == kind and name in old.arrays else old,
     )
     with pytest.raises(LogError):
         log = open_log(tmp_path / "b.mcap")
-        _ = list(log.input_stretches("force")), log.events(), log.drawables
+        _ = list(log.input_intervals("force")), log.events(), log.drawables
 
 
 def test_a_profile_times_an_array_and_a_number(tmp_path: Path) -> None:
     """A force as a pattern times a profile, and as an array at each step, differ only by rounding."""
-    shaped, stepped = DISCS.started(), DISCS.started()
+    shaped, stepped = DISCS.make_started(), DISCS.make_started()
     signal = Profile.table([0.0, 0.2, 1.0], [0.0, 1.0, 0.0])
     shaped.step(50 * shaped.step_size, force=TEAR * signal)
     for tick in range(50):
@@ -206,5 +206,5 @@ def test_links_across_a_closed_side_have_their_place_there() -> None:
     assert len(across) == 3, "one in each row"
     detail = EventDetail("1", "links")
     for link in across.tolist():
-        place = place_of(link, detail, specimen.drawables())
+        place = event_place(link, detail, specimen.drawables())
         assert place is not None and place.position[0] in (pytest.approx(-0.005), pytest.approx(0.035))

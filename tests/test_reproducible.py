@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy._core._multiarray_umath import __cpu_dispatch__, __cpu_features__  # type: ignore[attr-defined]
-from support.chain_tools import python
+from support.chain_tools import run_python
 
 from granular_env.components.support.elementary_functions import (
     exponential,
@@ -69,7 +69,7 @@ def test_without_the_newer_instructions_environments_are_the_same() -> None:
         "NPY_DISABLE_CPU_FEATURES": " ".join(FEATURES), "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4,-AVX512F",
         "OPENBLAS_CORETYPE": "Prescott",
     }  # fmt: skip
-    assert python(HASHES, **oldest) == python(HASHES)
+    assert run_python(HASHES, **oldest) == run_python(HASHES)
 
 
 def test_the_functions_are_those_that_they_are_called_after() -> None:

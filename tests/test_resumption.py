@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.recording_helpers import rewrite
+from support.recording_helpers import rewrite_log
 
 from granular_env import run_loop
 from granular_env.cli import main
@@ -23,7 +23,7 @@ from granular_env.log_runs import resume
 from granular_env.recording import Log, open_log, recorder, recover, schedule, verify
 from granular_env.recording.index import FIRST
 from granular_env.recording.records import SNAPSHOTS, Record
-from granular_env.recording.recovery import continuation_of
+from granular_env.recording.recovery import make_continuation
 from granular_env.run_loop import RunResult, run
 
 # Each run breaks, flows or is driven by a profile; snapshots are so close that a run passes several.
@@ -218,7 +218,7 @@ def test_a_run_of_costly_ticks_goes_on_from_nearby(tmp_path: Path, monkeypatch: 
     data, path = (tmp_path / "whole.mcap").read_bytes(), tmp_path / "killed.mcap"
     path.write_bytes(data[: 2 * len(data) // 3])
     with open_log(path) as log:
-        found = continuation_of(log)
+        found = make_continuation(log)
         repeated = found.component.tick - found.key
         assert found.component.tick > 100 and 0 <= repeated <= 1000 // 16
     resume(path)
@@ -311,7 +311,7 @@ def test_other_bits_are_refused(swing: Path, tmp_path: Path) -> None:
             return Record(*record.row, record.header, {**record.arrays, "values": np.nextafter(record.arrays["values"], 9.0)})
         return record
 
-    rewrite(swing.with_name("whole.mcap"), tmp_path / "changed.mcap", change)
+    rewrite_log(swing.with_name("whole.mcap"), tmp_path / "changed.mcap", change)
     data = (tmp_path / "changed.mcap").read_bytes()
     (tmp_path / "killed.mcap").write_bytes(data[: 2 * len(data) // 3])
     with pytest.raises(LogError, match="run again, it gives another position at .* run the experiment again"):

@@ -14,7 +14,7 @@ from granular_env.components import catalogue
 from granular_env.components.errors import ExperimentError, GranularError, GranularWarning, StepError
 from granular_env.components.profiles import Profile
 from granular_env.experiments import load_experiment, shipped_experiments
-from granular_env.experiments.preparation import prepare
+from granular_env.experiments.preparation import prepare_experiment
 from granular_env.recording import open_log, verify
 from granular_env.run_loop import run
 
@@ -139,7 +139,7 @@ def test_a_run_that_breaks_down_is_recorded_up_to_its_last_good_tick(tmp_path):
     }  # fmt: skip
     with pytest.raises(StepError) as caught:
         run(crushed, log=tmp_path / "x.mcap")
-    alone = prepare(load_experiment(crushed)).component
+    alone = prepare_experiment(load_experiment(crushed)).component
     with pytest.raises(StepError) as expected:
         alone.step(alone.step_size, top_velocity=[0.0, -100.0])
         while True:

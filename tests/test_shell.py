@@ -11,17 +11,17 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.golden_logs import final_hash, played
+from support.golden_logs import final_hash, play_case
 from support.solid_tools import (
     ALUMINIUM,
     RADIUS,
     WALL,
-    called,
     cantilever_frequency,
     cantilever_shape,
     clamped_bar_frequency,
-    follow,
+    displacement_history,
     frequency,
+    make_callable,
     ring,
     strip,
 )
@@ -56,7 +56,7 @@ def test_a_strip_bends_as_a_beam_and_stretches_as_a_bar(poisson: float) -> None:
     velocity[:, 2] = 0.1 * cantilever_shape(x, 0.02)
     solid.reset(nodal_velocity=velocity)
     exact = cantilever_frequency(69e9, 2719.0, 0.02, WALL)
-    moved = follow(solid, tip, 2, round(1.1 / exact / solid.step_size / 20), ticks=20)
+    moved = displacement_history(solid, tip, 2, round(1.1 / exact / solid.step_size / 20), ticks=20)
     # The extremes are at a quarter and three quarters of a period, i.e. half a period apart.
     measured = 0.5 / ((np.argmin(moved) - np.argmax(moved)) * 20 * solid.step_size)
     if poisson == 0.0:
@@ -67,7 +67,7 @@ def test_a_strip_bends_as_a_beam_and_stretches_as_a_bar(poisson: float) -> None:
     velocity[:, 0] = 0.1 * np.sin(0.5 * math.pi * x / 0.02)
     solid.reset(nodal_velocity=velocity)
     exact = clamped_bar_frequency(69e9, 2719.0, 0.02)
-    moved = follow(solid, tip, 0, round(2.3 / exact / solid.step_size))
+    moved = displacement_history(solid, tip, 0, round(2.3 / exact / solid.step_size))
     assert frequency(moved, solid.step_size) / exact == pytest.approx(1.0, abs=0.015)
 
 
@@ -75,7 +75,7 @@ def test_a_ring_breathes_at_its_frequency_around_the_static_state_and_swings_twi
     solid = ring()
     exact = breathing_frequency(69e9, 0.33, 2719.0, MIDDLE)
     middle = 1  # middle of the three nodes at angle 0 through the wall, which is along z
-    moved = follow(solid, middle, 2, round(2.3 / exact / solid.step_size), pressure=1e6)
+    moved = displacement_history(solid, middle, 2, round(2.3 / exact / solid.step_size), pressure=1e6)
     assert frequency(moved, solid.step_size) / exact == pytest.approx(1.0, abs=3e-3)
     static = lame_displacement(69e9, 0.33, RADIUS, WALL, 1e6, MIDDLE)
     assert 0.5 * (moved.max() + moved.min()) / static == pytest.approx(1.0, abs=0.015)
@@ -201,7 +201,8 @@ def test_metal_under_tension_follows_its_law() -> None:
     np.testing.assert_allclose(strain + stress / law.young, 0.05, rtol=0.05)
     constants = law.constants(solid.step_size)
     expected = (
-        np.array([called(flow_stress)(constants, e, t) for e, t in zip(strain, heat, strict=True)]) * (rate / 1e-3) ** 0.01
+        np.array([make_callable(flow_stress)(constants, e, t) for e, t in zip(strain, heat, strict=True)])
+        * (rate / 1e-3) ** 0.01
     )
     np.testing.assert_allclose(stress, expected, rtol=1e-3)
     work, volume = solid.get("plastic_work"), solid.assembly.points.volume
@@ -252,7 +253,7 @@ def test_other_bases_and_rules_bend_as_well() -> None:
         solid.reset(nodal_velocity=velocity)
         exact = clamped_bar_frequency(69e9, 2719.0, 0.02)
         tip = int(np.argmax(solid.nodes[:, 0]))
-        moved = follow(solid, tip, 0, round(1.1 / exact / solid.step_size))
+        moved = displacement_history(solid, tip, 0, round(1.1 / exact / solid.step_size))
         measured = 0.5 / ((np.argmin(moved) - np.argmax(moved)) * solid.step_size)
         assert measured / exact == pytest.approx(1.0, abs=0.02)
 
@@ -277,4 +278,4 @@ def test_the_bits_are_those_of_the_kernels_as_plain_python() -> None:
     )
     environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
     found = subprocess.run([sys.executable, "-c", code], cwd=ROOT, env=environment, capture_output=True, text=True, check=True)
-    assert found.stdout.split() == [final_hash(played(name)) for name in names]
+    assert found.stdout.split() == [final_hash(play_case(name)) for name in names]

@@ -32,7 +32,7 @@ from granular_env.sweep import (
 from granular_env.sweep.ray_cluster import compute_on_node
 from granular_env.sweep.store import Store, read_description
 from granular_env.sweep.tasks import make_workload
-from granular_env.sweep.worker import Computer
+from granular_env.sweep.worker import TaskComputer
 
 ROOT = Path(__file__).resolve().parents[1]
 SHIPPED_PLANS = shipped_files("plans of sweeps")
@@ -84,9 +84,9 @@ def test_ranges_are_even_and_meet_their_ends():
 )
 def test_a_sample_depends_on_its_number_only(table):
     one = parameter_values.Distribution.model_validate(table)
-    few, many = parameter_values.draws(one, "a", 5, 20), parameter_values.draws(one, "a", 5, 2000)
+    few, many = parameter_values.sample_values(one, "a", 5, 20), parameter_values.sample_values(one, "a", 5, 2000)
     assert many[:20] == few
-    assert parameter_values.draws(one, "b", 5, 20) != few and parameter_values.draws(one, "a", 6, 20) != few
+    assert parameter_values.sample_values(one, "b", 5, 20) != few and parameter_values.sample_values(one, "a", 6, 20) != few
     assert all(2 <= value <= 3 for value in many) and len(set(many)) >= 2
     # Within 5 standard deviations of the mean; the coarsest sample, the integer, has 0.5.
     expected = 1.0 / math.log(1.5) if table["distribution"] == "log_uniform" else 2.5
@@ -232,7 +232,7 @@ def test_equal_tasks_are_computed_once_and_a_plan_that_grows_keeps_what_holds(tm
     assert lines(out) == 2 and (out / "table.csv").read_bytes() == before
     sweep = run_sweep(plan(), out, engine="serial")
     assert lines(out) == 4 and sweep.done == 4
-    assert (out / "table.csv").read_bytes() == run_sweep(plan(), tmp_path / "b", engine="serial").write().read_bytes()
+    assert (out / "table.csv").read_bytes() == run_sweep(plan(), tmp_path / "b", engine="serial").write_csv().read_bytes()
     # A different name or description of the experiment does not make a new result; a different measure does.
     run_sweep(plan(measure={"energy": "final kinetic_energy"}), out, engine="serial")
     assert lines(out) == 8
@@ -259,7 +259,7 @@ MACHINE[1].__cause__ = OSError(28, "No space left on device")
 
 @pytest.mark.parametrize("error", MACHINE, ids=["memory", "disk of the log"])
 def test_failures_of_the_machine_are_tried_again(error, tmp_path, monkeypatch):
-    run_task = Computer._run
+    run_task = TaskComputer._run_task
 
     def fail_once(self, task):
         if ("start.velocity.0", 1.0) in task.overrides:
@@ -267,7 +267,7 @@ def test_failures_of_the_machine_are_tried_again(error, tmp_path, monkeypatch):
         return run_task(self, task)
 
     content = plan(grid={"start.velocity.0": [0.5, 1.0]})
-    monkeypatch.setattr(Computer, "_run", fail_once)
+    monkeypatch.setattr(TaskComputer, "_run_task", fail_once)
     sweep = run_sweep(content, tmp_path / "out", engine="serial")
     assert (sweep.done, sweep.failed) == (1, 1) and type(error).__name__ in sweep.errors[1]
     monkeypatch.undo()
@@ -446,7 +446,7 @@ def long_plan(count: int = 120):
 
 
 def test_a_process_that_is_killed_costs_only_its_running_tasks(tmp_path, monkeypatch):
-    keep, killed = Store.add, []
+    keep, killed = Store.add_result, []
 
     def kill_one(self, results):
         keep(self, results)
@@ -455,7 +455,7 @@ def test_a_process_that_is_killed_costs_only_its_running_tasks(tmp_path, monkeyp
             killed.append(others[0])
             os.kill(others[0], signal.SIGKILL)
 
-    monkeypatch.setattr(Store, "add", kill_one)
+    monkeypatch.setattr(Store, "add_result", kill_one)
     sweep = run_sweep(long_plan(), tmp_path / "many", workers=2)
     assert len(killed) == 2 and sweep.done == 120
     monkeypatch.undo()
@@ -498,7 +498,7 @@ def test_the_table_of_all_parts_is_that_of_the_whole_plan(tmp_path):
         part = run_sweep(plan(grid=grid), tmp_path / "parts", engine="serial", part=f"{index}/4")
     assert part.done == whole.done == 6 and not (tmp_path / "parts" / "table.csv").exists()
     assert sum(len(path.read_bytes().splitlines()) for path in (tmp_path / "parts").glob("results-*.jsonl")) == 6
-    open_sweep(tmp_path / "parts").write()
+    open_sweep(tmp_path / "parts").write_csv()
     assert (tmp_path / "parts" / "table.csv").read_bytes() == (tmp_path / "whole" / "table.csv").read_bytes()
 
 

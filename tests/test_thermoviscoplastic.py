@@ -11,7 +11,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from support.chain_tools import python
-from support.solid_tools import called
+from support.solid_tools import make_callable
 
 from granular_env.components.materials import finite_strain as finite
 from granular_env.components.materials import tensors
@@ -28,13 +28,13 @@ ROOM = 293.0
 
 
 advance_stress, plastic_strain_increment, law_flow_stress = (
-    called(one) for one in (law_module.advance_stress, law_module.plastic_strain_increment, law_module.flow_stress)
+    make_callable(one) for one in (law_module.advance_stress, law_module.plastic_strain_increment, law_module.flow_stress)
 )
 strain_and_spin, rotate_tensor, nominal_stress = map(
-    called, (finite.strain_and_spin, finite.rotate_tensor, finite.nominal_stress)
+    make_callable, (finite.strain_and_spin, finite.rotate_tensor, finite.nominal_stress)
 )
 equivalent_stress, largest_principal, elastic_energy_density = map(
-    called, (tensors.equivalent_stress, tensors.largest_principal, tensors.elastic_energy_density)
+    make_callable, (tensors.equivalent_stress, tensors.largest_principal, tensors.elastic_energy_density)
 )
 
 

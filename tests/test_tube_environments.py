@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import granular_env as ge
-from granular_env.domains.tube.tasks.relief import make_relief, safe_filling
+from granular_env.domains.tube.tasks.relief import make_relief, safe_pressure
 from granular_env.envs.policies import OpenLoop, play
 from granular_env.recording import open_log, verify
 
@@ -73,7 +73,7 @@ def test_an_open_vent_spares_the_wall_and_costs_push() -> None:
 
 def test_theory_calls_a_filling_safe_by_the_static_stress_of_what_comes_back() -> None:
     # A detonation reflects from a rigid wall with 2.5 times its pressure; 275 MPa x wall / radius is 12.4 MPa.
-    assert safe_filling() == pytest.approx(145e3, rel=0.03)
+    assert safe_pressure() == pytest.approx(145e3, rel=0.03)
 
 
 def test_a_recorded_episode_replays_and_is_not_filled_again_in_its_middle(tmp_path: Path) -> None:

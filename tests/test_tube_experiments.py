@@ -11,7 +11,7 @@ import pytest
 import granular_env as ge
 from granular_env.components.shell.theory import critical_speed, front_amplification
 from granular_env.viewing.figures.plane import load_plane
-from granular_env.viewing.scene_builder import from_log
+from granular_env.viewing.scene_builder import load_scene
 
 COARSE = {"component.gas.cells": 355, "component.shell.body.along": 62, "component.shell.body.around": 13}
 MEAN, WALL = 0.020195, 0.00089
@@ -57,7 +57,7 @@ def test_a_notch_tears_and_a_branch_of_the_log_tears_on_in_the_same_way(tmp_path
     time, crack = log.series("shell_crack_length")
     assert 0.0 < np.interp(middle, time, crack) < 0.7 * crack[-1]
     # The pictures of a report show the tearing, not the first event (ignition).
-    shown = load_plane(log, from_log(log))
+    shown = load_plane(log, load_scene(log))
     assert shown is not None and tube.events()[0].kind == "gas_ignited"
     assert np.abs(shown.times - first.tick * tube.step_size).min() <= 2.0 * np.diff(time).max()
     branch = log.branch(middle).component

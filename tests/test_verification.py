@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.recording_helpers import CHAIN, chain_log, changed, oscillator_log, rewrite
+from support.recording_helpers import CHAIN, chain_log, change_arrays, oscillator_log, rewrite_log
 
 import granular_env.components.catalogue as catalogue
 from granular_env.cli import main
@@ -105,9 +105,9 @@ def test_a_difference_is_told_once_in_one_vocabulary(tmp_path: Path, capsys: pyt
             return old
         values = old.arrays["0.values"].copy()
         values[0] += 1.0
-        return changed(old, **{"0.values": values})
+        return change_arrays(old, **{"0.values": values})
 
-    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
+    rewrite_log(tmp_path / "a.mcap", tmp_path / "b.mcap", change)
     status, text = said(tmp_path / "b.mcap", capsys)
     lines = text.splitlines()
     assert status == 1 and lines[0].startswith("different: ") and len(lines) == len(set(lines))
@@ -127,20 +127,20 @@ def _with_other_snapshot(why: int) -> Callable[[Record], Record]:
             return old
         words[np.flatnonzero(words)[0]] ^= 1
         other = Snapshot(snapshot.identity, snapshot.tick, memory.tobytes(), snapshot.inputs)
-        return changed(old, snapshot=np.frombuffer(other.to_bytes(), dtype=np.uint8))
+        return change_arrays(old, snapshot=np.frombuffer(other.to_bytes(), dtype=np.uint8))
 
     return change
 
 
 def test_a_changed_start_state_is_found_at_the_start(tmp_path: Path) -> None:
     oscillator_log(tmp_path / "a.mcap")
-    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", _with_other_snapshot(START))
+    rewrite_log(tmp_path / "a.mcap", tmp_path / "b.mcap", _with_other_snapshot(START))
     assert "position differs at 0 s (tick 0)" in verify(tmp_path / "b.mcap").message
 
 
 def test_a_changed_snapshot_is_called_that(tmp_path: Path) -> None:
     oscillator_log(tmp_path / "a.mcap", snapshot_every=0.5)
-    rewrite(tmp_path / "a.mcap", tmp_path / "b.mcap", _with_other_snapshot(KEY))
+    rewrite_log(tmp_path / "a.mcap", tmp_path / "b.mcap", _with_other_snapshot(KEY))
     result = verify(tmp_path / "b.mcap")
     assert not result.identical and "the snapshot at " in result.message
 

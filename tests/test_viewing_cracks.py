@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.rerun_tools import columns
+from support.rerun_tools import read_columns
 
 import granular_env as ge
 from granular_env.components.drawables import Cells, Links, Points
 from granular_env.components.errors import ParameterError
 from granular_env.viewing import report, save_rrd
-from granular_env.viewing.figures.plane import load_plane, words
-from granular_env.viewing.scene_builder import from_component, from_log
+from granular_env.viewing.figures.plane import load_plane, plane_words
+from granular_env.viewing.scene_builder import load_scene, make_scene
 from granular_env.viewing.visible_drawables import visible_cells, visible_points
 
 RECORDED = ["surface_displacement", "surface_stress", "surface_plastic_strain", "surface_cells"]
@@ -43,13 +43,13 @@ def present_values(rows: list[Any]) -> list[Any]:
 
 
 def test_cells_that_a_crack_crosses_are_left_out(burst_log: Any, tmp_path: Any) -> None:
-    [mesh] = from_log(burst_log).meshes
+    [mesh] = load_scene(burst_log).meshes
     assert mesh.is_solid and mesh.whole is not None
     assert mesh.whole.shape == (7, (ALONG - 1) * AROUND)
     kept = mesh.whole.sum(axis=1)
     assert mesh.whole[0].all() and kept[-1] < kept[0]
     pytest.importorskip("rerun", reason="the extra `view` is not installed")
-    sent, _ = columns(save_rrd(burst_log, tmp_path / "burst.rrd"))
+    sent, _ = read_columns(save_rrd(burst_log, tmp_path / "burst.rrd"))
     triangles = present_values(sent["scene/cells_surface"]["triangle_indices"])
     assert [len(one) for one in triangles] == [2 * count for count in kept]
     # Cells share no corners across the gap, so each lip has separate edges.
@@ -60,23 +60,23 @@ def test_cells_that_a_crack_crosses_are_left_out(burst_log: Any, tmp_path: Any) 
 
 
 def test_pictures_show_the_outside_lit_and_the_inside_dark(burst_log: Any) -> None:
-    plane = load_plane(burst_log, from_log(burst_log))
+    plane = load_plane(burst_log, load_scene(burst_log))
     assert plane is not None and plane.scene.is_solid
     [mesh] = plane.scene.meshes
-    assert "Cells that a crack crosses are left out" in words(plane) and "dark is the inside" in words(plane)
+    assert "Cells that a crack crosses are left out" in plane_words(plane) and "dark is the inside" in plane_words(plane)
     [surface] = visible_cells(burst_log.drawables)
-    seen = plane.seen(mesh, 0)
+    seen = plane.picture_coordinates(mesh, 0)
     # Rotated, not stretched.
     assert np.ptp(seen, axis=0).max() <= np.sqrt((np.ptp(surface.nodes, axis=0) ** 2).sum())
-    assert np.allclose(plane.eye.T @ plane.eye, np.eye(3)) and np.linalg.det(plane.eye) == pytest.approx(1.0)
+    assert np.allclose(plane.eye_axes.T @ plane.eye_axes, np.eye(3)) and np.linalg.det(plane.eye_axes) == pytest.approx(1.0)
 
 
 def test_a_log_is_coloured_by_any_output_of_its_nodes(burst_log: Any) -> None:
-    [mesh] = from_log(burst_log, colour="surface_plastic_strain").meshes
+    [mesh] = load_scene(burst_log, colour="surface_plastic_strain").meshes
     assert mesh.field_variable.name == "surface_plastic_strain"
     assert mesh.field is not None and np.array_equal(mesh.field[-1], burst_log.series("surface_plastic_strain")[1][-1])
     with pytest.raises(ParameterError, match="coloured by surface_stress, surface_plastic_strain, surface_cells"):
-        from_log(burst_log, colour="kinetic_energy")
+        load_scene(burst_log, colour="kinetic_energy")
 
 
 def test_the_page_has_the_body_in_each_quantity_and_a_film(burst_log: Any, tmp_path: Any) -> None:
@@ -99,5 +99,5 @@ def test_a_surface_hides_what_lies_below_it_and_what_lies_flat_beside_it() -> No
     assert [one.name for one in visible_cells([*drawn, strip])] == ["surface"]
     balls = Points("balls", np.array([[0.0, 0.0, 1.0]]), np.ones(1), "moved")
     assert visible_points([*drawn, balls]) == [balls]
-    [mesh] = from_component(tube).meshes
+    [mesh] = make_scene(tube).meshes
     assert mesh.whole is not None and mesh.whole.all()

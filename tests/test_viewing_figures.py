@@ -14,8 +14,8 @@ from granular_env.recording import open_log, record
 from granular_env.recording.preview.displacement_scale import choose_exaggeration
 from granular_env.viewing import report
 from granular_env.viewing.figures import drawing, run_figures
-from granular_env.viewing.recorded_fields import as_field
-from granular_env.viewing.scene_builder import from_component, from_log
+from granular_env.viewing.recorded_fields import to_field
+from granular_env.viewing.scene_builder import load_scene, make_scene
 
 HOSTILE = "<script>alert(1)</script><img src=https://example.org/x.png onerror=\"x\"> & 'more'"
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -42,7 +42,7 @@ def oscillator_log(tmp_path_factory):
 
 
 def test_scene_data_holds_what_was_recorded(chain_log):
-    scene_data = from_log(chain_log)
+    scene_data = load_scene(chain_log)
     times, velocity = chain_log.series("velocity")
     assert scene_data.title == HOSTILE
     np.testing.assert_array_equal(scene_data.motion.times, times)
@@ -53,7 +53,7 @@ def test_scene_data_holds_what_was_recorded(chain_log):
 
 
 def test_scene_data_is_thinned_but_keeps_both_ends(chain_log):
-    motion = from_log(chain_log, frames=7).motion
+    motion = load_scene(chain_log, frames=7).motion
     times = chain_log.times("velocity")
     assert len(motion.times) == 7 and (motion.times[0], motion.times[-1]) == (times[0], times[-1])
 
@@ -61,14 +61,14 @@ def test_scene_data_is_thinned_but_keeps_both_ends(chain_log):
 def test_a_live_component_gives_the_same_picture_as_its_log(chain_log):
     chain = make("chain", grains=20, left="piston")
     chain.step(1e-4, left_velocity=5.0)
-    live, logged = from_component(chain).motion, from_log(chain_log).motion
+    live, logged = make_scene(chain).motion, load_scene(chain_log).motion
     np.testing.assert_array_equal(live.displacement[0], logged.displacement[-1])
     np.testing.assert_array_equal(live.colour[0], logged.colour[-1])
     np.testing.assert_array_equal(live.contact[0], chain.get("contact_force")[1:-1])
 
 
 def test_exaggeration_shows_the_wave_and_lets_no_grains_pass(chain_log):
-    motion = from_log(chain_log).motion
+    motion = load_scene(chain_log).motion
     factor = choose_exaggeration(motion.reference, motion.radius, motion.displacement)
     drawn = motion.reference[:, 0] + factor * motion.displacement[..., 0]
     overlap = motion.radius[1:] + motion.radius[:-1] - np.diff(drawn, axis=1)
@@ -78,8 +78,8 @@ def test_exaggeration_shows_the_wave_and_lets_no_grains_pass(chain_log):
 
 
 def test_colours_are_symmetric_about_white():
-    ends = colours.diverging(np.array([-2.0, 0.0, 2.0, 9.0]), 2.0)
-    assert [tuple(row) for row in ends] == [colours.rgb(name) for name in ("#2166ac", "#f7f7f7", "#b2182b", "#b2182b")]
+    ends = colours.diverging_colours(np.array([-2.0, 0.0, 2.0, 9.0]), 2.0)
+    assert [tuple(row) for row in ends] == [colours.parse_rgb(name) for name in ("#2166ac", "#f7f7f7", "#b2182b", "#b2182b")]
     assert colours.symmetric_limit([-4.91, 3.0]) == 5.0 and colours.symmetric_limit([0.0]) == 1.0
 
 
@@ -87,20 +87,20 @@ def test_figures_are_pictures_and_leave_matplotlib_alone(chain_log):
     import matplotlib
 
     before = dict(matplotlib.rcParams)
-    scene_data = from_log(chain_log)
+    scene_data = load_scene(chain_log)
     for figure in (
-        run_figures.balance(scene_data),
-        run_figures.draw_fields([as_field(scene_data.motion)], "space-time"),
+        run_figures.draw_balance(scene_data),
+        run_figures.draw_fields([to_field(scene_data.motion)], "space-time"),
     ):
-        assert drawing.png(figure).startswith(PNG)
+        assert drawing.to_png(figure).startswith(PNG)
     assert dict(matplotlib.rcParams) == before
 
 
 def test_axes_say_what_and_in_which_unit(chain_log):
-    motion = from_log(chain_log).motion
-    diagram = run_figures.draw_fields([as_field(motion)], "space-time").axes[0]
+    motion = load_scene(chain_log).motion
+    diagram = run_figures.draw_fields([to_field(motion)], "space-time").axes[0]
     assert diagram.get_xlabel() == "grain (0 is the left end)" and diagram.get_ylabel() == "time [\u00b5s]"
-    profile = run_figures.draw_fields([as_field(motion)], "profiles", times=[motion.times[-1].item()])
+    profile = run_figures.draw_fields([to_field(motion)], "profiles", times=[motion.times[-1].item()])
     assert profile.axes[0].get_title(loc="left") == "t = 100 \u00b5s"
     np.testing.assert_array_equal(profile.axes[0].lines[0].get_ydata(), motion.colour[-1])
 
@@ -156,7 +156,7 @@ def test_a_log_of_velocities_alone_is_drawn_at_the_positions_at_the_start(tmp_pa
     with record(chain, tmp_path / "v.mcap", every=1e-6, variables=["velocity"]):
         chain.step(5e-5, left_velocity=5.0)
     with open_log(tmp_path / "v.mcap") as log:
-        motion = from_log(log).motion
+        motion = load_scene(log).motion
         np.testing.assert_array_equal(motion.colour, log.series("velocity")[1])
         # Unknown displacements give no overlaps.
         assert not motion.displacement.any() and motion.contact is None
@@ -175,13 +175,13 @@ def test_failures_and_segments_stand_at_the_top_and_break_the_lines(tmp_path):
         with pytest.raises(StepError):
             chain.step(1e-3, left_velocity=1e6)
     with open_log(tmp_path / "cut.mcap") as log:
-        scene_data = from_log(log)
+        scene_data = load_scene(log)
         for drawn in (scene_data.motion, scene_data.curves["kinetic_energy"]):
             assert [drawn.ticks[cut] for cut in drawn.cuts] == [log.segments[0].end]
         html = report(log, tmp_path).read_text()
-    line = run_figures.draw_fields([as_field(scene_data.motion)], "histories", indices=[0]).axes[0].lines[0]
+    line = run_figures.draw_fields([to_field(scene_data.motion)], "histories", indices=[0]).axes[0].lines[0]
     assert np.flatnonzero(np.isnan(line.get_ydata())).tolist() == scene_data.motion.cuts.tolist()
-    energies = run_figures.balance(scene_data).axes[0].lines[0]
+    energies = run_figures.draw_balance(scene_data).axes[0].lines[0]
     assert np.isnan(energies.get_ydata()).sum() == 1
     top = html.partition("<nav>")[0]
     assert "A step failed: StepError: " in top and "The log has 2 segments" in top

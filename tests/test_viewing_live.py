@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.rerun_tools import columns
+from support.rerun_tools import read_columns
 
 from granular_env.cli import main
-from granular_env.colours import rgb
+from granular_env.colours import parse_rgb
 from granular_env.components.catalogue import make
 from granular_env.components.errors import GranularWarning
 from granular_env.domains.chain.viewing.space_time_diagram import GrowingPicture
@@ -17,8 +17,8 @@ from granular_env.viewing import LiveViewer
 from granular_env.viewing.figures.drawing import NOT_SAMPLED
 from granular_env.viewing.rerun import live
 from granular_env.viewing.rerun.live import Pace
-from granular_env.viewing.scene_builder import from_component
-from granular_env.viewing.scene_scales import enlarge_scales, scales_of
+from granular_env.viewing.scene_builder import make_scene
+from granular_env.viewing.scene_scales import enlarge_scales, make_scales
 
 pytest.importorskip("rerun", reason="the extra `view` is not installed")
 
@@ -91,7 +91,7 @@ def test_a_live_viewer_changes_no_bit_and_sends_frames(tmp_path):
         for chain in (plain, seen):
             chain.step(1e-4, left_velocity=5.0)
     assert plain.save().to_bytes() == seen.save().to_bytes()
-    found, _ = columns(tmp_path / "live.rrd")
+    found, _ = read_columns(tmp_path / "live.rrd")
     drawn = [row for row in found["scene/particles_grains"]["positions"] if row is not None]
     assert live.frames == len(drawn) >= 2 and {len(row) for row in drawn} == {60}
     assert "caption" in found and "inputs/left_velocity" in found
@@ -102,18 +102,18 @@ def test_a_live_viewer_changes_no_bit_and_sends_frames(tmp_path):
 
 def picture_of(times, end):
     """Return the x-t diagram of a chain with grain velocities of 1 m/s at each sampled time."""
-    motion = from_component(make("chain", grains=10)).motion
+    motion = make_scene(make("chain", grains=10)).motion
     growing = GrowingPicture(0.0, end)
     for time in times:
-        growing.keep(type(motion)(**{**vars(motion), "times": np.array([time]), "colour": np.ones((1, 10))}))
-    return growing.draw(motion, 2.0)
+        growing.store_frame(type(motion)(**{**vars(motion), "times": np.array([time]), "colour": np.ones((1, 10))}))
+    return growing.draw_picture(motion, 2.0)
 
 
 def sampled_part(picture, low, high):
     """Return the fraction of a time interval that is drawn in a colour of the map."""
     rows = np.rint(picture.rows(np.linspace(low, high, 200)[1:-1])).astype(int)
     column = picture.pixels[rows, int(0.5 * (picture.left + picture.right))]
-    return float((column != np.array(rgb(NOT_SAMPLED))).any(axis=1).mean())
+    return float((column != np.array(parse_rgb(NOT_SAMPLED))).any(axis=1).mean())
 
 
 def test_instants_that_were_not_sampled_are_not_drawn_as_a_chain_at_rest():
@@ -138,15 +138,15 @@ def test_live_histories_are_laid_end_to_end(tmp_path):
         oscillator.step(1.0)
         oscillator.reset(position=1.0)
         oscillator.step(0.5)
-    assert max(columns(tmp_path / "live.rrd")[0]["outputs/position"]["tick"]) == 150
+    assert max(read_columns(tmp_path / "live.rrd")[0]["outputs/position"]["tick"]) == 150
 
 
 def test_live_scales_only_grow_to_hold_what_comes():
     chain = make("chain", grains=20, left="piston")
     chain.step(5e-5, left_velocity=5.0)
-    now = from_component(chain)
-    scales = enlarge_scales(scales_of(now), now, None)
-    assert scales == scales_of(now)
+    now = make_scene(chain)
+    scales = enlarge_scales(make_scales(now), now, None)
+    assert scales == make_scales(now)
     louder = replace(now.motion, colour=3.0 * now.motion.colour)
     assert enlarge_scales(scales, replace(now, motions=(louder,)), None).colour_limit >= float(np.abs(louder.colour).max())
 

@@ -6,18 +6,18 @@ import re
 
 import numpy as np
 import pytest
-from support.rerun_tools import columns
+from support.rerun_tools import read_columns
 
 import granular_env as ge
 from granular_env.components.drawables import Cells, Links, Points
 from granular_env.components.variables import Variable
-from granular_env.recording.event_places import place_of, position_words
+from granular_env.recording.event_places import event_place, position_words
 from granular_env.viewing import LiveViewer, report, save_rrd
 from granular_env.viewing.cracks import MOST_LINES, crack_lines
 from granular_env.viewing.figures.plane import load_plane, stretch_words
 from granular_env.viewing.rerun.scene import whole_camera
-from granular_env.viewing.scene_builder import from_component, from_log
-from granular_env.viewing.scene_scales import colour_scales, scales_of
+from granular_env.viewing.scene_builder import load_scene, make_scene
+from granular_env.viewing.scene_scales import colour_scales, make_scales
 
 ROCK = {"density": 2700.0, "young": 6e10, "poisson": 0.25}
 BRITTLE = {"name": "mohr_coulomb", "cohesion": 2e6, "internal_friction": 0.4, "tensile": 1e6}
@@ -59,9 +59,9 @@ def cracking_log(tmp_path_factory):
 
 def test_a_grid_and_automata_are_drawn_side_by_side_in_the_same_colours(coupled_log, tmp_path):
     pytest.importorskip("rerun", reason="the extra `view` is not installed")
-    scene_data = from_log(coupled_log)
-    scales = scales_of(scene_data)
-    found, _ = columns(save_rrd(coupled_log, tmp_path / "scene.rrd"))
+    scene_data = load_scene(coupled_log)
+    scales = make_scales(scene_data)
+    found, _ = read_columns(save_rrd(coupled_log, tmp_path / "scene.rrd"))
     cells, nodes = next(one for one in coupled_log.drawables if isinstance(one, Cells)), scene_data.meshes[0]
     drawn = np.array([row for row in found["scene/cells_grid"]["vertex_positions"] if row is not None])
     moved = coupled_log.series("grid_displacement")[1]
@@ -83,10 +83,10 @@ def test_a_grid_alone_has_a_scene_also_while_it_runs(tmp_path):
     grid = ge.make("grid", mesh=mesh, material=ROCK, boundaries={"left": {"name": "velocity", "components": "x"}})
     with LiveViewer(grid, save=tmp_path / "live.rrd"):
         grid.step(1e-5, left_velocity=[0.5, 0.0])
-    found, _ = columns(tmp_path / "live.rrd")
+    found, _ = read_columns(tmp_path / "live.rrd")
     drawn = [row for row in found["scene/cells_grid"]["vertex_positions"] if row is not None]
     assert len(drawn) >= 2 and not any(name.startswith("scene/particles") for name in found)
-    assert np.ptp(np.array(drawn[-1]), axis=0)[0] > 0.0 and from_component(grid).motion is None
+    assert np.ptp(np.array(drawn[-1]), axis=0)[0] > 0.0 and make_scene(grid).motion is None
 
 
 def test_cells_that_never_move_are_drawn_without_a_word_on_displacements(tmp_path):
@@ -95,7 +95,7 @@ def test_cells_that_never_move_are_drawn_without_a_word_on_displacements(tmp_pat
     with ge.record(tube, tmp_path / "tube.mcap", every=2 * tube.step_size, variables=["pressure"]):
         tube.step(8 * tube.step_size)
     with ge.open_log(tmp_path / "tube.mcap") as log:
-        found, _ = columns(save_rrd(log, tmp_path / "scene.rrd"))
+        found, _ = read_columns(save_rrd(log, tmp_path / "scene.rrd"))
         page = report(log, tmp_path / "report").read_text()
     colours = [row for row in found["scene/cells_tube"]["vertex_colors"] if row is not None]
     assert len(colours) == 5 and len(colours[0]) == 4 * 50  # one colour per cell, so corners are not shared
@@ -118,7 +118,7 @@ def test_cracks_lie_across_broken_links_while_their_ends_are_near():
 
 def test_cracked_automata_have_spokes_and_cracks_and_no_links_over_them(cracking_log, tmp_path):
     pytest.importorskip("rerun", reason="the extra `view` is not installed")
-    found, _ = columns(save_rrd(cracking_log, tmp_path / "scene.rrd"))
+    found, _ = read_columns(save_rrd(cracking_log, tmp_path / "scene.rrd"))
     links = next(one for one in cracking_log.drawables if isinstance(one, Links))
     broken = np.count_nonzero(cracking_log.series("linked")[1] == 0.0, axis=1)
     cracks = [len(row) for row in found["scene/cracks_links"]["strips"] if row is not None]
@@ -129,9 +129,9 @@ def test_cracked_automata_have_spokes_and_cracks_and_no_links_over_them(cracking
     along = spokes[:, 1] - spokes[:, 0]
     np.testing.assert_allclose(np.arctan2(along[:, 1], along[:, 0]), turned, atol=1e-4)
     # The cracks are in front of the discs, on the rays from the camera to their centres.
-    scene_data = from_log(cracking_log)
-    scales = scales_of(scene_data)
-    eye = np.array(whole_camera(scene_data, scales, None).place) / scales.magnification
+    scene_data = load_scene(cracking_log)
+    scales = make_scales(scene_data)
+    eye = np.array(whole_camera(scene_data, scales, None).position) / scales.magnification
     centres = np.array(found["scene/particles_automata"]["positions"][-1])
     rays, seen = spokes[:, 0] - eye, centres - eye
     assert (rays[:, 2] - seen[:, 2] >= scene_data.motion.radius).all()
@@ -139,8 +139,8 @@ def test_cracked_automata_have_spokes_and_cracks_and_no_links_over_them(cracking
 
 
 def test_a_small_scene_is_magnified_for_the_viewer(cracking_log):
-    scene_data = from_log(cracking_log)
-    scales = scales_of(scene_data, 1.0)
+    scene_data = load_scene(cracking_log)
+    scales = make_scales(scene_data, 1.0)
     assert scales.magnification == 10.0
     camera = whole_camera(scene_data, scales, None)
     assert camera.is_above and camera.width == pytest.approx(10.5 * (scales.high[0] - scales.low[0]))
@@ -176,7 +176,7 @@ def test_the_page_has_a_film_with_events_on_its_time_axis_and_no_script(cracking
     assert float(stretched) > 1.0 and re.search(r"<legend>[^<]*Displacements drawn", page)
     heads = re.search(r"<tr>(?=<th[^>]*>time \[s\])(.*?)</tr>", page)[1]
     assert re.findall(r">([^<]+)</th>", heads) == ["time [s]", "event", "index", "value", "limit", "unit", "of", "at [m]"]
-    place = place_of(events[0].index, cracking_log.event_details[events[0].kind], cracking_log.drawables)
+    place = event_place(events[0].index, cracking_log.event_details[events[0].kind], cracking_log.drawables)
     assert f"<td>Pa</td><td>{place.elements}</td><td>{position_words(place.position)}</td>" in page
     assert all(text.replace(">", "&gt;") in page for text in cracking_log.metadata["conclusions"])
     # Numbers in a packing do not determine positions, so there is no x-t diagram unless requested.
@@ -203,7 +203,7 @@ def test_what_was_recorded_colours_what_names_another_output(tmp_path, component
     with ge.record(component, tmp_path / "one.mcap", variables=recorded):
         component.step(10 * component.step_size)
     with ge.open_log(tmp_path / "one.mcap") as log:
-        scene_data = from_log(log)
+        scene_data = load_scene(log)
         plane = load_plane(log, scene_data)
         drawn = {one.name: one.colour_variable.name for one in scene_data.motions if one.colour is not None}
         drawn |= {one.name: one.field_variable.name for one in scene_data.meshes if one.field is not None}

@@ -52,7 +52,7 @@ def served(path):
     with open_log(path) as log:
         data = viewer.scene_bytes(log)
     with RerunProcess(data=data, web=True) as process:
-        process.wait_until_it_listens()
+        process.wait_for_ports()
         yield process
 
 
@@ -65,18 +65,18 @@ def test_the_web_viewer_listens_on_this_machine_only(log_path):
     assert process.process.poll() is not None
 
 
-@pytest.mark.skipif(browser.found() is None, reason="no Chromium here: make system-packages")
+@pytest.mark.skipif(browser.find_browser() is None, reason="no Chromium here: make system-packages")
 def test_the_web_viewer_shows_the_layout_and_plays_in_a_real_browser(log_path, tmp_path):
     """The chain's pane has the full width and its dark background; the line at the present time in the x-t diagram moves."""
     with served(log_path) as process, browser.Browser() as chromium:
         chromium.call("Emulation.setDeviceMetricsOverride", width=900, height=600, deviceScaleFactor=1, mobile=False)
         light = {"name": "prefers-color-scheme", "value": "light"}
         chromium.call("Emulation.setEmulatedMedia", features=[light])
-        chromium.call("Page.navigate", url=process.page)
+        chromium.call("Page.navigate", url=process.page_url)
         rows = set()
         for _ in range(60):
             time.sleep(1.0)
-            chromium.picture(tmp_path / "page.png", whole=False)
+            chromium.take_screenshot(tmp_path / "page.png", whole=False)
             if now := row_of_now(tmp_path / "page.png"):
                 rows.add(now)
             if len(rows) > 1:

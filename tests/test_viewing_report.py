@@ -12,12 +12,12 @@ from support import browser
 from granular_env.cli import main
 from granular_env.components.catalogue import make
 from granular_env.experiments import load_experiment
-from granular_env.output_files import readable_bytes
+from granular_env.output_files import size_text
 from granular_env.recording import open_log, record
 from granular_env.viewing import plot, report
 from granular_env.viewing.recorded_fields import load_fields
-from granular_env.viewing.scene_builder import from_log
-from granular_env.viewing.unit_labels import label_with_unit, typeset
+from granular_env.viewing.scene_builder import load_scene
+from granular_env.viewing.unit_labels import label_with_unit, typeset_unit
 
 pytest.importorskip("matplotlib", reason="the extra `view` is not installed")
 
@@ -97,7 +97,7 @@ def test_the_experiment_stands_at_the_top_and_can_be_run_again(log, whole):
     lead = html.partition("<nav>")[0]
     shipped = load_experiment(SHIPPED)
     assert " ".join(shipped.description.split())[:60] in " ".join(lead.split())
-    assert f"Run report: {SHIPPED}" in lead and readable_bytes(log.path.stat().st_size) in lead
+    assert f"Run report: {SHIPPED}" in lead and size_text(log.path.stat().st_size) in lead
     assert "This page did not verify the log" in html
     # The experiment file on the page is the experiment that was run.
     from html import unescape
@@ -114,7 +114,9 @@ def test_parameters_that_were_left_to_the_chain_are_named(log, whole):
 
 
 def test_units_are_typeset():
-    assert typeset("m/s^2") == "m/s\u00b2" and typeset("N/m^1.5") == "N/m\u00b9\u00b7\u2075" and typeset("1") == ""
+    assert (
+        typeset_unit("m/s^2") == "m/s\u00b2" and typeset_unit("N/m^1.5") == "N/m\u00b9\u00b7\u2075" and typeset_unit("1") == ""
+    )
     assert label_with_unit("contact_force", "N") == "contact force [N]" and label_with_unit("tau", "1") == "tau"
 
 
@@ -144,12 +146,12 @@ def test_a_field_along_a_curve_stands_over_its_coordinate(tmp_path):
         tube.step(round(1e-4 / tube.step_size) * tube.step_size)
     with open_log(tmp_path / "x.mcap") as opened:
         field = load_fields(opened, "pressure", 100)[0]
-        np.testing.assert_allclose(field.across, 0.01 * (np.arange(40) + 0.5))
+        np.testing.assert_allclose(field.coordinates, 0.01 * (np.arange(40) + 0.5))
         assert field.ends == pytest.approx((0.0, 0.4))
         diagram = plot(opened, "pressure").axes[0]
         assert diagram.get_xlabel() == "x [m]" and diagram.get_xlim() == pytest.approx((0.0, 0.4))
         profile = plot(opened, "pressure", "profiles", times=[float(field.times[-1])]).axes[0]
-        np.testing.assert_array_equal(profile.lines[0].get_xdata(), field.across)
+        np.testing.assert_array_equal(profile.lines[0].get_xdata(), field.coordinates)
         assert plot(opened, "pressure", "histories", indices=[7]).axes[0].get_legend().get_texts()[0].get_text() == (
             "cell 7, x = 0.075 m"
         )
@@ -166,23 +168,25 @@ def test_vectors_and_a_single_gauge_have_histories(tmp_path):
         report(log, tmp_path / "chosen", variables=["displacement"])
     with open_log(tmp_path / "gas.mcap") as log:
         report(log, tmp_path / "gas")
-        assert "gauge_pressure" in from_log(log).curves
+        assert "gauge_pressure" in load_scene(log).curves
     assert {"receiver_velocity-histories.png"} == {one.name for one in (tmp_path / "grid").glob("*histories.png")}
     assert (tmp_path / "chosen" / "displacement-histories.png").exists() and (tmp_path / "gas" / "outputs.png").exists()
 
 
-@pytest.mark.skipif(browser.found() is None, reason="no Chromium here: make system-packages")
+@pytest.mark.skipif(browser.find_browser() is None, reason="no Chromium here: make system-packages")
 def test_figures_are_light_or_dark_with_the_page(log, tmp_path):
     page = report(log, tmp_path, variables=["velocity"])
     with browser.Browser() as chromium:
         for width in (1280, 390):
             for dark in (False, True):
-                chromium.open(page, width=width, dark=dark)
-                back = brightness(chromium.evaluate("getComputedStyle(document.body).backgroundColor"))
-                words = brightness(chromium.evaluate("getComputedStyle(document.querySelector('.drawing svg text')).fill"))
+                chromium.open_page(page, width=width, dark=dark)
+                back = brightness(chromium.evaluate_script("getComputedStyle(document.body).backgroundColor"))
+                words = brightness(
+                    chromium.evaluate_script("getComputedStyle(document.querySelector('.drawing svg text')).fill")
+                )
                 assert (back < 60) == dark and abs(back - words) > 120
-                assert chromium.evaluate("document.documentElement.scrollWidth") <= width
-                assert chromium.complaints() == []
+                assert chromium.evaluate_script("document.documentElement.scrollWidth") <= width
+                assert chromium.console_errors() == []
 
 
 def brightness(colour):

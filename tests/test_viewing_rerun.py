@@ -6,15 +6,15 @@ import sys
 
 import numpy as np
 import pytest
-from support.rerun_tools import columns
+from support.rerun_tools import read_columns
 
 from granular_env.components.catalogue import make
 from granular_env.components.errors import GranularError, ParameterError
 from granular_env.recording import open_log, record
 from granular_env.viewing import save_rrd, screenshot, view
-from granular_env.viewing.rerun.blueprint import blueprint
-from granular_env.viewing.scene_builder import from_log
-from granular_env.viewing.scene_scales import scales_of
+from granular_env.viewing.rerun.blueprint import make_blueprint
+from granular_env.viewing.scene_builder import load_scene
+from granular_env.viewing.scene_scales import make_scales
 
 pytest.importorskip("rerun", reason="the extra `view` is not installed")
 
@@ -33,9 +33,9 @@ def test_a_saved_scene_holds_grains_of_true_size_stretched_by_the_stated_factor(
     from rerun.chunk import RrdReader
 
     path = save_rrd(chain_log, tmp_path / "scene.rrd")
-    scene_data = from_log(chain_log)
-    motion, factor = scene_data.motion, scales_of(scene_data).exaggeration
-    found, timelines = columns(path)
+    scene_data = load_scene(chain_log)
+    motion, factor = scene_data.motion, make_scales(scene_data).exaggeration
+    found, timelines = read_columns(path)
     grains = found["scene/particles_grains"]
     radii = next(row for row in grains["radii"] if row is not None)
     np.testing.assert_array_equal(np.float32(radii), np.float32(motion.radius))
@@ -48,7 +48,7 @@ def test_a_saved_scene_holds_grains_of_true_size_stretched_by_the_stated_factor(
 
 
 def test_a_saved_scene_has_all_its_parts_and_says_what_they_are(chain_log, tmp_path):
-    found, _ = columns(save_rrd(chain_log, tmp_path / "scene.rrd"))
+    found, _ = read_columns(save_rrd(chain_log, tmp_path / "scene.rrd"))
     assert {
         "caption", "scene/profile", "scene/contacts", "closeup/grains", "closeup/grain_numbers",
         "cameras/whole", "cameras/closeup",
@@ -56,7 +56,7 @@ def test_a_saved_scene_has_all_its_parts_and_says_what_they_are(chain_log, tmp_p
         "inputs/left_velocity",
     } <= set(found)  # fmt: skip
     words = next(row for row in found["caption"]["text"] if row is not None)[0]
-    factor = scales_of(from_log(chain_log)).exaggeration
+    factor = make_scales(load_scene(chain_log)).exaggeration
     assert f"drawn {factor:g} x larger" in words and "m/s" in words and "radius 2 to 3 mm" in words
     assert r"piston \*bold\*" in words
 
@@ -66,9 +66,9 @@ def test_fields_along_a_line_are_curves_in_panes_of_their_own(tmp_path):
     with record(tube, tmp_path / "x.mcap", every=1e-5):
         tube.step(round(1e-4 / tube.step_size) * tube.step_size)
     with open_log(tmp_path / "x.mcap") as log:
-        scene_data = from_log(log)
+        scene_data = load_scene(log)
         pressure = scene_data.profiles[0]
-        found, _ = columns(save_rrd(log, tmp_path / "scene.rrd"))
+        found, _ = read_columns(save_rrd(log, tmp_path / "scene.rrd"))
     curves = np.array([row[0] for row in found["profiles/pressure/curve"]["strips"] if row is not None])
     assert curves.shape == (len(pressure.times), 40, 2)
     # Evenly spaced horizontally; pixel rows count downwards; the values are those of the log on one scale from 0.
@@ -79,12 +79,12 @@ def test_fields_along_a_line_are_curves_in_panes_of_their_own(tmp_path):
     assert "Curves along x:** pressure, velocity, temperature, progress" in words
     # Several panes share a grid; a single pane gets the full width, which a grid would not give.
     for count, kind in ((4, "Grid"), (1, "Spatial2DView")):
-        layout = blueprint(dataclasses.replace(scene_data, profiles=scene_data.profiles[:count]), None, None, 1e-4)
+        layout = make_blueprint(dataclasses.replace(scene_data, profiles=scene_data.profiles[:count]), None, None, 1e-4)
         assert type(layout.root_container.contents[0]).__name__ == kind
 
 
 def test_a_given_exaggeration_is_taken_and_a_wrong_one_refused(chain_log, tmp_path):
-    found, _ = columns(save_rrd(chain_log, tmp_path / "scene.rrd", exaggerate=7.0))
+    found, _ = read_columns(save_rrd(chain_log, tmp_path / "scene.rrd", exaggerate=7.0))
     assert "drawn 7 x larger" in next(row for row in found["caption"]["text"] if row is not None)[0]
     with pytest.raises(ParameterError, match="exaggerate"):
         save_rrd(chain_log, tmp_path / "other.rrd", exaggerate=-1.0)
@@ -96,7 +96,7 @@ def test_a_jump_of_an_input_is_drawn_as_a_jump(tmp_path):
     with record(oscillator, tmp_path / "log.mcap"):
         oscillator.step(0.1, force=0.0)
         oscillator.step(0.1, force=1.0)
-    found, _ = columns(save_rrd(open_log(tmp_path / "log.mcap"), tmp_path / "scene.rrd"))
+    found, _ = read_columns(save_rrd(open_log(tmp_path / "log.mcap"), tmp_path / "scene.rrd"))
     times = [time.value for time in found["inputs/force"]["time"]]  # ns
     course = dict(zip(times, found["inputs/force"]["scalars"], strict=True))
     assert course == {0: [0.0], 99_999_999: [0.0], 100_000_000: [1.0], 200_000_000: [1.0]}
@@ -111,7 +111,7 @@ def test_no_peak_of_an_input_of_many_steps_is_lost(tmp_path):
         for number in range(10_000):
             oscillator.step(0.01, force=peaks.get(number, float(number % 2)))
     with open_log(tmp_path / "log.mcap") as log:
-        curve = from_log(log).inputs["force"]
+        curve = load_scene(log).inputs["force"]
     assert len(curve.values) <= 4000
     assert set(peaks.values()) <= set(curve.values)
     # Between the peaks the band from 0 to 1 N is filled: each hundredth of the run contains both values.

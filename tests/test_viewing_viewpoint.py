@@ -13,11 +13,11 @@ from support.tube_tools import BODY, cracking_tube
 import granular_env as ge
 from granular_env.components.drawables import Cells, Points
 from granular_env.components.events import Event, EventDetail
-from granular_env.viewing.figures.plane import load_plane, words
-from granular_env.viewing.rerun.blueprint import blueprint
-from granular_env.viewing.rerun.caption import caption
-from granular_env.viewing.scene_builder import from_component, from_log
-from granular_env.viewing.scene_scales import scales_of
+from granular_env.viewing.figures.plane import load_plane, plane_words
+from granular_env.viewing.rerun.blueprint import make_blueprint
+from granular_env.viewing.rerun.caption import make_caption
+from granular_env.viewing.scene_builder import load_scene, make_scene
+from granular_env.viewing.scene_scales import make_scales
 from granular_env.viewing.viewpoint import USUAL, focus_normal, viewpoint
 
 AROUND, ALONG = 36, 4
@@ -121,26 +121,26 @@ def notched_log(tmp_path_factory: pytest.TempPathFactory) -> Any:
 
 
 def test_viewer_and_pictures_look_at_a_crack_behind_a_tube(notched_log: Any) -> None:
-    scene_data = from_log(notched_log)
+    scene_data = load_scene(notched_log)
     alone = load_plane(notched_log, scene_data)
     beside = load_plane(notched_log, scene_data, colour="surface_stress")
     assert alone is not None and beside is not None
     assert scene_data.viewpoint @ outwards(2.0) > 0.6
     for plane in (alone, beside):
-        assert plane.eye[:, 2] == pytest.approx(scene_data.viewpoint)
-        assert "obliquely from below, x to the left" in words(plane)
-    scales = scales_of(scene_data)
-    assert "Seen obliquely from below, x to the left" in caption(scene_data, scales, None)
+        assert plane.eye_axes[:, 2] == pytest.approx(scene_data.viewpoint)
+        assert "obliquely from below, x to the left" in plane_words(plane)
+    scales = make_scales(scene_data)
+    assert "Seen obliquely from below, x to the left" in make_caption(scene_data, scales, None)
     # Before any event, a live view uses the usual viewpoint.
-    assert from_component(cracking_tube()).focus_normal is None
+    assert make_scene(cracking_tube()).focus_normal is None
 
 
 def test_the_viewers_eye_has_all_of_the_body_in_sight(notched_log: Any) -> None:
     pytest.importorskip("rerun", reason="the extra `view` is not installed")
-    scene_data = from_log(notched_log)
-    scales = scales_of(scene_data)
+    scene_data = load_scene(notched_log)
+    scales = make_scales(scene_data)
     assert scales is not None
-    layout = blueprint(scene_data, scales, None, 1.0)
+    layout = make_blueprint(scene_data, scales, None, 1.0)
     [whole] = [pane for pane in panes(layout.root_container) if pane.name.startswith("In space")]
     eye = whole.properties["EyeControls3D"]
     position, target = (np.array(getattr(eye, name).as_arrow_array().to_pylist()[0]) for name in ("position", "look_target"))

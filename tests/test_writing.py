@@ -11,7 +11,7 @@ import pytest
 
 from granular_env.cli import main
 from granular_env.components.errors import GranularError, LogError, ParameterError
-from granular_env.output_files import replacing, write_files
+from granular_env.output_files import replace_file, write_files
 from granular_env.recording import open_log, verify
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -27,7 +27,7 @@ def log(tmp_path_factory) -> Path:
 def test_a_file_is_replaced_when_the_new_one_is_whole(tmp_path):
     target = tmp_path / "new" / "a.txt"
     for content in ("one", "two"):
-        with replacing(target) as part:
+        with replace_file(target) as part:
             part.write_text(content)
             assert not target.exists() or target.read_text() == "one"
         assert target.read_text() == content
@@ -38,11 +38,11 @@ def test_a_failure_leaves_what_stood_there_and_nothing_else(tmp_path):
     (tmp_path / "a.txt").write_text("old")
     with (
         pytest.raises(LogError, match=r"a\.txt' cannot be written: No space left"),
-        replacing(tmp_path / "a.txt", LogError) as part,
+        replace_file(tmp_path / "a.txt", LogError) as part,
     ):
         part.write_text("half of i")
         raise OSError(28, "No space left on device")
-    with pytest.raises(ZeroDivisionError), replacing(tmp_path / "a.txt"):
+    with pytest.raises(ZeroDivisionError), replace_file(tmp_path / "a.txt"):
         raise ZeroDivisionError
     assert os.listdir(tmp_path) == ["a.txt"]
     assert (tmp_path / "a.txt").read_text() == "old"

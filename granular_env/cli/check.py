@@ -11,37 +11,37 @@ from typing import Any
 import click
 
 from granular_env.cli.command import Status, command
-from granular_env.cli.kinds import kind_of
-from granular_env.cli.options import Overrides, Shipped, json_option, large_option, set_option
+from granular_env.cli.kinds import document_kind
+from granular_env.cli.options import Overrides, ShippedName, json_option, large_option, set_option
 from granular_env.components.errors import GranularWarning, MissingExtraError
-from granular_env.output_files import count_of, readable_bytes
-from granular_env.terminal_text import printable, wrap_text
+from granular_env.output_files import count_text, size_text
+from granular_env.terminal_text import printable_text, wrap_text
 
 
 @command("check")
 @click.argument(
     "file",
     help="A TOML file, a name of `granular-env list`, or a log.",
-    type=Shipped("experiments", "plans of sweeps", "studies"),
+    type=ShippedName("experiments", "plans of sweeps", "studies"),
 )
 @json_option()
 @set_option("As in run.")
 @large_option()
-def check(file: str, for_programs: bool, overrides: Overrides, allow_large: bool) -> int:
+def check(file: str, as_json: bool, overrides: Overrides, allow_large: bool) -> int:
     """Validate the file of an experiment, plan or study, or a log, without running it."""
     if Path(file).suffix == ".mcap":
-        return _check_log(file, allow_large, for_programs)
+        return _check_log(file, allow_large, as_json)
     checks = {"plans of sweeps": _check_plan, "studies": _check_study}
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", GranularWarning)
-        facts, sentence, further = checks.get(kind_of(file), _check_experiment)(file, overrides, allow_large)
+        facts, sentence, further = checks.get(document_kind(file), _check_experiment)(file, overrides, allow_large)
     notes = [*(str(warning.message) for warning in caught), *further]
-    if for_programs:
+    if as_json:
         print(json.dumps({"valid": True, **facts, "notes": notes}, indent=2))
         return Status.DONE
     for note in notes:
-        print(wrap_text(f"note: {printable(note)}"))
-    print(f"valid: {printable(sentence)}")
+        print(wrap_text(f"note: {printable_text(note)}"))
+    print(f"valid: {printable_text(sentence)}")
     return Status.DONE
 
 
@@ -52,10 +52,10 @@ Checked = tuple[dict[str, Any], str, list[str]]
 def _check_experiment(name: str, overrides: Overrides, allow_large: bool) -> Checked:
     from granular_env.experiments import load_experiment
     from granular_env.experiments.cost import cost_note
-    from granular_env.experiments.preparation import prepare
+    from granular_env.experiments.preparation import prepare_experiment
 
     experiment = load_experiment(name, overrides)
-    ready = prepare(experiment)
+    ready = prepare_experiment(experiment)
     component, ticks = ready.component, ready.ticks
     facts = {"kind": "experiment", "name": experiment.name, "component": component.name, "duration": experiment.duration}
     facts |= {"ticks": ticks, "step_size": component.step_size}
@@ -70,12 +70,12 @@ def _check_plan(name: str, overrides: Overrides, allow_large: bool) -> Checked:
     plan = check_sweep(name, overrides, allow_large=allow_large)
     facts = {"kind": "sweep", "name": plan.title, "experiment": plan.experiment, "tasks": plan.size}
     facts["measures"] = list(plan.measure)
-    counts = f"{count_of(plan.size, 'task')} of the experiment {plan.experiment}, {count_of(len(plan.measure), 'measure')}"
+    counts = f"{count_text(plan.size, 'task')} of the experiment {plan.experiment}, {count_text(len(plan.measure), 'measure')}"
     return facts, f"{plan.title}, {counts}", []
 
 
 def _check_study(name: str, overrides: Overrides, allow_large: bool) -> Checked:
-    from granular_env.control.runner import prepare
+    from granular_env.control.runner import prepare_study
     from granular_env.control.study import load_study
 
     study = load_study(name, overrides)
@@ -84,19 +84,19 @@ def _check_study(name: str, overrides: Overrides, allow_large: bool) -> Checked:
     if ":" in study.task.name:
         note = "the task is code of another package, which check does not import; `granular-env study` does"
         return facts, f"{study.name}, task {study.task.name} as far as a file can be", [note]
-    problem, shape = prepare(study)
+    problem, shape = prepare_study(study)
     for method in study.method:
         try:
             method.refuse_unless_installed()
         except MissingExtraError as error:
             notes.append(f"not here: {error}; `granular-env study {shlex.quote(name)} --only METHOD` runs chosen methods")
     facts |= {"control_steps": problem.steps, "numbers": shape.size}
-    size = f"{problem.steps} control steps, {count_of(shape.size, 'number')} to choose"
+    size = f"{problem.steps} control steps, {count_text(shape.size, 'number')} to choose"
     budget = f"{study.budget} control steps for each of {', '.join(methods)}"
     return facts, f"{study.name}, task {study.task.name} of {size}, {budget}", notes
 
 
-def _check_log(path: str, allow_large: bool, for_programs: bool) -> int:
+def _check_log(path: str, allow_large: bool, as_json: bool) -> int:
     from granular_env.recording import open_log
 
     with open_log(path, allow_large=allow_large) as log:
@@ -104,15 +104,15 @@ def _check_log(path: str, allow_large: bool, for_programs: bool) -> int:
         for name in log.variables:
             log.series(name)
         component, ticks = log.metadata["component"], log.end_tick - log.start_tick
-        if for_programs:
+        if as_json:
             facts = {"valid": True, "kind": "log", "name": path, "component": component, "complete": log.complete}
             facts |= {"duration": log.duration, "ticks": ticks, "variables": list(log.variables)}
             print(json.dumps(facts, indent=2))
         else:
             size = (
-                f"{log.duration:g} s, {count_of(log.calls, 'call')} of step, {count_of(ticks, 'tick')}, "
-                f"{count_of(len(log.variables), 'variable')}, {readable_bytes(log.size)}"
+                f"{log.duration:g} s, {count_text(log.calls, 'call')} of step, {count_text(ticks, 'tick')}, "
+                f"{count_text(len(log.variables), 'variable')}, {size_text(log.size)}"
             )
             state = "complete" if log.complete else "incomplete: `granular-env recover` makes it whole"
-            print(f"{path}: component {printable(component)}, {size}; {state}")
+            print(f"{path}: component {printable_text(component)}, {size}; {state}")
         return Status.DONE if log.complete else Status.DIFFERENT

@@ -14,23 +14,23 @@ from typing import Any
 import click
 
 from granular_env.cli.command import command
-from granular_env.cli.kinds import KINDS, kind_of
+from granular_env.cli.kinds import KINDS, document_kind
 from granular_env.cli.options import ANY_KIND, FILE, Overrides, json_option, set_option
-from granular_env.terminal_text import columns, printable, wrap_text
+from granular_env.terminal_text import align_columns, printable_text, wrap_text
 
 
 @command("list")
 @json_option()
-def list_shipped(for_programs: bool) -> int:
+def list_shipped(as_json: bool) -> int:
     """List the components, experiments, plans and studies that come with the package."""
-    from granular_env.package_contents import overview
+    from granular_env.package_contents import shipped_overview
 
-    known = overview()
-    if for_programs:
+    known = shipped_overview()
+    if as_json:
         print(json.dumps(known, indent=2))
         return 0
     for kind, entries in known.items():
-        print(f"{kind}\n{columns(entries.items())}\n")
+        print(f"{kind}\n{align_columns(entries.items())}\n")
     print(wrap_text("granular-env describe NAME tells more; granular-env run EXPERIMENT, sweep PLAN and study STUDY run one."))
     return 0
 
@@ -43,29 +43,29 @@ def list_shipped(for_programs: bool) -> int:
 )
 @json_option()
 @set_option("A parameter of a component, or an argument of an environment, such as grains=5.")
-def describe(name: str, for_programs: bool, overrides: Overrides) -> int:
+def describe(name: str, as_json: bool, overrides: Overrides) -> int:
     """Print a component's variables, an environment's spaces, or the file of an experiment, a plan or a study."""
     from granular_env.components import catalogue
-    from granular_env.domains import environments, find_environment
+    from granular_env.domains import find_environment_name, load_environments
 
-    given = _arguments(overrides)
+    given = _nested_overrides(overrides)
     if name in catalogue.component_names():
         if not overrides:
             _interpret_kernels()
         from granular_env import descriptions
 
-        facts = descriptions.component_facts if for_programs else descriptions.describe_component
+        facts = descriptions.component_facts if as_json else descriptions.describe_component
         found = facts(name, given)
-    elif (environment := find_environment(name)) is not None:
+    elif (environment := find_environment_name(name)) is not None:
         from granular_env.envs import description
 
-        facts = description.environment_facts if for_programs else description.describe_environment
+        facts = description.environment_facts if as_json else description.describe_environment
         found = facts(environment, given)
     else:
-        from granular_env.experiments.templates import template
+        from granular_env.experiments.templates import experiment_template
 
-        text = _document_text(name)[0] or template(name, others=environments())
-        found = tomllib.loads(text) if for_programs else "\n".join(map(printable, text.splitlines()))
+        text = _document_text(name)[0] or experiment_template(name, others=load_environments())
+        found = tomllib.loads(text) if as_json else "\n".join(map(printable_text, text.splitlines()))
     print(found if isinstance(found, str) else json.dumps(found, indent=2, default=str))
     return 0
 
@@ -76,7 +76,7 @@ def _interpret_kernels() -> None:
         os.environ["NUMBA_DISABLE_JIT"] = "1"
 
 
-def _arguments(overrides: Overrides) -> dict[str, Any]:
+def _nested_overrides(overrides: Overrides) -> dict[str, Any]:
     """Return what overrides set, as nested mappings; a component's parameters may be named as in a file, component.grains."""
     from granular_env.documents.overrides import set_key
 
@@ -98,15 +98,16 @@ def _arguments(overrides: Overrides) -> dict[str, Any]:
 def new(template: str, out: str | None, force: bool) -> int:
     """Write a file to start from: of an experiment, a plan of a sweep or a study, and the data files that it names."""
     _interpret_kernels()
+    from granular_env.documents import is_log
     from granular_env.experiments import templates
 
     text, runner = _document_text(template)
-    if templates.is_log(template):
-        text, runner = templates.of_log(template, out and Path(out).stem), "run"
+    if is_log(template):
+        text, runner = templates.logged_experiment(template, out and Path(out).stem), "run"
     if out is None:
-        print(text or templates.template(template), end="")
+        print(text or templates.experiment_template(template), end="")
         return 0
-    for path in templates.write(template, Path(out), force, text):
+    for path in templates.write_template(template, Path(out), force, text):
         print(f"written: {path}")
     print(f"run it with: granular-env {runner} {shlex.quote(out)}")
     return 0
@@ -114,9 +115,9 @@ def new(template: str, out: str | None, force: bool) -> int:
 
 def _document_text(name: str) -> tuple[str, str]:
     """Return the text of a plan or a study, or "", and the command that runs such a file."""
-    from granular_env.documents import find
+    from granular_env.documents import find_file
 
-    kind = kind_of(name)
+    kind = document_kind(name)
     if kind in ("plans of sweeps", "studies"):
-        return find(name, "template", kind).read_text(encoding="utf-8"), KINDS[kind].command
+        return find_file(name, "template", kind).read_text(encoding="utf-8"), KINDS[kind].command
     return "", "run"

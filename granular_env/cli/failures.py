@@ -11,17 +11,17 @@ import click
 
 from granular_env.cli.command import Status
 from granular_env.components.errors import Fault, GranularError
-from granular_env.terminal_text import printable
+from granular_env.terminal_text import printable_text
 
 
 def report_failure(command: click.Command | None, failure: BaseException) -> int:
     """Write what ended a command in words; return its exit status."""
-    message, status = _message(command, failure)
+    message, status = _failure_message(command, failure)
     if status is Status.FAULT:
         import traceback
 
         traceback.print_exception(failure)
-    lines = [printable(line) for line in message.split("\n")]
+    lines = [printable_text(line) for line in message.split("\n")]
     print(f"granular-env {command.name}: " if command else "granular-env: ", end="", file=sys.stderr)
     print("\n".join(lines), file=sys.stderr)
     discard_output()
@@ -32,14 +32,14 @@ def report_misuse(misuse: click.ClickException) -> int:
     """Write the fault in the words of a command line, with its usage; return the exit status."""
     text = io.StringIO()
     misuse.show(text)
-    print("\n".join(map(printable, text.getvalue().rstrip("\n").split("\n"))), file=sys.stderr)
+    print("\n".join(map(printable_text, text.getvalue().rstrip("\n").split("\n"))), file=sys.stderr)
     return Status.ERROR
 
 
-def _message(command: click.Command | None, failure: BaseException) -> tuple[str, Status]:
+def _failure_message(command: click.Command | None, failure: BaseException) -> tuple[str, Status]:
     match failure:
         case GranularError():
-            faults = [str(_with_option(command, fault)) for fault in failure.faults]
+            faults = [str(_name_option(command, fault)) for fault in failure.faults]
             return "\n".join([*faults, *getattr(failure, "__notes__", ())]), Status.ERROR
         case MemoryError():
             return "it asks for more memory than there is; ask for less", Status.ERROR
@@ -51,7 +51,7 @@ def _message(command: click.Command | None, failure: BaseException) -> tuple[str
     return "this is a fault of the program, not of what you gave; please report it with the lines above", Status.FAULT
 
 
-def _with_option(command: click.Command | None, fault: Fault) -> Fault:
+def _name_option(command: click.Command | None, fault: Fault) -> Fault:
     """Return a fault of an argument with the option that gave it in its place; one of a document has a source."""
     flags: dict[str | int | None, str] = {}
     for option in command.params if command else ():

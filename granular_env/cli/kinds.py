@@ -31,20 +31,20 @@ KINDS = {
 """Kind of document, as `package_contents.shipped_files` calls it -> its words, command and keys."""
 
 
-def kind_of(name: str) -> str:
+def document_kind(name: str) -> str:
     """Return the kind of a TOML file, by its keys, or of a shipped name; "" for anything else."""
-    from granular_env.documents import read
+    from granular_env.documents import read_toml
     from granular_env.package_contents import shipped_files
 
     if Path(name).suffix == ".toml" and Path(name).is_file():
-        content = read(Path(name))
+        content = read_toml(Path(name))
         return next((kind for kind, known in KINDS.items() if any(key in content for key in known.keys)), "")
     return "" if Path(name).is_file() else next((kind for kind in KINDS if name in shipped_files(kind)), "")
 
 
 def refuse_other_kinds(name: str, command: str) -> None:
     """Raise `ExperimentError` for a document that another command runs, with the name of that command."""
-    found = KINDS.get(kind_of(name))
+    found = KINDS.get(document_kind(name))
     if found is not None and found.command != command:
         hint = f"run it with: granular-env {found.command} {shlex.quote(name)}"
         raise ExperimentError(f"it is {found.words}", hint=hint, source=name)

@@ -23,8 +23,8 @@ from granular_env.cli.options import (
 )
 from granular_env.cli.run_summary import print_result, silence_own_warnings
 from granular_env.cli.runs import log_target
-from granular_env.output_files import count_of
-from granular_env.terminal_text import printable
+from granular_env.output_files import count_text
+from granular_env.terminal_text import printable_text
 
 _VERIFIED = {
     "identical": Status.DONE,
@@ -45,27 +45,27 @@ log_argument = click.argument("log", type=FILE)
 @json_option("No progress bar; print the result for programs.")
 @large_option()
 @component_option()
-def replay(log: str, verify: bool, for_programs: bool, allow_large: bool, components: dict[str, Any]) -> int:
+def replay(log: str, verify: bool, as_json: bool, allow_large: bool, components: dict[str, Any]) -> int:
     """Run a log again."""
     if verify:
-        return _verify(log, for_programs, allow_large, components)
+        return _verify_log(log, as_json, allow_large, components)
     from granular_env.log_runs import replay
 
     with silence_own_warnings():
-        result = replay(log, progress=not for_programs, allow_large=allow_large, components=components)
-    return print_result(result, for_programs=for_programs)
+        result = replay(log, progress=not as_json, allow_large=allow_large, components=components)
+    return print_result(result, as_json=as_json)
 
 
-def _verify(log: str, for_programs: bool, allow_large: bool, components: dict[str, Any]) -> int:
+def _verify_log(log: str, as_json: bool, allow_large: bool, components: dict[str, Any]) -> int:
     from granular_env.recording import verify
     from granular_env.run_loop import collect_warnings
 
     with silence_own_warnings(), collect_warnings() as warned:
-        found = verify(log, progress=not for_programs, allow_large=allow_large, components=components)
-    if for_programs:
+        found = verify(log, progress=not as_json, allow_large=allow_large, components=components)
+    if as_json:
         print(json.dumps({"outcome": found.outcome, **dataclasses.asdict(found), "warnings": warned}, indent=2))
     else:
-        print("\n".join(map(printable, [*found.message.splitlines(), *(f"note: {text}" for text in warned)])))
+        print("\n".join(map(printable_text, [*found.message.splitlines(), *(f"note: {text}" for text in warned)])))
     return _VERIFIED[found.outcome]
 
 
@@ -98,7 +98,7 @@ def branch(
     with ExitStack() as stack:
         parent = stack.enter_context(open_log(log, allow_large=allow_large, components=components))
         begun = parent.branch(at)
-        left_at = _instant(at, begun.component.time, parent.step_size)
+        left_at = _branch_time_text(at, begun.component.time, parent.step_size)
         inputs = branch_inputs(overrides, begun.component)
         stack.enter_context(silence_own_warnings())
         path, replace = stack.enter_context(log_target(out, f"{Path(log).stem}-branch", overwrite))
@@ -108,10 +108,10 @@ def branch(
     return print_result(result, quiet)
 
 
-def _instant(asked: float, found: float, step_size: float) -> str:
+def _branch_time_text(requested: float, actual: float, step_size: float) -> str:
     """Return when a log was left, in words; an instant between two ticks was moved to the nearest, which is said."""
-    between = abs(asked / step_size - round(asked / step_size)) > 1e-6
-    return f"{found:.9g} s" + (f" (the step nearest to {asked:.9g} s)" if between else "")
+    between = abs(requested / step_size - round(requested / step_size)) > 1e-6
+    return f"{actual:.9g} s" + (f" (the step nearest to {requested:.9g} s)" if between else "")
 
 
 @command("recover")
@@ -125,7 +125,7 @@ def recover(log: str, out: str, overwrite: bool, allow_large: bool) -> int:
 
     whole = recover(log, out, allow_large=allow_large, overwrite=overwrite)
     ticks = whole.end_tick - whole.start_tick
-    print(f"recovered: {out}, {whole.duration:g} s, {count_of(whole.calls, 'call')} of step, {count_of(ticks, 'tick')}")
+    print(f"recovered: {out}, {whole.duration:g} s, {count_text(whole.calls, 'call')} of step, {count_text(ticks, 'tick')}")
     lost = whole.incidents[-1]
     print(f"lost: {lost['lost']} ({lost['bytes_lost']} bytes)")
     if ticks:

@@ -19,7 +19,7 @@ FILE, FOLDER = click.Path(), click.Path(file_okay=False)
 Overrides = tuple[Override, ...]
 
 
-class Shipped(click.ParamType):
+class ShippedName(click.ParamType):
     """A name that comes with the package, of some of the kinds of `granular-env list`, or a file."""
 
     name = "name"
@@ -29,15 +29,15 @@ class Shipped(click.ParamType):
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem[str]]:
         """Complete the names, or files if no name begins so."""
-        from granular_env.package_contents import overview
+        from granular_env.package_contents import shipped_overview
 
-        known = overview()
+        known = shipped_overview()
         names = {name: line for kind in self.kinds for name, line in known[kind].items() if name.startswith(incomplete)}
         found = [CompletionItem(name, help=line) for name, line in names.items()]
         return found or [CompletionItem(incomplete, type="file")]
 
 
-ANY_KIND = Shipped("components", "experiments", "plans of sweeps", "studies")
+ANY_KIND = ShippedName("components", "experiments", "plans of sweeps", "studies")
 
 
 def set_option(text: str) -> Decorator:
@@ -73,16 +73,16 @@ def _silence_compiler(ctx: click.Context, param: click.Parameter, quiet: bool) -
 
 
 def json_option(text: str = "Print the result for programs.") -> Decorator:
-    """Let the command print JSON, as `for_programs`."""
-    return click.option("--json", "for_programs", is_flag=True, help=text)
+    """Let the command print JSON, as `as_json`."""
+    return click.option("--json", "as_json", is_flag=True, help=text)
 
 
 def output_options(product: str) -> Decorator:
-    """Let the command print less, or JSON, as `quiet` or `for_programs`."""
+    """Let the command print less, or JSON, as `quiet` or `as_json`."""
 
     def decorate(body: Body) -> Body:
         as_json = json_option("No progress bar; print the result for programs.")
-        return quiet_option(product)(as_json(exclusive("quiet", "for_programs")(body)))
+        return quiet_option(product)(as_json(exclusive_options("quiet", "as_json")(body)))
 
     return decorate
 
@@ -111,7 +111,7 @@ def _load_components(ctx: click.Context, param: click.Parameter, names: Sequence
     return {name: component_class(name) for name in names}
 
 
-def exclusive(*names: str) -> Decorator:
+def exclusive_options(*names: str) -> Decorator:
     """Refuse two of these options together."""
 
     def decorate(body: Body) -> Body:

@@ -64,7 +64,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return shell_complete(program, {}, PROGRAM, VARIABLE, instruction)
     given = list(sys.argv[1:] if arguments is None else arguments) or ["--help"]
     try:
-        return _run(given)
+        return _run_command(given)
     except click.ClickException as misuse:
         return report_misuse(misuse)
     except BrokenPipeError:  # the reader closed the pipe
@@ -74,7 +74,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return report_failure(next((program.commands[one] for one in given if one in program.commands), None), failure)
 
 
-def _run(given: list[str]) -> int:
+def _run_command(given: list[str]) -> int:
     try:
         with program.make_context(PROGRAM, given) as context:
             status = program.invoke(context)

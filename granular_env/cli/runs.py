@@ -15,16 +15,16 @@ from granular_env.cli.kinds import refuse_other_kinds
 from granular_env.cli.options import (
     FILE,
     Overrides,
-    Shipped,
+    ShippedName,
     component_option,
-    exclusive,
+    exclusive_options,
     large_option,
     output_options,
     overwrite_option,
     set_option,
 )
 from granular_env.cli.run_summary import print_result, silence_own_warnings
-from granular_env.output_files import file_name
+from granular_env.output_files import valid_file_name
 
 
 @command("run")
@@ -32,7 +32,7 @@ from granular_env.output_files import file_name
     "experiment",
     required=False,
     help="A name of `granular-env list`, or a TOML file.",
-    type=Shipped("experiments"),
+    type=ShippedName("experiments"),
 )
 @set_option("Override any key, such as component.grains=500 or start.velocity.0=3.")
 @click.option("--log", "-o", metavar="PATH", type=FILE, help="Where to record it (default: a new file in logs/).")
@@ -56,10 +56,10 @@ from granular_env.output_files import file_name
 @large_option("With --resume: lift the limits on sizes that a log may declare.")
 @component_option()
 @output_options("log")
-@exclusive("log", "no_log")
-@exclusive("resumed", "no_log")
-@exclusive("resumed", "hash_every")
-@exclusive("resumed", "live")
+@exclusive_options("log", "no_log")
+@exclusive_options("resumed", "no_log")
+@exclusive_options("resumed", "hash_every")
+@exclusive_options("resumed", "live")
 def run(
     *,
     experiment: str | None,
@@ -74,14 +74,14 @@ def run(
     allow_large: bool,
     components: dict[str, Any],
     quiet: bool,
-    for_programs: bool,
+    as_json: bool,
 ) -> int:
     """Run an experiment and record it.
 
     With --resume LOG alone the experiment is the log's; with an EXPERIMENT too, a log of another one is refused.
     """
     if resumed is not None:
-        return _resume(
+        return _resume_run(
             resumed,
             experiment=experiment,
             overrides=overrides,
@@ -90,7 +90,7 @@ def run(
             allow_large=allow_large,
             components=components,
             quiet=quiet,
-            for_programs=for_programs,
+            as_json=as_json,
         )
     if experiment is None:
         raise click.UsageError("Missing argument 'EXPERIMENT'.")
@@ -101,11 +101,11 @@ def run(
     refuse_other_kinds(experiment, "run")
     hashes = () if hash_every is None else parse_assignments([f"record.hash_every={hash_every}"])
     loaded = load_experiment(experiment, (*overrides, *hashes))
-    show = not quiet and not for_programs
+    show = not quiet and not as_json
     target = nullcontext((None, False)) if no_log else log_target(log, loaded.name, overwrite)
     with silence_own_warnings(), target as (path, replace):
         result = run(loaded, log=path, progress=show, live=live, pace=pace, overwrite=replace)
-    return print_result(result, quiet, for_programs)
+    return print_result(result, quiet, as_json)
 
 
 @contextmanager
@@ -119,7 +119,9 @@ def log_target(given: str | None, name: str, overwrite: bool) -> Iterator[tuple[
         yield Path(given), overwrite
         return
     Path("logs").mkdir(exist_ok=True)
-    path = next(path for number in count(1) if _reserve(path := Path("logs") / f"{file_name(name, 'run')}-{number}.mcap"))
+    path = next(
+        path for number in count(1) if _reserve_file(path := Path("logs") / f"{valid_file_name(name, 'run')}-{number}.mcap")
+    )
     try:
         yield path, True
     finally:
@@ -129,7 +131,7 @@ def log_target(given: str | None, name: str, overwrite: bool) -> Iterator[tuple[
                 path.parent.rmdir()
 
 
-def _reserve(path: Path) -> bool:
+def _reserve_file(path: Path) -> bool:
     """Create an empty file; return whether there was none."""
     try:
         path.touch(exist_ok=False)
@@ -138,7 +140,7 @@ def _reserve(path: Path) -> bool:
     return True
 
 
-def _resume(
+def _resume_run(
     path: str,
     *,
     experiment: str | None,
@@ -148,13 +150,13 @@ def _resume(
     allow_large: bool,
     components: dict[str, Any],
     quiet: bool,
-    for_programs: bool,
+    as_json: bool,
 ) -> int:
     from granular_env.log_runs import resume
 
     if overrides and experiment is None:
         raise click.UsageError("--set goes with an EXPERIMENT; --resume alone takes the experiment of the log as it is.")
-    show = not quiet and not for_programs
+    show = not quiet and not as_json
     with silence_own_warnings():
         result = resume(
             path,
@@ -166,4 +168,4 @@ def _resume(
             allow_large=allow_large,
             components=components,
         )
-    return print_result(result, quiet, for_programs)
+    return print_result(result, quiet, as_json)

@@ -9,10 +9,10 @@ import click
 
 from granular_env.cli.command import Status, command
 from granular_env.cli.kinds import refuse_other_kinds
-from granular_env.cli.options import FOLDER, Overrides, Shipped, quiet_option, set_option
+from granular_env.cli.options import FOLDER, Overrides, ShippedName, quiet_option, set_option
 from granular_env.cli.run_summary import silence_own_warnings
 from granular_env.components.errors import ExperimentError
-from granular_env.terminal_text import columns, table
+from granular_env.terminal_text import align_columns, align_table
 
 if TYPE_CHECKING:
     from granular_env.control.results import StudyResult
@@ -22,7 +22,9 @@ _MOST_NOTES = 3
 
 
 @command("study")
-@click.argument("study", required=False, help="A name of `granular-env study --list`, or a TOML file.", type=Shipped("studies"))
+@click.argument(
+    "study", required=False, help="A name of `granular-env study --list`, or a TOML file.", type=ShippedName("studies")
+)
 @click.option("--list", "listing", is_flag=True, help="The studies that come with the package, and the tasks.")
 @click.option("-o", "--out", metavar="FOLDER", type=FOLDER, help="Where its results go (default: studies/NAME).")
 @set_option("Override any key, such as budget=100000, task.grains=30 or method.0.population=8.")
@@ -51,7 +53,7 @@ def closing_text(result: StudyResult) -> str:
     from granular_env.control.results import FIGURE, TABLE
 
     rows = result.comparison()
-    lines = [table([[f"{cell:.6g}" if isinstance(cell, float) else str(cell) for cell in row] for row in rows])]
+    lines = [align_table([[f"{cell:.6g}" if isinstance(cell, float) else str(cell) for cell in row] for row in rows])]
     lines.append("baselines: " + ", ".join(f"{name} {score.value:.6g}" for name, score in result.baselines.items()))
     lines += [f"note: {text}" for text in result.notes[:_MOST_NOTES]]
     if result.interrupted:
@@ -61,10 +63,10 @@ def closing_text(result: StudyResult) -> str:
 
 
 def _list_studies() -> int:
-    from granular_env.control.problem import task_names
-    from granular_env.package_contents import overview
+    from granular_env.control.problem import environment_names
+    from granular_env.package_contents import shipped_overview
 
-    print(f"studies\n{columns(overview()['studies'].items())}\n")
-    print(f"tasks\n{columns(task_names().items())}\n")
+    print(f"studies\n{align_columns(shipped_overview()['studies'].items())}\n")
+    print(f"tasks\n{align_columns(environment_names().items())}\n")
     print("granular-env new STUDY -o FILE.toml writes one to start from; granular-env study FILE.toml runs it.")
     return Status.DONE

@@ -10,14 +10,14 @@ import click
 
 from granular_env.cli.command import Status, command
 from granular_env.cli.kinds import refuse_other_kinds
-from granular_env.cli.options import FOLDER, Overrides, Shipped, large_option, output_options, set_option
+from granular_env.cli.options import FOLDER, Overrides, ShippedName, large_option, output_options, set_option
 
 if TYPE_CHECKING:
     from granular_env.sweep import Sweep
 
 
 @command("sweep")
-@click.argument("plan", help="A plan of `granular-env list`, or a TOML file.", type=Shipped("plans of sweeps"))
+@click.argument("plan", help="A plan of `granular-env list`, or a TOML file.", type=ShippedName("plans of sweeps"))
 @click.option(
     "-o",
     "--out",
@@ -54,7 +54,7 @@ def sweep(
     overrides: Overrides,
     allow_large: bool,
     quiet: bool,
-    for_programs: bool,
+    as_json: bool,
 ) -> int:
     """Run an experiment at many values of its keys, into one table; tasks that have a result are not run again."""
     from granular_env.sweep import load_plan, open_sweep, run_sweep
@@ -65,7 +65,7 @@ def sweep(
     refuse_other_kinds(plan, "sweep")
     if merge:
         done = open_sweep(results_folder(load_plan(plan), out))
-        done.write()
+        done.write_csv()
     else:
         done = run_sweep(
             plan,
@@ -74,13 +74,13 @@ def sweep(
             workers=workers,
             address=address,
             overrides=overrides,
-            progress=not quiet and not for_programs,
+            progress=not quiet and not as_json,
             allow_large=allow_large,
             time_limit=time_limit,
             part=part,
         )
-    if for_programs:
-        print(json.dumps(_facts(done), indent=2))
+    if as_json:
+        print(json.dumps(_sweep_facts(done), indent=2))
     else:
         print(
             shlex.quote(str(done.folder / TABLE if part == "0/1" else done.folder))
@@ -90,7 +90,7 @@ def sweep(
     return Status.INTERRUPTED if done.interrupted else Status.DIFFERENT if done.failed else Status.DONE
 
 
-def _facts(sweep: Sweep) -> dict[str, Any]:
+def _sweep_facts(sweep: Sweep) -> dict[str, Any]:
     from granular_env.sweep.store import TABLE
 
     pending = sweep.outcomes.count("pending")

@@ -9,7 +9,7 @@ import click
 
 from granular_env.cli.command import Status, command
 from granular_env.cli.logs import log_argument
-from granular_env.cli.options import FILE, FOLDER, exclusive, large_option
+from granular_env.cli.options import FILE, FOLDER, exclusive_options, large_option
 from granular_env.components.errors import ParameterError
 
 
@@ -27,7 +27,7 @@ from granular_env.components.errors import ParameterError
 )
 @click.option("--colour", metavar="NAME", help="Colour by this recorded output, such as surface_plastic_strain.")
 @large_option()
-@exclusive("web", "save", "screenshot", "foxglove_layout")
+@exclusive_options("web", "save", "screenshot", "foxglove_layout")
 def view(
     log: str,
     web: bool,

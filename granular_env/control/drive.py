@@ -52,7 +52,7 @@ class DriveShape:
             Shape (members, steps, entries).
         """
         knots = np.clip(points, self.lowest, self.highest).reshape(len(points), self.entries, self.knots)
-        before, after, part = self._places()
+        before, after, part = self._knot_weights()
         wished = np.zeros((len(points), self.steps, self.entries))
         between = knots[:, :, before] + part * (knots[:, :, after] - knots[:, :, before])
         wished[:, : len(part)] = between.transpose(0, 2, 1)
@@ -68,7 +68,7 @@ class DriveShape:
         if self.rate is not None:
             unlimited = replace(self, rate=None)
             slopes = _limit_rate_pullback(unlimited.actions(point[None])[0], slopes, self.rate)
-        before, after, part = self._places()
+        before, after, part = self._knot_weights()
         pulled = np.zeros((self.entries, self.knots))
         for entry in range(self.entries):
             along = slopes[: len(part), entry]
@@ -76,13 +76,13 @@ class DriveShape:
             np.add.at(pulled[entry], after, part * along)
         return pulled.reshape(-1)
 
-    def fit(self, actions: FloatArray) -> FloatArray:
+    def fit_point(self, actions: FloatArray) -> FloatArray:
         """Return the point with the drive nearest to given actions, by least squares, shape (size,).
 
         Args:
             actions: shape (any number of control steps, entries); missing ones are 0.
         """
-        before, after, part = self._places()
+        before, after, part = self._knot_weights()
         wished = np.zeros((self.steps, self.entries))
         wished[: len(actions)] = actions[: self.steps]
         weights = np.zeros((len(part), self.knots))
@@ -100,7 +100,7 @@ class DriveShape:
             knots[k] = (knots[k] - side[k] * knots[k + 1]) / pivot[k]
         return np.clip(knots.T.reshape(-1), self.lowest, self.highest)
 
-    def _places(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], FloatArray]:
+    def _knot_weights(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], FloatArray]:
         """Return the knots before and after every driven step, and its position between them, 0 to 1; shape (driven,)."""
         driven = min(self.driven or self.steps, self.steps)
         step = np.arange(driven)
@@ -112,19 +112,19 @@ class DriveShape:
         return (before, before + 1, along - before)
 
 
-def _limit_rate(wished: FloatArray, rate: float) -> FloatArray:
-    followed, last = np.empty_like(wished), np.zeros((len(wished), wished.shape[2]))
-    for step in range(wished.shape[1]):
-        last = last + np.clip(wished[:, step] - last, -rate, rate)
+def _limit_rate(requested: FloatArray, rate: float) -> FloatArray:
+    followed, last = np.empty_like(requested), np.zeros((len(requested), requested.shape[2]))
+    for step in range(requested.shape[1]):
+        last = last + np.clip(requested[:, step] - last, -rate, rate)
         followed[:, step] = last
     return followed
 
 
-def _limit_rate_pullback(wished: FloatArray, slopes: FloatArray, rate: float) -> FloatArray:
+def _limit_rate_pullback(requested: FloatArray, slopes: FloatArray, rate: float) -> FloatArray:
     """Return the derivatives with respect to the requested actions; an active limit passes them to the previous action."""
-    followed = _limit_rate(wished[None], rate)[0]
-    before = np.vstack([np.zeros((1, wished.shape[1])), followed[:-1]])
-    free = np.abs(wished - before) < rate
+    followed = _limit_rate(requested[None], rate)[0]
+    before = np.vstack([np.zeros((1, requested.shape[1])), followed[:-1]])
+    free = np.abs(requested - before) < rate
     pulled, carried = np.zeros_like(slopes), np.zeros(slopes.shape[1])
     for step in reversed(range(len(slopes))):
         carried = carried + slopes[step]

@@ -16,9 +16,9 @@ import numpy.typing as npt
 
 from granular_env.components.errors import ParameterError, one_line, spelling_hint
 from granular_env.components.support.float_arrays import FloatArray
-from granular_env.domains import domain_of, environments, load
+from granular_env.domains import find_domain, import_object, load_environments
 from granular_env.envs.environment import ComponentEnv
-from granular_env.envs.factory import refuse_unknown
+from granular_env.envs.factory import refuse_unknown_arguments
 from granular_env.envs.policies import OpenLoop, Policy
 from granular_env.envs.task import RowTask
 
@@ -47,8 +47,8 @@ class Problem:
 
     def __init__(self, name: str, arguments: Mapping[str, Any], folder: Path | None = None) -> None:
         self.name, self._folder, self._arguments = name, folder, {"clock": 0, **arguments}
-        self._make = find_environment(name, folder)
-        self.env = self._make_single(**self._arguments)
+        self._make = load_environment_factory(name, folder)
+        self.env = self._make_env(**self._arguments)
         if math.isinf(self.env.deadline):
             raise ParameterError("got none", expected="a number of control steps: episodes have to end", at="deadline")
         self.steps, self.duration = int(self.env.deadline), self.env.duration
@@ -56,12 +56,12 @@ class Problem:
         rate = self.env.actuator.rate
         self.rate = None if math.isinf(rate) else float(rate)
         is_smooth = isinstance(self.env.task, RowTask)
-        self._gradients: Any = domain_of(self.env.component.name).load("gradients") if is_smooth else None
+        self._gradients: Any = find_domain(self.env.component.name).load_offer("gradients") if is_smooth else None
         self.gradient_runs = float(self._gradients.RUNS) if self._gradients is not None else 0.0
         self._batch: Any = None
 
-    def _make_single(self, **arguments: Any) -> ComponentEnv:
-        refuse_unknown(self._make, arguments)
+    def _make_env(self, **arguments: Any) -> ComponentEnv:
+        refuse_unknown_arguments(self._make, arguments)
         env = getattr(made := self._make(**arguments), "unwrapped", made)
         if not isinstance(env, ComponentEnv):
             hint = "name what returns ComponentEnv(component, task)"
@@ -73,7 +73,7 @@ class Problem:
         return Problem(self.name, {**self._arguments, **options}, self._folder)
 
     @property
-    def code(self) -> str:
+    def task_source(self) -> str:
         """The source of the module that defines the task, which determines results if it is the user's module."""
         try:
             return inspect.getsource(sys.modules[type(self.env.task).__module__])
@@ -85,19 +85,19 @@ class Problem:
     def returns(self, drives: FloatArray, seeds: Sequence[int]) -> tuple[FloatArray, npt.NDArray[np.int64]]:
         """Return mean returns over the episodes, and control steps simulated, (members,); drives (members, steps, entries)."""
         actions = np.repeat(drives, len(seeds), axis=0)
-        return self._roll_out(len(drives), seeds, lambda step, observations: actions[:, step])
+        return self._simulate_episodes(len(drives), seeds, lambda step, observations: actions[:, step])
 
     def policy_return(self, policy: Callable[[npt.NDArray[Any]], npt.NDArray[Any]], seeds: Sequence[int]) -> tuple[float, int]:
         """Return the same for a policy that maps observations (environments, size) to actions (environments, entries)."""
-        values, steps = self._roll_out(1, seeds, lambda step, observations: policy(observations))
+        values, steps = self._simulate_episodes(1, seeds, lambda step, observations: policy(observations))
         return float(values[0]), int(steps[0])
 
-    def _roll_out(
+    def _simulate_episodes(
         self, members: int, seeds: Sequence[int], act: Callable[[int, npt.NDArray[Any]], npt.NDArray[Any]]
     ) -> tuple[FloatArray, npt.NDArray[np.int64]]:
         count = members * len(seeds)
         if self._batch is None or self._batch.num_envs != count:
-            self._batch = self.vector(count)
+            self._batch = self.make_vector_env(count)
         observations, _ = self._batch.reset(seed=list(seeds) * members)
         totals, steps = np.zeros(count), np.zeros(count, dtype=np.int64)
         running = np.ones(count, dtype=bool)
@@ -112,11 +112,11 @@ class Problem:
         shape = (members, len(seeds))
         return totals.reshape(shape).mean(axis=1), np.minimum(steps, self.steps).reshape(shape).sum(axis=1)
 
-    def vector(self, count: int) -> Any:
+    def make_vector_env(self, count: int) -> Any:
         """Return `count` environments as a Gymnasium `VectorEnv` that resets in the same step."""
         from granular_env.envs import make_batch
 
-        return make_batch(self._make_single, count, autoreset_mode="SameStep", **self._arguments)
+        return make_batch(self._make_env, count, autoreset_mode="SameStep", **self._arguments)
 
     # -- single episodes --------------------------------------------------------------------------------------------------
 
@@ -124,7 +124,7 @@ class Problem:
         """Return the reference policies, which always include "nothing"."""
         return {"nothing": OpenLoop(np.zeros((self.steps, self.entries))), **self.env.task.baselines()}
 
-    def play(self, actor: Policy, seed: int, log: Path | None = None) -> tuple[float, FloatArray]:
+    def play_episode(self, actor: Policy, seed: int, log: Path | None = None) -> tuple[float, FloatArray]:
         """Play one episode in the single environment, recorded if a path is given.
 
         Returns:
@@ -159,28 +159,28 @@ class Problem:
 # -- names ----------------------------------------------------------------------------------------------------------------
 
 
-def task_names() -> dict[str, str]:
+def environment_names() -> dict[str, str]:
     """Return short name -> registered name: ``pulse-forming`` is ``granular_env/PulseForming-v1``."""
-    plain = {name: name.rpartition("/")[2].partition("-v")[0] for name in environments()}
+    plain = {name: name.rpartition("/")[2].partition("-v")[0] for name in load_environments()}
     return {re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "-", short).lower(): name for name, short in plain.items()}
 
 
-def find_environment(name: str, folder: Path | None = None) -> Callable[..., Any]:
+def load_environment_factory(name: str, folder: Path | None = None) -> Callable[..., Any]:
     """Return the factory of the single environment of a name, which may refer to user code.
 
     Raises:
         ParameterError: unknown name; the message suggests the nearest name.
     """
-    if (registered := task_names().get(name, name)) in environments():
-        return load(environments()[registered].entry_point)
+    if (registered := environment_names().get(name, name)) in load_environments():
+        return import_object(load_environments()[registered].entry_point)
     if ":" not in name:
         hint = spelling_hint(
-            name, list(task_names()), "one of your own is 'module:name' of a function that makes its environment"
+            name, list(environment_names()), "one of your own is 'module:name' of a function that makes its environment"
         )
         raise ParameterError(f"got {name!r}", expected="the name of a task", hint=hint, at="name")
     if folder is not None and str(folder) not in sys.path:
         sys.path.insert(0, str(folder))
     try:
-        return load(name)
+        return import_object(name)
     except (ImportError, AttributeError) as error:
         raise ParameterError(f"got {name!r}: {error}", expected="'module:name' of a function", at="name") from error

@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from granular_env.components.errors import ExperimentError
 from granular_env.envs.policies import Policy
-from granular_env.output_files import replacing
+from granular_env.output_files import replace_file
 
 from .problem import Problem
 from .study import Study
@@ -38,9 +38,9 @@ class Score(BaseModel):
     duration: float
 
     @classmethod
-    def of(cls, actor: Policy, problem: Problem, study: Study, log: Path | None = None) -> Self:
+    def from_episodes(cls, actor: Policy, problem: Problem, study: Study, log: Path | None = None) -> Self:
         """Play a policy in the test episodes; the first episode is recorded if a path is given."""
-        episodes = [problem.play(actor, seed, None if place else log) for place, seed in enumerate(study.test_seeds)]
+        episodes = [problem.play_episode(actor, seed, None if place else log) for place, seed in enumerate(study.test_seeds)]
         values, actions = np.array([value for value, _ in episodes]), episodes[0][1].tolist()
         return cls(value=float(values.mean()), spread=float(values.std()), actions=actions, duration=problem.duration)
 
@@ -101,7 +101,7 @@ class StudyResult:
     interrupted: bool
     notes: list[str]
 
-    def of(self, method: str) -> list[Trial]:
+    def method_trials(self, method: str) -> list[Trial]:
         """Return the trials of a method, best first."""
         return sorted((trial for trial in self.trials if trial.method == method), key=lambda trial: -trial.score.value)
 
@@ -113,14 +113,14 @@ class StudyResult:
         heads = ["method", "return (lower median)", "worst seed", "best seed", "control steps"]
         rows: list[list[object]] = [[*heads, *(f"beats {name}" for name in self.baselines)]]
         for method in dict.fromkeys(trial.method for trial in self.trials):
-            trials = self.of(method)
+            trials = self.method_trials(method)
             values = [trial.score.value for trial in trials]
             middle = statistics.median_low(values)
             beaten = ["yes" if middle > score.value else "no" for score in self.baselines.values()]
             rows.append([method, middle, values[-1], values[0], max(trial.spent for trial in trials), *beaten])
         return rows
 
-    def write(self) -> None:
+    def write_files(self) -> None:
         """Write the table (one row per trial and baseline) and the figure."""
         from .figure import draw_study
 
@@ -132,8 +132,8 @@ class StudyResult:
             writer.writerow([one.method, one.seed, score.value, score.spread, one.search_return, one.spent])
         for name, score in self.baselines.items():
             writer.writerow([f"baseline {name}", "", score.value, score.spread, "", ""])
-        with replacing(self.folder / TABLE, ExperimentError) as part:
+        with replace_file(self.folder / TABLE, ExperimentError) as part:
             part.write_text(text.getvalue())
         if self.trials:
-            with replacing(self.folder / FIGURE, ExperimentError) as part:
+            with replace_file(self.folder / FIGURE, ExperimentError) as part:
                 part.write_bytes(draw_study(self))

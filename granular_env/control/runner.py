@@ -14,7 +14,7 @@ from granular_env.components.support.validation import whole_number
 from granular_env.documents import Overrides, to_toml
 from granular_env.domains import gradient_domains
 from granular_env.optional_packages import import_optional
-from granular_env.output_files import file_name, replacing
+from granular_env.output_files import replace_file, valid_file_name
 from granular_env.progress import Bar, Progress, ProgressBars
 from granular_env.run_loop import collect_warnings
 
@@ -65,15 +65,15 @@ def run_study(
     methods = [method for method in study.method if method.label in wanted]
     for method in methods:
         method.refuse_unless_installed()
-    problem, shape = prepare(study, problem)
-    where = Path(folder) if folder is not None else Path("studies") / file_name(study.name, "study")
-    with replacing(where / "study.toml", ExperimentError) as part:
+    problem, shape = prepare_study(study, problem)
+    where = Path(folder) if folder is not None else Path("studies") / valid_file_name(study.name, "study")
+    with replace_file(where / "study.toml", ExperimentError) as part:
         part.write_text(to_toml(study.to_dict()), encoding="utf-8")
     pairs = [(method, seed) for method in methods for seed in study.seeds]
     trials, faults, interrupted = list[Trial](), list[Fault](), False
     with collect_warnings() as warned, ProgressBars(progress, study.budget * len(pairs), keep=True) as bars:
         for method, seed in pairs:
-            bar = bars.add(f"{method.label}-{seed}", study.budget)
+            bar = bars.add_bar(f"{method.label}-{seed}", study.budget)
             try:
                 trials.append(_run_trial(study, method, seed, problem, shape, where, bar))
             except GranularError as error:
@@ -81,9 +81,9 @@ def run_study(
             except KeyboardInterrupt:
                 interrupted = True
                 break
-        baselines = {name: Score.of(actor, problem, study) for name, actor in problem.baselines().items()}
+        baselines = {name: Score.from_episodes(actor, problem, study) for name, actor in problem.baselines().items()}
     result = StudyResult(study, where, trials, baselines, interrupted, warned)
-    result.write()
+    result.write_files()
     if faults:
         raise ExperimentError(*faults)
     return result
@@ -95,18 +95,18 @@ def _run_trial(
     """Return a trial, read from its file if that belongs to this study and program version."""
     name = f"{method.label}-{seed}"
     path, log = folder / "trials" / f"{name}.json", folder / "logs" / f"{name}.mcap"
-    identity = study.identity_of(method, seed, f"{code_hash()} {problem.code}")
+    identity = study.trial_identity(method, seed, f"{code_hash()} {problem.task_source}")
     known = read_trial(path, identity)
     if known is not None and log.exists():
         bar.update(study.budget, f"best {known.search_return:.6g}")
         return known
 
-    def watch(search: Search) -> None:
+    def show_search(search: Search) -> None:
         if bar.is_due():
             bar.update(search.spent, f"best {search.best_return:.6g}" if search.curve else "")
 
     shape = dataclasses.replace(shape, knots=method.knots or shape.knots)
-    search = Search(problem, shape, seed, study.search_seeds, study.budget, watch)
+    search = Search(problem, shape, seed, study.search_seeds, study.budget, show_search)
     try:
         method.run(search)
     except BudgetSpentError:
@@ -116,36 +116,36 @@ def _run_trial(
     log.parent.mkdir(parents=True, exist_ok=True)
     trial = Trial(
         identity=identity, method=method.label, seed=seed, spent=search.spent, search_return=search.best_return,
-        curve=search.curve, score=Score.of(method.actor(search), method.problem(problem), study, log),
+        curve=search.curve, score=Score.from_episodes(method.actor(search), method.adapt_problem(problem), study, log),
     )  # fmt: skip
-    with replacing(path, ExperimentError) as part:
+    with replace_file(path, ExperimentError) as part:
         part.write_text(trial.model_dump_json())
     return trial
 
 
-def prepare(study: Study, problem: Problem | None = None) -> tuple[Problem, DriveShape]:
+def prepare_study(study: Study, problem: Problem | None = None) -> tuple[Problem, DriveShape]:
     """Return the task of a study, and the map from points to drives.
 
     Raises:
         ExperimentError: the task is invalid, or the study does not fit the task.
     """
     if problem is None:
-        with study.locate("task"):
+        with study.locate_errors("task"):
             for key in {"hold", "clock"} & set(study.task.arguments):
                 raise ParameterError("it is no key of a study's task", hint="ppo and sac have keys of that name", at=key)
             path = Path(study.origin)
             problem = Problem(study.task.name, study.task.arguments, path.resolve().parent if path.is_file() else None)
     table = study.drive
-    with study.locate("drive"):
+    with study.locate_errors("drive"):
         driven = whole_number("driven", table.driven or problem.steps, 1, problem.steps)
         whole_number("knots", table.knots, 1, driven)
     for place, method in enumerate(study.method):
-        with study.locate("method", place):
+        with study.locate_errors("method", place):
             if method.needs_gradient and not problem.gradient_runs:
                 received = f"got {method.type!r}, but task {study.task.name!r} has no objective with a gradient"
                 hint = f"cma, random, ppo or sac; components with gradients: {gradient_domains()}"
                 raise ParameterError(received, expected="a method that needs none", hint=hint, at="type")
             whole_number("knots", method.knots or 1, 1, driven)
-        with study.locate():  # the budget must allow the first result of every method
-            whole_number("budget", study.budget, math.ceil(method.least_runs(problem) * problem.steps * study.episodes))
+        with study.locate_errors():  # the budget must allow the first result of every method
+            whole_number("budget", study.budget, math.ceil(method.first_result_cost(problem) * problem.steps * study.episodes))
     return problem, DriveShape(problem.steps, problem.entries, **table.model_dump(), rate=problem.rate)

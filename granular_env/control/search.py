@@ -47,10 +47,10 @@ class Search:
         seed: int,
         seeds: Sequence[int],
         budget: int,
-        watch: Callable[[Search], None] = lambda search: None,
+        on_evaluation: Callable[[Search], None] = lambda search: None,
     ) -> None:
         self.problem, self.shape, self.seed, self.seeds = problem, shape, seed, list(seeds)
-        self.budget, self._watch = budget, watch
+        self.budget, self._watch = budget, on_evaluation
         self.spent = 0
         self.best: Any = None
         self.best_return, self.curve = -math.inf, list[tuple[int, float]]()
@@ -60,16 +60,16 @@ class Search:
         """Return the remaining control steps of the budget."""
         return self.budget - self.spent
 
-    def random(self, stream: int = 0) -> np.random.Generator:
+    def random_generator(self, stream: int = 0) -> np.random.Generator:
         """Return a random generator of this trial; `stream` distinguishes several generators of a trial."""
         return np.random.default_rng([self.seed, stream])
 
-    def count(self, steps: int) -> None:
+    def count_steps(self, steps: int) -> None:
         """Count simulated control steps."""
         self.spent += steps
         self._watch(self)
 
-    def note_return(self, found: Any, value: float, steps: int) -> None:
+    def count_return(self, candidate: Any, value: float, steps: int) -> None:
         """Count the return of a point or a policy, and store it if it is the best.
 
         Raises:
@@ -77,11 +77,11 @@ class Search:
         """
         self._refuse_unless_finite("return", value)
         if value > self.best_return:
-            self.best, self.best_return = found, value
+            self.best, self.best_return = candidate, value
             self.curve.append((self.spent + steps, value))
-        self.count(steps)
+        self.count_steps(steps)
 
-    def baseline(self, name: str) -> FloatArray:
+    def baseline_point(self, name: str) -> FloatArray:
         """Return the point nearest to a baseline's actions in the first episode, shape (size,); this counts as one episode.
 
         Raises:
@@ -95,8 +95,8 @@ class Search:
             )
         if self.remaining_steps < self.problem.steps:
             raise BudgetSpentError
-        self.count(self.problem.steps)
-        return self.shape.fit(self.problem.play(known[name], self.seeds[0])[1])
+        self.count_steps(self.problem.steps)
+        return self.shape.fit_point(self.problem.play_episode(known[name], self.seeds[0])[1])
 
     def returns(self, points: FloatArray) -> FloatArray:
         """Return the returns of drives, averaged over the episodes.
@@ -116,7 +116,7 @@ class Search:
             raise BudgetSpentError
         values, steps = self.problem.returns(self.shape.actions(chosen), self.seeds)
         for point, value, spent in zip(chosen, values.tolist(), steps.tolist(), strict=True):
-            self.note_return(np.array(point), value, spent)
+            self.count_return(np.array(point), value, spent)
         if len(chosen) < len(points):
             return np.concatenate([values, self.returns(points[len(chosen) :])])  # an episode may have ended early
         return values
@@ -132,7 +132,7 @@ class Search:
             value, adjoints = _BROKEN, np.zeros((self.shape.steps, self.shape.entries))
         slopes = self.shape.pullback(point, adjoints)
         self._refuse_unless_finite("objective", value + float(np.abs(slopes).max()))
-        self.count(cost)
+        self.count_steps(cost)
         return value, slopes
 
     def _refuse_unless_finite(self, what: str, value: float) -> None:

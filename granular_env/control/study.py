@@ -23,7 +23,7 @@ from pydantic import ConfigDict, Field, model_validator
 
 from granular_env.components.errors import ParameterError, one_line
 from granular_env.components.support.serialization import canonical_json, digest
-from granular_env.documents import ByKey, Document, Overrides, Table, load
+from granular_env.documents import Document, Overrides, Table, TableChoice, load_document
 
 from .methods import AnyMethod, MethodTable
 
@@ -75,12 +75,12 @@ class Study(Document):
     test_episodes: int = Field(1, ge=0, le=100_000, description="other starts, to judge what was found; 0: the search's own")
     task: TaskTable = Field(json_schema_extra={"advice": 'give a table [task] with a name, such as name = "pulse-forming"'})
     drive: DriveTable = DriveTable()
-    method: list[Annotated[AnyMethod, ByKey("type")]] = Field(
+    method: list[Annotated[AnyMethod, TableChoice("type")]] = Field(
         min_length=1, json_schema_extra={"advice": 'give tables [[method]], each with a type, such as type = "cma"'}
     )
 
     @model_validator(mode="after")
-    def _distinct(self) -> Self:
+    def _refuse_duplicates(self) -> Self:
         labels = [method.label for method in self.method]
         if twice := sorted({label for label in labels if labels.count(label) > 1}):
             twice = ", ".join(map(repr, twice))
@@ -100,7 +100,7 @@ class Study(Document):
         """Return the seeds of the test episodes."""
         return [_TEST_SEED + place for place in range(self.test_episodes)] or self.search_seeds
 
-    def identity_of(self, method: MethodTable, seed: int, code: str) -> str:
+    def trial_identity(self, method: MethodTable, seed: int, code: str) -> str:
         """Hash everything that determines a trial: the study without its other methods and seeds, and the code."""
         content = self.to_dict()
         kept = {key: content.get(key) for key in ("budget", "episodes", "test_episodes", "task", "drive")}
@@ -111,11 +111,11 @@ Source = str | os.PathLike[str] | Mapping[str, Any] | Study
 
 
 def load_study(source: Source, overrides: Overrides = ()) -> Study:
-    """Return a study, validated as far as possible without building its environment; see `documents.load`.
+    """Return a study, validated as far as possible without building its environment; see `documents.load_document`.
 
         load_study("pulse-forming", {"budget": 5000, "task.grains": 30, "method.0.population": 8})
 
     Raises:
         ExperimentError: names file, table, key, received and expected value; for unknown keys the nearest valid key.
     """
-    return load(Study, source, overrides)
+    return load_document(Study, source, overrides)

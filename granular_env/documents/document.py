@@ -15,8 +15,8 @@ from pydantic import PrivateAttr, ValidationError
 from granular_env.components.errors import ExperimentError, Fault, GranularError, Override, StepError
 from granular_env.components.support.validation import validation_faults
 
-from .files import find, read
-from .overrides import Overrides, set_key, source_of, to_overrides
+from .files import find_file, read_toml
+from .overrides import Overrides, fault_source, set_key, to_overrides
 from .table import Table
 
 D = TypeVar("D", bound="Document")
@@ -66,14 +66,14 @@ class Document(Table):
             faults = validation_faults(error, content, cls)
         except (ValueError, TypeError, ArithmeticError, RecursionError, LookupError) as error:
             faults = [Fault(received=f"not usable: {error}")]
-        raise ExperimentError(*(replace(one, source=source_of(one.location, origin, overrides)) for one in faults))
+        raise ExperimentError(*(replace(one, source=fault_source(one.location, origin, overrides)) for one in faults))
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values for TOML, JSON and `parse`, without the defaults."""
         return self.model_dump(mode="json", by_alias=True, exclude_none=True, exclude_unset=True, serialize_as_any=True)
 
     @contextmanager
-    def locate(self, *location: str | int) -> Iterator[None]:
+    def locate_errors(self, *location: str | int) -> Iterator[None]:
         """Add the location in this document, and the override or file that contains it, to errors raised in the block.
 
         Raises:
@@ -89,10 +89,10 @@ class Document(Table):
     def locate_fault(self, fault: Fault, *location: str | int) -> Fault:
         """Return a fault with its location in this document, and the override or file that contains it."""
         placed = fault.with_outer_location(*location)
-        return replace(placed, source=source_of(placed.location, self.origin, self.overrides))
+        return replace(placed, source=fault_source(placed.location, self.origin, self.overrides))
 
 
-def load(
+def load_document(
     model: type[D],
     source: str | os.PathLike[str] | Mapping[str, Any] | D,
     overrides: Overrides = (),
@@ -115,21 +115,21 @@ def load(
             return source
         content, origin, folder, before = source.to_dict(), source.origin, source.folder, source.overrides
     elif isinstance(source, Mapping):
-        content, origin = _plain(source), model.kind
+        content, origin = _plain_value(source), model.kind
     else:
-        path = find(source, model.kind, model.shelf)
-        content, origin, folder = read(path), str(path), path.parent
+        path = find_file(source, model.kind, model.shelf)
+        content, origin, folder = read_toml(path), str(path), path.parent
     for override in changes:
-        set_key(content, replace(override, value=_plain(override.value)))
+        set_key(content, replace(override, value=_plain_value(override.value)))
     return model.parse(content, origin, folder, (*before, *changes))
 
 
-def _plain(value: Any) -> Any:
+def _plain_value(value: Any) -> Any:
     """Return a copy of a value converted to the types of a file."""
     if isinstance(value, Mapping):
-        return {str(key): _plain(part) for key, part in value.items()}
+        return {str(key): _plain_value(part) for key, part in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(part) for part in value]
+        return [_plain_value(part) for part in value]
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     return os.fspath(value) if isinstance(value, os.PathLike) else value

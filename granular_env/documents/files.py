@@ -17,7 +17,7 @@ from granular_env.package_contents import shipped_files
 _LARGEST_FILE = 16 * 2**20
 
 
-def find(source: Any, kind: str, shelf: str) -> Path:
+def find_file(source: Any, kind: str, shelf: str) -> Path:
     """Return the file for a shipped name or a path.
 
     Args:
@@ -32,7 +32,7 @@ def find(source: Any, kind: str, shelf: str) -> Path:
         raise ExperimentError(f"got {one_line(source, 60)}", expected="a name or a path", at=kind)
     path, shipped = Path(source), shipped_files(shelf)
     if os.path.isfile(path):
-        if begins_as_log(path):
+        if is_log(path):
             raise ExperimentError("this is a log", hint="try `granular-env check` or `granular-env report`", source=str(path))
         return path
     if str(source) in shipped:
@@ -42,11 +42,11 @@ def find(source: Any, kind: str, shelf: str) -> Path:
     if path.suffix == ".toml":
         hint = "paths are relative to the current folder; `granular-env list` names what is shipped"
         raise ExperimentError("there is no such file", hint=hint, source=str(path))
-    advice = nearest_names(str(source), shipped)
+    advice = nearest_name_hint(str(source), shipped)
     raise ExperimentError(f"got {one_line(str(source), 60)}", expected="a shipped one's name or a file", hint=advice, at=kind)
 
 
-def read_data(path: Path) -> bytes:
+def read_data_file(path: Path) -> bytes:
     """Return the bytes of a CSV file named in a document; `ExperimentError` if it cannot be read."""
     try:
         return read_limited_file(path, LARGEST_FILE, "thin the samples out", ExperimentError)
@@ -57,16 +57,17 @@ def read_data(path: Path) -> bytes:
         raise ExperimentError(f"the CSV file cannot be read: {error}", hint=hint, source=str(path)) from None
 
 
-def begins_as_log(path: Path) -> bool:
-    """Return whether a file starts with the signature of a log."""
+def is_log(path: str | Path) -> bool:
+    """Return whether a path is a file that starts with the signature of a log."""
     from mcap.writer import MCAP0_MAGIC
 
-    with suppress(OSError), path.open("rb") as file:
-        return file.read(len(MCAP0_MAGIC)) == MCAP0_MAGIC
+    if os.path.isfile(path):
+        with suppress(OSError), open(path, "rb") as file:
+            return file.read(len(MCAP0_MAGIC)) == MCAP0_MAGIC
     return False
 
 
-def nearest_names(name: str, known: Iterable[str]) -> str:
+def nearest_name_hint(name: str, known: Iterable[str]) -> str:
     """Return the hint for an unknown name; the last part of a name suffices: `3.4-piston` for `nesterenko-1983/3.4-piston`."""
     known_as = {one: one for one in known}
     known_as |= {one.rpartition("/")[2]: one for one in known_as}
@@ -74,7 +75,7 @@ def nearest_names(name: str, known: Iterable[str]) -> str:
     return f"did you mean {known_as[close[0]]!r}?" if close else "`granular-env list` names all"
 
 
-def read(path: Path) -> dict[str, Any]:
+def read_toml(path: Path) -> dict[str, Any]:
     """Return the content of a TOML file; `ExperimentError` with the line of a syntax error."""
     data = read_limited_file(path, _LARGEST_FILE, "put long histories into a CSV file", ExperimentError)
     try:

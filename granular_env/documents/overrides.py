@@ -36,7 +36,7 @@ def to_overrides(given: Any) -> tuple[Override, ...]:
         ExperimentError: the overrides are not a mapping.
     """
     if isinstance(given, Mapping):
-        return tuple(_override(key, value) for key, value in given.items())
+        return tuple(_make_override(key, value) for key, value in given.items())
     overrides = tuple(given) if isinstance(given, Iterable) else (given,)
     if all(isinstance(one, Override) for one in overrides):
         return overrides
@@ -53,20 +53,20 @@ def set_key(content: dict[str, Any], override: Override) -> None:
     node: Any = content
     *above, last = override.key
     for depth, part in enumerate(above):
-        node, key = _holder(node, part, depth, override)
+        node, key = _key_container(node, part, depth, override)
         if isinstance(node, dict):
             node.setdefault(key, {})
         if depth and above[0] == "component" and isinstance(node[key], str):
             node[key] = {"name": node[key]}
         node = node[key]
-    node, key = _holder(node, last, len(above), override)
+    node, key = _key_container(node, last, len(above), override)
     if isinstance(node, dict) and key.lstrip("-").isdecimal():  # a row replaces its elements
         for element in [one for one in node if one.startswith(f"{key},")]:
             del node[element]
     node[key] = override.value
 
 
-def _holder(node: Any, part: str, depth: int, override: Override) -> tuple[Any, Any]:
+def _key_container(node: Any, part: str, depth: int, override: Override) -> tuple[Any, Any]:
     """Return the table or list that contains a part of a key, and its name there; "3,1" is an element of nested lists."""
     *rows, index = part.split(",")
     if isinstance(node, dict):
@@ -77,17 +77,17 @@ def _holder(node: Any, part: str, depth: int, override: Override) -> tuple[Any, 
         node = node[_list_index(node, row, override)] if isinstance(node, list) else node
     if not isinstance(node, list):
         whole = ".".join(override.key[:depth])
-        raise _fault(override, f"{whole} is {one_line(node)}, so it has no {part!r}; set {whole} as a whole")
+        raise _override_error(override, f"{whole} is {one_line(node)}, so it has no {part!r}; set {whole} as a whole")
     return node, _list_index(node, index, override)
 
 
 def _list_index(node: list[Any], text: str, override: Override) -> int:
     if text not in map(str, range(-len(node), len(node))):
-        raise _fault(override, f"got the index {one_line(text)}, expected {-len(node)} to {len(node) - 1}")
+        raise _override_error(override, f"got the index {one_line(text)}, expected {-len(node)} to {len(node) - 1}")
     return int(text)
 
 
-def source_of(location: Sequence[str | int], origin: str, overrides: Sequence[Override]) -> str | Override:
+def fault_source(location: Sequence[str | int], origin: str, overrides: Sequence[Override]) -> str | Override:
     """Return the origin of a fault: the override that set its key, the file with relevant overrides, or the file.
 
     Relevant overrides are those of the same table and of the component, on which all other shapes and names depend.
@@ -104,24 +104,26 @@ def source_of(location: Sequence[str | int], origin: str, overrides: Sequence[Ov
 def _parse_assignment(text: str) -> Override:
     key, equals, value = (part.strip() for part in text.partition("="))
     if not equals or not key:
-        raise _fault(Override((), None, text), "expected key=value, such as component.grains=500")
+        raise _override_error(Override((), None, text), "expected key=value, such as component.grains=500")
     try:
         parsed = tomllib.loads(f"value = {value}")
     except (ValueError, RecursionError, ArithmeticError):
         parsed = {"value": value} if _BARE_WORD.fullmatch(value) else {}
     if parsed.keys() != {"value"}:
         advice = "write a number, a list, or a string in quotes"
-        raise _fault(Override((), None, text), f"{one_line(value, 60)} is no TOML value; {advice}")
-    return _override(key, parsed["value"], text)
+        raise _override_error(Override((), None, text), f"{one_line(value, 60)} is no TOML value; {advice}")
+    return _make_override(key, parsed["value"], text)
 
 
-def _override(key: Any, value: Any, text: str | None = None) -> Override:
+def _make_override(key: Any, value: Any, text: str | None = None) -> Override:
     names = [part.strip().strip("\"'") for part in key.split(".")] if isinstance(key, str) else []
     parts = tuple(part for name in names for part in _split_index(name))
     shown = toml_value(value) if isinstance(value, str | bool | float) else one_line(value)
     override = Override(parts, value, text or f"{key}={shown}")
     if not all(parts) or not parts:
-        raise _fault(override, f"got the key {one_line(key)}, expected names with dots between them, such as component.grains")
+        raise _override_error(
+            override, f"got the key {one_line(key)}, expected names with dots between them, such as component.grains"
+        )
     return override
 
 
@@ -134,5 +136,5 @@ def _split_index(name: str) -> tuple[str, ...]:
     return (element.name, index_text(element.index)) if element.index else (name,)
 
 
-def _fault(override: Override, text: str) -> ExperimentError:
+def _override_error(override: Override, text: str) -> ExperimentError:
     return ExperimentError(Fault(received=text, source=override))

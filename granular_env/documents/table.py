@@ -28,7 +28,7 @@ class Table(BaseModel):
 
     @model_validator(mode="wrap")
     @classmethod
-    def _explain(cls, given: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
+    def _translate_errors(cls, given: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
         """Convert pydantic's errors to faults, with the names of this table."""
         try:
             return handler(given)
@@ -37,8 +37,8 @@ class Table(BaseModel):
 
 
 @dataclass(frozen=True)
-class ByKey:
-    """A marker for a union of tables selected by a key: ``Annotated[Triangle | Constant, ByKey("profile")]``.
+class TableChoice:
+    """A marker for a union of tables selected by a key: ``Annotated[Triangle | Constant, TableChoice("profile")]``.
 
     Each table declares its value as a Literal of this field.
     """
@@ -47,9 +47,9 @@ class ByKey:
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         """Select the table first, so that only its faults are reported."""
-        return core_schema.no_info_plain_validator_function(lambda given: self._validate(given, get_args(source)))
+        return core_schema.no_info_plain_validator_function(lambda given: self._select_table(given, get_args(source)))
 
-    def _validate(self, given: Any, tables: tuple[type[Table], ...]) -> Table:
+    def _select_table(self, given: Any, tables: tuple[type[Table], ...]) -> Table:
         if isinstance(given, tables):
             return given
         if not isinstance(given, Mapping):

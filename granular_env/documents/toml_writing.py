@@ -10,7 +10,7 @@ from typing import Any
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 
-def rename(text: str, name: str) -> str:
+def replace_name(text: str, name: str) -> str:
     """Return the text of a TOML file with its top-level key `name` set; comments are kept."""
     return re.sub(r"^name\s*=.*$", lambda _: f"name = {toml_value(name)}", text, count=1, flags=re.MULTILINE)
 
@@ -22,7 +22,7 @@ def toml_value(value: Any) -> str:
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, Mapping):
-        return "{ " + ", ".join(_lines(value)) + " }"
+        return "{ " + ", ".join(_toml_lines(value)) + " }"
     if isinstance(value, list | tuple):
         return "[" + ", ".join(toml_value(part) for part in value if part is not None) + "]"
     return repr(value)
@@ -36,19 +36,19 @@ def to_toml(content: Mapping[str, Any]) -> str:
     own, tables = list[str](), list[str]()
     for key, value in content.items():
         if isinstance(value, Mapping):
-            tables += ["", f"[{_key(key)}]", *_lines(value)]
+            tables += ["", f"[{_toml_key(key)}]", *_toml_lines(value)]
         elif isinstance(value, list) and value and all(isinstance(part, Mapping) for part in value):
             for part in value:
-                tables += ["", f"[[{_key(key)}]]", *_lines(part)]
+                tables += ["", f"[[{_toml_key(key)}]]", *_toml_lines(part)]
         else:
-            own += _lines({key: value})
+            own += _toml_lines({key: value})
     return "\n".join([*own, *tables]) + "\n"
 
 
-def _lines(table: Mapping[str, Any]) -> list[str]:
-    return [f"{_key(key)} = {toml_value(value)}" for key, value in table.items() if value is not None]
+def _toml_lines(table: Mapping[str, Any]) -> list[str]:
+    return [f"{_toml_key(key)} = {toml_value(value)}" for key, value in table.items() if value is not None]
 
 
-def _key(key: object) -> str:
+def _toml_key(key: object) -> str:
     text = str(key)
     return text if _BARE_KEY.fullmatch(text) else json.dumps(text, ensure_ascii=False)

@@ -1,8 +1,8 @@
 """Domains, one folder for each physical system, and the table of their offers.
 
 Only domains name a physical system. The generic packages (environments, studies, sweeps, viewing) import this module but no
-domain: `domain_of` returns the offers of a component's domain. A name in the table is a module or "module:attribute", imported
-on first use. If an offer is None or absent, the generic package uses its default or reports the missing offer.
+domain: `find_domain` returns the offers of a component's domain. A name in the table is a module or "module:attribute",
+imported on first use. If an offer is None or absent, the generic package uses its default or reports the missing offer.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Domain:
             the smooth objective of a task and its derivatives with respect to the actions, for studies.
         watch: a class of observers with a `history`, constructed with the time between two frames [s].
         columns: a module with the sweep columns of this history: `MEASUREMENTS` (measurement -> column name ->
-            taken(history, which, arguments)), `UNITS` of the columns, and `function`, which returns a measurement by name.
+            taken(history, which, arguments)), `UNITS` of the columns, and `measurement_function(name)`.
         views: a subclass of `viewing.domain_views.Views`, which adds domain-specific parts to a scene.
         contacts: contacts(points, displacement, read), which returns the quantity shown at the contacts between points, see
             `chain.viewing.contact_quantity`.
@@ -54,10 +54,10 @@ class Domain:
     contacts: str | None = None
     remark: str | None = None
 
-    def load(self, offer: str) -> Any:
+    def load_offer(self, offer: str) -> Any:
         """Import and return the object that an attribute of this domain names, or None if the attribute is None."""
         name = getattr(self, offer)
-        return None if name is None else load(name)
+        return None if name is None else import_object(name)
 
 
 DOMAINS: dict[str, Domain] = {
@@ -69,7 +69,7 @@ DOMAINS: dict[str, Domain] = {
         watch="granular_env.domains.chain.measurement.observer:Watch",
         columns="granular_env.domains.chain.measurement.columns",
         views="granular_env.domains.chain.viewing.views:ChainViews",
-        contacts="granular_env.domains.chain.viewing.contact_quantity:contacts_of",
+        contacts="granular_env.domains.chain.viewing.contact_quantity:contact_quantity",
     ),
     "discs": Domain(environments="granular_env.domains.discs.tasks:ENVIRONMENTS"),
     "grid": Domain(environments="granular_env.domains.grid.tasks:ENVIRONMENTS"),
@@ -84,7 +84,7 @@ DOMAINS: dict[str, Domain] = {
 _NOTHING = Domain()
 
 
-def domain_of(component: str) -> Domain:
+def find_domain(component: str) -> Domain:
     """Return the domain of a component by the component's name, or an empty domain if it has none."""
     return DOMAINS.get(component, _NOTHING)
 
@@ -94,17 +94,17 @@ def gradient_domains() -> str:
     return ", ".join(name for name, domain in DOMAINS.items() if domain.gradients is not None)
 
 
-def find_environment(name: str) -> str | None:
+def find_environment_name(name: str) -> str | None:
     """Return the registered name of an environment, given in full or by its last part; None if it is unknown."""
-    return next((known for known in environments() if name in (known, known.rpartition("/")[2])), None)
+    return next((known for known in load_environments() if name in (known, known.rpartition("/")[2])), None)
 
 
-def environments() -> dict[str, Environment]:
+def load_environments() -> dict[str, Environment]:
     """Return all registered environments, by name."""
-    return {name: one for domain in DOMAINS.values() for name, one in (domain.load("environments") or {}).items()}
+    return {name: one for domain in DOMAINS.values() for name, one in (domain.load_offer("environments") or {}).items()}
 
 
-def load(name: str) -> Any:
+def import_object(name: str) -> Any:
     """Import and return "module:attribute" or a module."""
     module, _, attribute = name.partition(":")
     found = import_module(module)

@@ -8,12 +8,12 @@ from __future__ import annotations
 import lazy_loader
 from gymnasium.envs.registration import register, registry
 
-from ..domains import environments
+from ..domains import load_environments
 
 # The names of __init__.pyi.
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
-for _name, _one in environments().items():
+for _name, _one in load_environments().items():
     if _name not in registry:
         # No time limit, because the environment ends its episodes at its deadline.
         register(

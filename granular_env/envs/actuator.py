@@ -58,12 +58,12 @@ class Actuator:
         # Fast path for scalar inputs only.
         self._names = None if any(shape for *_, shape in self.driven) else [element.name for element, *_ in self.driven]
 
-    def begin(self, component: Component) -> FloatArray:
+    def initial_memory(self, component: Component) -> FloatArray:
         """Return the memory for the case that the start inputs had always been commanded."""
         held = [np.ravel(element.select_from(component.get(element.name))) for element, *_ in self.driven]
         return np.tile(np.concatenate(held) / self.scales, 1 + self.delay)
 
-    def act(self, actions: FloatArray, memory: FloatArray) -> FloatArray:
+    def next_memory(self, actions: FloatArray, memory: FloatArray) -> FloatArray:
         """Return the memory after a control step with given actions, shape (..., entries)."""
         commands = np.minimum(np.maximum(actions, self._low), self._high)
         if self.rate < math.inf:

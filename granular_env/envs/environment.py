@@ -15,9 +15,9 @@ from ..components.errors import ParameterError, StepError, one_line
 from ..components.support.float_arrays import FloatArray
 from ..components.support.validation import finite_number, whole_number
 from ..components.variables import parse_element
-from ..domains import domain_of
+from ..domains import find_domain
 from .actuator import Actuator
-from .randomization import Randomization, info_of_draws, redrawn
+from .randomization import Randomization, rebuild_component, sample_info
 from .sensors import Sensors
 from .state import COMMANDS, ELAPSED, RUNNING, SEED, Drawn, EnvState, Origin
 from .task import RowTask, Task
@@ -115,41 +115,41 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         self.drawn: Drawn = {}
         # State at the first save of an episode; only a start draws random numbers.
         self._origin: Origin | None = None
-        self._fit()
+        self._build_parts()
         self.clock = self.sensors.clock
         self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (self.actuator.size,), np.float32)
         self.observation_space = self.sensors.space
         self.memory: FloatArray = np.zeros(COMMANDS + self.actuator.memory_size)
-        self.bind()
+        self.bind_memory()
         self.randomization = Randomization(randomise, component)
-        for drawn in self.randomization.ends():
-            redrawn(component, drawn)
+        for drawn in self.randomization.extreme_parameters():
+            rebuild_component(component, drawn)
 
-    def _fit(self) -> None:
+    def _build_parts(self) -> None:
         """Set the parts that depend on the component and its task."""
         self.task.hold, self.task.counters = self.hold, {}
         self.actuator = Actuator(self.task, self.component, *self._acting)
         self.sensors = Sensors(self.task, self.component, *self._sensing)
         self._elements = [(name, parse_element(name)) for name in self.task.observations]
 
-    def bind(self) -> None:
+    def bind_memory(self) -> None:
         """Partition the memory, and wrap the component for a row-based task."""
         self._row, self._commands, self._bytes = self.memory[None], self.memory[COMMANDS:], self.memory.data.cast("B")
         self._rows: Any = None
         if isinstance(self.task, RowTask):
-            native = domain_of(self.component.name).load("rows")
+            native = find_domain(self.component.name).load_offer("rows")
             if native is None:
                 expected = "a Task: the component's domain has no native batch"
                 raise ParameterError(f"got {one_line(self.task)}", expected=expected, at="task")
             self._rows = native([self.component])
 
     def __getstate__(self) -> dict[str, Any]:
-        """Omit the attributes made by `bind`, because a copy has different memory."""
+        """Omit the attributes made by `bind_memory`, because a copy has different memory."""
         return {name: value for name, value in vars(self).items() if name not in ("_row", "_commands", "_bytes", "_rows")}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         vars(self).update(state)
-        self.bind()
+        self.bind_memory()
 
     # -- Gymnasium --------------------------------------------------------------------------------------------------
 
@@ -166,11 +166,11 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         if not isinstance(options or {}, Mapping):
             raise ParameterError(f"got {one_line(options)}", expected="a mapping of start values", at="options")
         super().reset(seed=seed)
-        component, task, drawn = self._redraw(self.randomization.draw(self.np_random))
-        start, given = self.randomization.add_starts(task.start(self.np_random), self.np_random), dict(options or {})
+        component, task, drawn = self._rebuild_component(self.randomization.sample_parameters(self.np_random))
+        start, given = self.randomization.add_start_values(task.start(self.np_random), self.np_random), dict(options or {})
         goal: dict[str, float] = {}
         if isinstance(task, RowTask):
-            numbers = task.given_goal(given.pop("goal")) if "goal" in given else task.goal(self.np_random)
+            numbers = task.parse_goal(given.pop("goal")) if "goal" in given else task.sample_goal(self.np_random)
             goal = dict(zip(task.goal_names, numbers, strict=True))
         number = int(self.np_random.integers(2**31))
         # Refuse invalid options before replacing anything.
@@ -182,8 +182,8 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             component.restore(snapshot)
         else:
             component.reset(seed=number, **{**start, **given})
-        self._take((component, task, drawn))
-        self._begin(number, goal)
+        self._replace_component((component, task, drawn))
+        self._begin_episode(number, goal)
         return self.observe()
 
     def step(self, action: npt.ArrayLike) -> tuple[Observation, SupportsFloat, bool, bool, dict[str, Any]]:
@@ -199,7 +199,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         inputs: dict[str, Any] = {}
         seen: dict[str, Any] = {}
         for _ in range(self.hold):
-            commands = actuator.act(wished, self._commands)
+            commands = actuator.next_memory(wished, self._commands)
             inputs = actuator.inputs(commands)
             try:
                 self.component.step(self.duration, **task.inputs(self.component, inputs))
@@ -209,12 +209,12 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
                 return observation, total + self.step_error_reward, True, False, {**info, "step_error": str(error)}
             self._commands[:] = commands
             memory[ELAPSED] += 1.0
-            seen = self._see()
+            seen = self._read_outputs()
             if self._rows is not None:
                 reward, over = task.judge_rows(self._rows, task.constants, task.counters, memory[ELAPSED])  # type: ignore
             else:
                 reward, over = task.judge(self.component, seen, self.duration)
-            self._settle_counters()
+            self._copy_counters()
             total, late = total + float(reward), bool(memory[ELAPSED] >= self.deadline)
             if over or late:
                 memory[RUNNING] = 0.0
@@ -225,17 +225,17 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
 
     def render(self) -> npt.NDArray[np.uint8] | None:  # type: ignore[override]
         """Return a picture of the present state, shape (360, 960, 3), with the marks of the task; None without a mode."""
-        from .rendering import draw
+        from .rendering import draw_state
 
         if self.render_mode is None:
             return None
-        return draw(self.component, self.task, self.task.wanted(int(self.memory[ELAPSED])))
+        return draw_state(self.component, self.task, self.task.target_profile(int(self.memory[ELAPSED])))
 
     # -- saved states -----------------------------------------------------------------------------------------------
 
     def observe(self) -> tuple[Observation, dict[str, Any]]:
         """Return the present observation and info in the form returned by `reset`, for instance after `restore`."""
-        seen = self._see()
+        seen = self._read_outputs()
         return self._observation(seen), self._info(seen, self.actuator.inputs(self._commands))
 
     def save(self) -> EnvState:
@@ -256,16 +256,16 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         if len(state.memory) != self.memory.nbytes:
             raise ParameterError("it was saved by an environment with another control_delay", at="state")
         _, random, drawn = state.origin
-        ready = self._redraw(drawn)
+        ready = self._rebuild_component(drawn)
         ready[0].restore(state.snapshot)
         if state.origin is not self._origin:
-            self._take(ready)
+            self._replace_component(ready)
             self.np_random.bit_generator.state, self._origin = random, state.origin
         self._bytes[:], self.task.counters = state.memory, dict(state.counters)
 
     # -- details ----------------------------------------------------------------------------------------------------
 
-    def _redraw(self, drawn: Drawn) -> Ready:
+    def _rebuild_component(self, drawn: Drawn) -> Ready:
         """Return the component and the task for sampled parameters."""
         if drawn == self.drawn:
             return self.component, self.task, self.drawn
@@ -279,50 +279,50 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
                 hint="reset with a seed, begin a log, and reset with the same seed",
                 at="randomise",
             )
-        component = redrawn(self.component, drawn)
+        component = rebuild_component(self.component, drawn)
         return component, self._make_task(component) if self._make_task else self.task, drawn
 
-    def _take(self, ready: Ready) -> None:
+    def _replace_component(self, ready: Ready) -> None:
         """Continue with a component of the same shape, and its task."""
         if ready[0] is not self.component:
             self.component, self.task, self.drawn = ready
-            self._fit()
-            self.bind()
+            self._build_parts()
+            self.bind_memory()
 
-    def _begin(self, seed: int, goal: Mapping[str, float]) -> None:
+    def _begin_episode(self, seed: int, goal: Mapping[str, float]) -> None:
         """Begin an episode; the component has its start state."""
         memory = self.memory
-        memory[:], self._commands[:] = 0.0, self.actuator.begin(self.component)
+        memory[:], self._commands[:] = 0.0, self.actuator.initial_memory(self.component)
         memory[RUNNING], memory[SEED], self._origin, self.task.counters = 1.0, seed, None, {}
         if isinstance(self.task, RowTask):
             self.task.counters = {**dict.fromkeys(self.task.counter_names, 0.0), **goal}
             self.task.begin_rows(self._rows, self.task.constants, self.task.counters)
         else:
-            self.task.begin(self.component, self._see())
-        self._settle_counters()
+            self.task.begin(self.component, self._read_outputs())
+        self._copy_counters()
 
-    def _settle_counters(self) -> None:
+    def _copy_counters(self) -> None:
         """Convert the task's counters to numbers, because counters of rows may be views of the component's memory."""
         self.task.counters = {name: float(value) for name, value in self.task.counters.items()}
 
-    def _see(self) -> dict[str, Any]:
+    def _read_outputs(self) -> dict[str, Any]:
         """Return new values of the task's outputs, or an empty mapping if they are not needed."""
         if self._rows is not None and self.info == "brief":
             return {}
         return {name: element.select_from(self.component.get(element.name)) for name, element in self._elements}
 
     def _observation(self, seen: Mapping[str, Any]) -> Observation:
-        def read(name: str) -> FloatArray:
+        def read_output(name: str) -> FloatArray:
             value = seen[name] if name in seen else self.component.get(name)
             return np.asarray(value, dtype=np.float64)[None]
 
         goal = [self.task.counters[name] / scale for name, scale in self.sensors.goal.items()]
-        return self.sensors.observe(read, self._row, goal)[0]
+        return self.sensors.make_observations(read_output, self._row, goal)[0]
 
     def _info(self, seen: Mapping[str, Any], inputs: Mapping[str, Any]) -> dict[str, Any]:
         shown = {} if self.info == "brief" else seen
         info = {"time": self.component.time, **shown, **inputs, **self.task.counters}
-        return info | info_of_draws(self.drawn) if self.drawn else info
+        return info | sample_info(self.drawn) if self.drawn else info
 
 
 def validate_actions(actions: npt.ArrayLike, shape: tuple[int, ...], at: str) -> FloatArray:

@@ -37,8 +37,8 @@ def environment_factory(make: Callable[Given, Env]) -> Callable[Given, Env]:
 
     @wraps(make)
     def make_checked(*arguments: Given.args, **keywords: Given.kwargs) -> Env:
-        refuse_unknown(make, keywords)
-        refuse_given_twice(keywords)
+        refuse_unknown_arguments(make, keywords)
+        refuse_repeated_parameters(keywords)
         return make(*arguments, **keywords)
 
     # Gymnasium looks for the render modes here, as on a class.
@@ -46,7 +46,7 @@ def environment_factory(make: Callable[Given, Env]) -> Callable[Given, Env]:
     return make_checked
 
 
-def refuse_unknown(make: Callable[..., Any], given: Mapping[str, Any]) -> None:
+def refuse_unknown_arguments(make: Callable[..., Any], given: Mapping[str, Any]) -> None:
     """Raise `ParameterError` for an argument that a function with declared options does not accept."""
     known: list[str] = []
     for name, parameter in inspect.signature(make).parameters.items():
@@ -66,7 +66,7 @@ def options_type(make: Callable[..., Any]) -> Any:
     return get_args(get_type_hints(make)["options"])[0]
 
 
-def refuse_given_twice(given: Mapping[str, Any]) -> None:
+def refuse_repeated_parameters(given: Mapping[str, Any]) -> None:
     """Raise `ParameterError` for component parameters that are not a mapping or duplicate arguments of the factory."""
     for component in (name for name in built_in_names() if given.get(name) is not None):
         if not isinstance(given[component], Mapping):
@@ -76,7 +76,7 @@ def refuse_given_twice(given: Mapping[str, Any]) -> None:
                 raise ParameterError(f"given twice, also as the argument {name}", at=(component, name))
 
 
-def refuse_early(deadline: int | None, least: int, duration: float, reason: str, at: str = "deadline") -> None:
+def refuse_early_deadline(deadline: int | None, least: int, duration: float, reason: str, at: str = "deadline") -> None:
     """Refuse a deadline before the earliest possible effect of the agent; None is no deadline.
 
     Args:

@@ -50,35 +50,37 @@ class Randomization:
             if name in shapes:
                 shape = shapes[name]
                 ranges = bounds if isinstance(bounds, Mapping) else {(0,) * len(shape) or None: bounds}
-                self.starts += [(name, _index(name, place, shape), _range(name, pair)) for place, pair in ranges.items()]
+                self.starts += [
+                    (name, _parse_index(name, place, shape), _parse_range(name, pair)) for place, pair in ranges.items()
+                ]
             elif name in numbers:
-                self.parameters[name] = dict(bounds) if isinstance(bounds, Mapping) else _range(name, bounds)
+                self.parameters[name] = dict(bounds) if isinstance(bounds, Mapping) else _parse_range(name, bounds)
             else:
                 hint = spelling_hint(name, [*numbers, *shapes])
                 raise ParameterError(f"{one_line(name)} is nothing that can be drawn", hint=hint, at="randomise")
 
-    def draw(self, random: Generator) -> Drawn:
+    def sample_parameters(self, random: Generator) -> Drawn:
         """Sample the parameters of an episode."""
-        return {name: self._draw_one(name, bounds, random) for name, bounds in self.parameters.items()}
+        return {name: self._sample_value(name, bounds, random) for name, bounds in self.parameters.items()}
 
-    def ends(self) -> list[Drawn]:
+    def extreme_parameters(self) -> list[Drawn]:
         """Return the parameters at the lower and at the upper ends of their ranges; empty if no parameter is sampled."""
 
-        def at(end: int, name: str, bounds: Any) -> Any:
+        def bound_value(end: int, name: str, bounds: Any) -> Any:
             if isinstance(bounds, dict):
                 return {**bounds, "seed": end}
             return int(bounds[end]) if name in self._whole else bounds[end]
 
         ends = (0, 1) if self.parameters else ()
-        return [{name: at(end, name, bounds) for name, bounds in self.parameters.items()} for end in ends]
+        return [{name: bound_value(end, name, bounds) for name, bounds in self.parameters.items()} for end in ends]
 
-    def _draw_one(self, name: str, bounds: Any, random: Generator) -> Any:
+    def _sample_value(self, name: str, bounds: Any, random: Generator) -> Any:
         if isinstance(bounds, dict):
             return {**bounds, "seed": int(random.integers(2**53))}
         low, high = bounds
         return int(random.integers(low, high + 1)) if name in self._whole else low + (high - low) * float(random.random())
 
-    def add_starts(self, start: Mapping[str, Any], random: Generator) -> dict[str, Any]:
+    def add_start_values(self, start: Mapping[str, Any], random: Generator) -> dict[str, Any]:
         """Return a task's start values updated with the sampled start values."""
         found = dict(start)
         for name, index, (low, high) in self.starts:
@@ -89,7 +91,7 @@ class Randomization:
         return found
 
 
-def redrawn(component: Component, drawn: Drawn) -> Component:
+def rebuild_component(component: Component, drawn: Drawn) -> Component:
     """Return a new component in its start state, with new values of the sampled parameters."""
     parameters: dict[str, Any] = component.parameters.model_dump()  # type: ignore[attr-defined]
     if "step_size" in parameters:
@@ -100,7 +102,7 @@ def redrawn(component: Component, drawn: Drawn) -> Component:
     return made
 
 
-def info_of_draws(drawn: Drawn) -> dict[str, float]:
+def sample_info(drawn: Drawn) -> dict[str, float]:
     """Return the entries of ``info`` for sampled parameters ("drawn_radius" and so on; for a distribution its seed)."""
     seeds = {f"drawn_{name}_seed": float(one["seed"]) for name, one in drawn.items() if isinstance(one, Mapping)}
     return seeds | {f"drawn_{name}": float(one) for name, one in drawn.items() if not isinstance(one, Mapping)}
@@ -110,14 +112,14 @@ def _state_shapes(component: Component) -> dict[str, tuple[int, ...]]:
     return {variable.name: variable.shape for variable in component.variables.values() if variable.state}
 
 
-def _index(name: str, given: Any, shape: tuple[int, ...]) -> tuple[int, ...]:
+def _parse_index(name: str, given: Any, shape: tuple[int, ...]) -> tuple[int, ...]:
     """Return a non-negative index of a state variable; empty for a scalar."""
     index = () if given is None else parse_index(given)
     check_index(("randomise", name), index, shape)
     return tuple(number % size for number, size in zip(index, shape, strict=True))
 
 
-def _range(name: str, bounds: Any) -> tuple[float, float]:
+def _parse_range(name: str, bounds: Any) -> tuple[float, float]:
     at = f"randomise.{name}"
     if not isinstance(bounds, (tuple, list)) or len(bounds) != 2:
         raise ParameterError(f"got {one_line(bounds)}", expected="(low, high)", at=at)

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image, ImageDraw
 
-from granular_env.colours import diverging
+from granular_env.colours import diverging_colours
 from granular_env.viewing.visible_drawables import visible_points
 
 from ..components.component import Component
@@ -28,13 +28,13 @@ _POINTS_ROW, _GRAPH_ROW, _GRAPH_REACH, _DOT, _LARGE_DOT = 105, 255, 72, 4.0, 12.
 _PAPER, _INK, _PALE, _ZERO = (255, 255, 255), (40, 40, 48), (205, 205, 212), "#e1e1e4"
 
 
-def draw(component: Component, task: Task, wanted: FloatArray | None = None) -> npt.NDArray[np.uint8]:
+def draw_state(component: Component, task: Task, target: FloatArray | None = None) -> npt.NDArray[np.uint8]:
     """Return a picture of the present state, shape (360, 960, 3), uint8.
 
     Args:
         component: component to draw.
         task: supplies names and scales.
-        wanted: target value of the colouring quantity of each particle; None without targets.
+        target: target value of the colouring quantity of each particle; None without targets.
     """
     image = Image.new("RGB", (WIDTH, HEIGHT), _PAPER)
     pen = ImageDraw.Draw(image)
@@ -45,16 +45,16 @@ def draw(component: Component, task: Task, wanted: FloatArray | None = None) -> 
         outputs = [(parse_element(name), scale) for name, scale in task.observations.items()]
         values = np.concatenate([np.ravel(one.select_from(component.get(one.name))) / scale for one, scale in outputs])
         columns = _MARGIN + (np.arange(len(values)) + 0.5) * (WIDTH - 2 * _MARGIN) / len(values)
-        _draw_graph(pen, columns, values, colours_of(values), _LARGE_DOT)
+        _draw_graph(pen, columns, values, value_colours(values), _LARGE_DOT)
         return np.array(image)
     is_row = points is not None and not cells and component.get(points.displacement).ndim == 1
     row = _POINTS_ROW if is_row else HEIGHT // 2 + _MARGIN // 2
     columns = _draw_bodies(pen, component, task, [] if points is None else [points], cells, row)
     if points is not None and is_row:
-        values = _scaled(component, task, points.colour, component.get(points.colour))
-        _draw_graph(pen, columns, values, colours_of(values), _DOT)
-        if wanted is not None:
-            _draw_graph(pen, columns, _scaled(component, task, points.colour, wanted), [_INK] * len(columns), 0.5 * _DOT)
+        values = _scale_values(component, task, points.colour, component.get(points.colour))
+        _draw_graph(pen, columns, values, value_colours(values), _DOT)
+        if target is not None:
+            _draw_graph(pen, columns, _scale_values(component, task, points.colour, target), [_INK] * len(columns), 0.5 * _DOT)
     return np.array(image)
 
 
@@ -80,24 +80,29 @@ def _draw_bodies(
     pixels = float(((WIDTH - 2 * _MARGIN, HEIGHT - 2 * _MARGIN) / extent[: len(low)]).min())
     columns = np.zeros(0)
 
-    def places(rest: FloatArray, displacement: str) -> FloatArray:
+    def pixel_positions(rest: FloatArray, displacement: str) -> FloatArray:
         moved = component.get(displacement) if displacement else np.zeros_like(rest)
         shift = moved[:, :2] if moved.ndim == 2 else np.stack([moved, np.zeros_like(moved)], axis=1)
         return (WIDTH / 2, row) + (rest[:, :2] + shift - 0.5 * (low + high)) * (pixels, -pixels)
 
     for one in cells:
-        nodes, values = places(one.nodes, one.displacement), _scaled(component, task, one.field, component.get(one.field))
+        nodes, values = (
+            pixel_positions(one.nodes, one.displacement),
+            _scale_values(component, task, one.field, component.get(one.field)),
+        )
         whole = values if len(values) == len(one.connectivity) else values[one.connectivity].mean(axis=1)
-        for corner, colour in zip(nodes[one.connectivity], colours_of(whole), strict=True):
+        for corner, colour in zip(nodes[one.connectivity], value_colours(whole), strict=True):
             pen.polygon([tuple(place) for place in corner.tolist()], colour)
     for one in points:
-        values = _scaled(component, task, one.colour, component.get(one.colour)) if one.colour else np.zeros(len(one.radius))
-        _draw_discs(pen, places(one.reference, one.displacement), one.radius * pixels, colours_of(values))
-        columns = places(one.reference, "")[:, 0]
+        values = (
+            _scale_values(component, task, one.colour, component.get(one.colour)) if one.colour else np.zeros(len(one.radius))
+        )
+        _draw_discs(pen, pixel_positions(one.reference, one.displacement), one.radius * pixels, value_colours(values))
+        columns = pixel_positions(one.reference, "")[:, 0]
     return columns
 
 
-def _scaled(component: Component, task: Task, name: str, values: FloatArray) -> FloatArray:
+def _scale_values(component: Component, task: Task, name: str, values: FloatArray) -> FloatArray:
     """Return values in units of the task's scale of an output or, if it is not observed, of its largest magnitude."""
     return values / (task.observations.get(name) or float(np.abs(component.get(name)).max()) or 1.0)
 
@@ -120,8 +125,8 @@ def _draw_discs(pen: ImageDraw.ImageDraw, places: FloatArray, radii: FloatArray,
         pen.ellipse(box, colour, tuple(channel // 2 for channel in colour))
 
 
-def colours_of(values: FloatArray) -> list[Colour]:
+def value_colours(values: FloatArray) -> list[Colour]:
     """Return blue at -1, grey at 0, red at 1."""
     # The root makes weak motion visible.
     strength = np.sign(values) * np.sqrt(np.clip(np.abs(values), 0.0, 1.0))
-    return [tuple(colour) for colour in diverging(strength, 1.0, _ZERO).tolist()]
+    return [tuple(colour) for colour in diverging_colours(strength, 1.0, _ZERO).tolist()]

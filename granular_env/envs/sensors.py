@@ -60,7 +60,7 @@ class Sensors:
             raise ParameterError(f"got {clock}, but there is no deadline that it could tell", hint=hint, at="clock")
         self.readings: list[tuple[str, Any, slice, float]] = []
         self.size = 0
-        for name, index, scale in _choose(observe, component, task):
+        for name, index, scale in _observed_elements(observe, component, task):
             shape = component.variables[name].shape
             count = math.prod(np.empty(shape, np.bool_)[index].shape if index is not None else shape)
             self.readings.append((name, index, slice(self.size, self.size + count), scale))
@@ -70,7 +70,9 @@ class Sensors:
         high = np.append(high, np.ones(self.clock, np.float32))
         self.space = gymnasium.spaces.Box(-high, high, dtype=np.float32)
 
-    def observe(self, read: Callable[[str], Any], memories: FloatArray, goals: npt.ArrayLike) -> npt.NDArray[np.float32]:
+    def make_observations(
+        self, read: Callable[[str], Any], memories: FloatArray, goals: npt.ArrayLike
+    ) -> npt.NDArray[np.float32]:
         """Return observations, one row per environment.
 
         Args:
@@ -83,18 +85,18 @@ class Sensors:
         for name, index, place, scale in self.readings:
             value = read(name)
             chosen = value if index is None else value[:, *index]
-            _scale(chosen if chosen.ndim == 2 else chosen.reshape(len(seen), -1), 1.0 / scale, limit, seen[:, place])
+            _scale_readings(chosen if chosen.ndim == 2 else chosen.reshape(len(seen), -1), 1.0 / scale, limit, seen[:, place])
         if self.noise:
             seeds, elapsed = memories[:, SEED].astype(np.int64), memories[:, ELAPSED].astype(np.int64)
             _blur(seen[:, : self.size], self.noise, self.limit, seeds, elapsed)
         if self.goal:
             seen[:, self.size : self.size + len(self.goal)] = np.clip(goals, -self.limit, self.limit)
         if self.clock:
-            _show_clocks(memories[:, ELAPSED], self.deadline, seen[:, -self.clock :])
+            _write_clocks(memories[:, ELAPSED], self.deadline, seen[:, -self.clock :])
         return seen
 
 
-def _choose(observe: Any, component: Component, task: Task) -> Iterator[tuple[str, Any, float]]:
+def _observed_elements(observe: Any, component: Component, task: Task) -> Iterator[tuple[str, Any, float]]:
     """Yield name, index and scale of the observed outputs."""
     own = element_scales("observations", task.observations, component, "output")
     if isinstance(observe, str) and observe == "full":
@@ -126,7 +128,7 @@ def _choose(observe: Any, component: Component, task: Task) -> Iterator[tuple[st
 
 
 @jit
-def _scale(values, factor, limit, out):
+def _scale_readings(values, factor, limit, out):
     for row in range(out.shape[0]):
         for i in range(out.shape[1]):
             x = values[row, i] * factor
@@ -134,7 +136,7 @@ def _scale(values, factor, limit, out):
             out[row, i] = -limit if x < -limit else x
 
 
-def _blur_rows(readings, noise, limit, seeds, elapsed):
+def _add_noise(readings, noise, limit, seeds, elapsed):
     """Add noise (a function of episode seed, control step and reading) to readings, and clip them."""
     for k in range(readings.shape[0]):
         key = stream_key(seeds[k], elapsed[k])
@@ -143,11 +145,11 @@ def _blur_rows(readings, noise, limit, seeds, elapsed):
 
 
 # With the JIT off, NumPy scalars would warn about the overflowing products of the noise.
-_blur = jit(_blur_rows) if JIT else np.errstate(over="ignore")(_blur_rows)
+_blur = jit(_add_noise) if JIT else np.errstate(over="ignore")(_add_noise)
 
 
 @jit
-def _show_clocks(elapsed, steps, out):
+def _write_clocks(elapsed, steps, out):
     """Write cos(pi k elapsed / steps), k = 1, 2, ...; without the time an agent cannot know a deadline (Pardo et al. 2018)."""
     # cos((k + 1) x) = 2 cos(x) cos(k x) - cos((k - 1) x) needs only one cosine; accurate to 1e-14.
     for row in range(out.shape[0]):

@@ -80,7 +80,7 @@ class Task:
             hint=f"use a method that needs none; components with gradients: {gradient_domains()}",
         )
 
-    def wanted(self, elapsed: int) -> FloatArray | None:
+    def target_profile(self, elapsed: int) -> FloatArray | None:
         """Return the wanted value of each particle's coloured quantity after `elapsed` control steps, for pictures, or None."""
         return None
 
@@ -119,12 +119,12 @@ class RowTask(Task):
         """Return the rewards of a control step, and a mask of the episodes that have reached their end (False for none)."""
         raise NotImplementedError(f"task {self.name!r} has no judge_rows")
 
-    def goal(self, random: Generator) -> FloatArray:
+    def sample_goal(self, random: Generator) -> FloatArray:
         """Return the goal of an episode, one number per entry of `goal_scales`; sampled after `start`."""
         return np.zeros(0)
 
-    def given_goal(self, given: Any) -> FloatArray:
-        """Return the goal given to `reset(options={"goal": ...})`, in the form of `goal`.
+    def parse_goal(self, given: Any) -> FloatArray:
+        """Return the goal given to `reset(options={"goal": ...})`, in the form of `sample_goal`.
 
         Raises:
             ParameterError: not a valid goal, or the task has no goal.

@@ -14,9 +14,9 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from ..components.errors import ParameterError, one_line
 from ..components.support.validation import whole_number
 from ..components.variables import parse_element
-from ..domains import domain_of, environments, load
+from ..domains import find_domain, import_object, load_environments
 from .environment import ComponentEnv, validate_actions
-from .randomization import info_of_draws
+from .randomization import sample_info
 from .state import COMMANDS, ELAPSED, RUNNING, EnvState
 from .task import RowTask, stack_constants
 
@@ -71,59 +71,61 @@ class ComponentVectorEnv(SyncVectorEnv):
         make_more = partial(copy.deepcopy, environment)
         super().__init__([lambda: environment, *[make_more] * (num_envs - 1)], autoreset_mode=autoreset_mode)
         self.env_fns = ()
-        self._gather()
+        self._gather_memories()
 
-    def _gather(self) -> None:
+    def _gather_memories(self) -> None:
         """Move the memories of the environments and their components into arrays of the batch."""
         first = self.envs[0]
         self._task = cast(RowTask, copy.copy(first.task))
         self._memories = np.stack([one.memory for one in self.envs])
         self._commands = self._memories[:, COMMANDS:]
         self._counters: dict[str, Any] = {name: np.zeros(self.num_envs) for name in self._task.counter_names}
-        self._rows: Any = domain_of(first.component.name).load("rows")([one.component for one in self.envs], together=True)
+        self._rows: Any = find_domain(first.component.name).load_offer("rows")(
+            [one.component for one in self.envs], together=True
+        )
         for k, one in enumerate(self.envs):
             one.memory, one.component = self._memories[k], self._rows.components[k]
-            one.bind()
-        self._stack()
-        self._take_back()
+            one.bind_memory()
+        self._stack_constants()
+        self._update_batch()
 
-    def _stack(self) -> None:
+    def _stack_constants(self) -> None:
         """Stack the component-dependent constants of the tasks."""
         tasks = [cast(RowTask, one.task) for one in self.envs]
         self._constants = stack_constants([task.constants for task in tasks])
         self._goal_scales = np.array([task.goal_scales for task in tasks], dtype=np.float64)
 
-    def _hand_out(self, numbers: Iterable[int] | None = None) -> list[ComponentEnv]:
+    def _update_environments(self, numbers: Iterable[int] | None = None) -> list[ComponentEnv]:
         """Return environments updated to the state of the batch, all by default."""
         chosen = range(self.num_envs) if numbers is None else list(numbers)
         for k in chosen:
-            self._rows.hand_out(k)
+            self._rows.update_chain(k)
             self.envs[k].task.counters = {name: column[k].item() for name, column in self._counters.items()}
         return [self.envs[k] for k in chosen]
 
-    def _take_back(self, numbers: Iterable[int] | None = None) -> None:
+    def _update_batch(self, numbers: Iterable[int] | None = None) -> None:
         """Update the batch from the states of single environments, all by default; their components may have changed."""
         is_redrawn = False
         for k in range(self.num_envs) if numbers is None else numbers:
             one = self.envs[k]
             if one.component is not self._rows.components[k]:
-                one.component, is_redrawn = self._rows.adopt(k, one.component), True
-                one.bind()
-            self._rows.take_back(k)
+                one.component, is_redrawn = self._rows.replace_chain(k, one.component), True
+                one.bind_memory()
+            self._rows.update_batch(k)
             for name, value in one.task.counters.items():
                 self._counters[name][k] = value
         if is_redrawn:
-            self._stack()
+            self._stack_constants()
 
     def __getstate__(self) -> dict[str, Any]:
-        """Keep the single environments, from which `_gather` rebuilds the rest."""
-        self._hand_out()
+        """Keep the single environments, from which `_gather_memories` rebuilds the rest."""
+        self._update_environments()
         made = ("_task", "_memories", "_commands", "_counters", "_rows", "_constants", "_goal_scales")
         return {name: value for name, value in vars(self).items() if name not in made}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         vars(self).update(state)
-        self._gather()
+        self._gather_memories()
 
     # -- Gymnasium --------------------------------------------------------------------------------------------------
 
@@ -134,10 +136,10 @@ class ComponentVectorEnv(SyncVectorEnv):
             seed: environment i gets seed + i, or entry i of a list.
             options: as for the single environment.
         """
-        self._hand_out()
+        self._update_environments()
         _, infos = super().reset(seed=seed, options=options)
-        self._take_back()
-        return self._observations_now(), infos
+        self._update_batch()
+        return self._present_observations(), infos
 
     def step(self, actions: npt.ArrayLike) -> tuple[npt.NDArray[np.float32], np.ndarray, np.ndarray, np.ndarray, Infos]:  # type: ignore[override]
         """Advance all environments by one action; ended environments are treated according to `autoreset_mode`.
@@ -151,30 +153,32 @@ class ComponentVectorEnv(SyncVectorEnv):
         if over := np.flatnonzero(~moving & ~begin).tolist():
             came = f"the episodes of environments {one_line(over)} are over or have not begun"
             raise ParameterError(came, hint="reset them first", at="step")
-        rewards, terminated, truncated, errors = self._advance(wished, moving)
+        rewards, terminated, truncated, errors = self._advance_environments(wished, moving)
         self._autoreset_envs = terminated | truncated
-        observations, infos = self._observations_now(), Infos()
+        observations, infos = self._present_observations(), Infos()
         if self.autoreset_mode == AutoresetMode.SAME_STEP:
             begin = self._autoreset_envs
-            for k, one in zip(np.flatnonzero(begin).tolist(), self._hand_out(np.flatnonzero(begin)), strict=True):
+            for k, one in zip(np.flatnonzero(begin).tolist(), self._update_environments(np.flatnonzero(begin)), strict=True):
                 info = {**one.observe()[1], **errors.pop(k, {})}
                 infos = self._add_info(infos, {"final_obs": observations[k].copy(), "final_info": info}, k)
         for k in np.flatnonzero(begin).tolist():
             observations[k], _ = self.envs[k].reset()
-        self._take_back(np.flatnonzero(begin).tolist())
+        self._update_batch(np.flatnonzero(begin).tolist())
         infos |= self._infos()
         for k, error in errors.items():
             infos = self._add_info(infos, error, k)
         return observations, rewards, terminated, truncated, infos
 
-    def _advance(self, wished: np.ndarray, moving: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, dict[int, Infos]]:
+    def _advance_environments(
+        self, wished: np.ndarray, moving: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, dict[int, Infos]]:
         """Act, advance and judge as `ComponentEnv.step` does, with the same bits; return also the errors of refused steps."""
         first, memories = self.envs[0], self._memories
         rewards, over, late = np.zeros(self.num_envs), np.zeros_like(moving), np.zeros_like(moving)
         errors: dict[int, Infos] = {}
         for _ in range(first.hold):
-            commands = first.actuator.act(wished, self._commands)
-            for k, message in self._rows.advance(first.actuator.inputs(commands), first.internal_steps, moving).items():
+            commands = first.actuator.next_memory(wished, self._commands)
+            for k, message in self._rows.advance_chains(first.actuator.inputs(commands), first.internal_steps, moving).items():
                 errors[k], over[k], moving[k] = {"step_error": message}, True, False
                 rewards[k] += self.envs[k].step_error_reward
             memories[:, ELAPSED] += moving
@@ -195,9 +199,9 @@ class ComponentVectorEnv(SyncVectorEnv):
 
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
         """Return an attribute of every environment, or the result of its call, as a tuple."""
-        self._hand_out()
+        self._update_environments()
         found = super().call(name, *args, **kwargs)
-        self._take_back()
+        self._update_batch()
         return found
 
     def set_attr(self, name: str, values: Any) -> None:
@@ -219,7 +223,7 @@ class ComponentVectorEnv(SyncVectorEnv):
 
     def save(self, environments: Iterable[int] | None = None) -> list[EnvState]:
         """Return the states of the environments with these numbers, or of all; single environments also accept these states."""
-        return [one.save() for one in self._hand_out(environments)]
+        return [one.save() for one in self._update_environments(environments)]
 
     def restore(self, states: Sequence[EnvState], environments: Iterable[int] | None = None) -> None:
         """Continue the environments with these numbers, or all, from saved states; `observe` returns the observations.
@@ -233,37 +237,37 @@ class ComponentVectorEnv(SyncVectorEnv):
             raise ParameterError(f"got {len(states)}", expected=f"{len(numbers)}, one for each environment", at="states")
         for k, state in zip(numbers, states, strict=True):
             self.envs[k].restore(state)
-            self._take_back([k])
+            self._update_batch([k])
             self._autoreset_envs[k] = not self._memories[k, RUNNING]
 
     def observe(self) -> tuple[npt.NDArray[np.float32], Infos]:
         """Return the present observations and infos, in the form returned by `reset`."""
-        return self._observations_now(), self._infos()
+        return self._present_observations(), self._infos()
 
     # -- details ----------------------------------------------------------------------------------------------------
 
-    def _observations_now(self) -> npt.NDArray[np.float32]:
+    def _present_observations(self) -> npt.NDArray[np.float32]:
         goals = np.array([self._counters[name] for name in self._task.goal_names]).T / self._goal_scales
-        return self.envs[0].sensors.observe(self._rows.read, self._memories, goals)
+        return self.envs[0].sensors.make_observations(self._rows.read_output, self._memories, goals)
 
     def _infos(self) -> Infos:
         """Return infos as new arrays, each with a mask of its environments."""
         first, shown = self.envs[0], {"time": self._rows.time}
         for name in first.task.observations if first.info == "full" else ():
             element = parse_element(name)
-            value = self._rows.read(element.name)
+            value = self._rows.read_output(element.name)
             shown[name] = value[:, *element.index] if element.index else value
         infos = Infos()
         for name, values in {**shown, **first.actuator.inputs(self._commands), **self._counters}.items():
             infos[name], infos[f"_{name}"] = np.array(values), np.ones(self.num_envs, np.bool_)
         for k, one in enumerate(self.envs) if first.drawn else ():
-            infos = self._add_info(infos, info_of_draws(one.drawn), k)
+            infos = self._add_info(infos, sample_info(one.drawn), k)
         return infos
 
 
 def __getattr__(name: str) -> Any:
     """Return the batch of a registered environment by the name of its factory; Gymnasium needs an attribute for each."""
-    for one in environments().values():
+    for one in load_environments().values():
         if one.entry_point.partition(":")[2] == name:
-            return partial(make_batch, load(one.entry_point))
+            return partial(make_batch, import_object(one.entry_point))
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

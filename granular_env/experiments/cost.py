@@ -6,8 +6,8 @@ import sys
 from time import perf_counter
 
 from granular_env.components.errors import StepError, issue_warning
-from granular_env.output_files import readable_bytes
-from granular_env.recording.schedule import estimated_bytes, make_schedule, names_to_record
+from granular_env.output_files import size_text
+from granular_env.recording.schedule import estimate_bytes, make_schedule, names_to_record
 
 from .preparation import Prepared
 
@@ -26,7 +26,7 @@ def cost_note(ready: Prepared) -> str:
         return ""
     length, unit = next((pair for pair in _UNITS if seconds >= pair[0]), _UNITS[-1])
     duration = f"{seconds / length:.2g} {unit}"
-    return f"this takes about {duration} on this machine, and records up to {readable_bytes(size)} before compression"
+    return f"this takes about {duration} on this machine, and records up to {size_text(size)} before compression"
 
 
 def _seconds_per_tick(ready: Prepared) -> float:
@@ -49,13 +49,13 @@ def log_bytes(ready: Prepared) -> int:
     component, record, duration = ready.component, ready.experiment.record, {"duration": ready.experiment.duration}
     names = names_to_record(component, record.variables)
     schedule = make_schedule(component, record.every, record.hash_every, record.snapshot_every, duration, names)
-    return estimated_bytes(component, schedule, names, ready.ticks)
+    return estimate_bytes(component, schedule, names, ready.ticks)
 
 
-def announce_log(ready: Prepared, at_once: bool) -> None:
+def announce_log_size(ready: Prepared, at_once: bool) -> None:
     """Print a note on a log of 10 MB or more if `at_once` is set; otherwise warn about a log of 200 MB or more."""
     size = log_bytes(ready)
-    note = f"the log takes up to {readable_bytes(size)} before compression, and on the disk at most two thirds of that"
+    note = f"the log takes up to {size_text(size)} before compression, and on the disk at most two thirds of that"
     if size >= LARGE_LOG:
         note += f"; {_LESS} for a smaller one"
     if at_once and size >= NOTED_LOG:

@@ -24,7 +24,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 from granular_env.components import catalogue
 from granular_env.components.errors import ParameterError
 from granular_env.components.support.validation import validation_faults
-from granular_env.documents import Document, Overrides, Table, load
+from granular_env.documents import Document, Overrides, Table, load_document
 from granular_env.package_contents import shipped_files
 
 from .inputs import Input
@@ -119,11 +119,11 @@ def shipped_experiments() -> list[str]:
 
 
 def load_experiment(source: Source, overrides: Overrides = (), folder: Path | None = None) -> Experiment:
-    """Return an experiment, validated as far as possible without building its component; see `documents.load`.
+    """Return an experiment, validated as far as possible without building its component; see `documents.load_document`.
 
         load_experiment("nesterenko-1983/3.4-piston", {"component.grains": 500, "duration": 1e-3})
 
     Raises:
         ExperimentError: names file, table, key, received and expected value; for unknown keys the nearest valid key.
     """
-    return load(Experiment, source, overrides, folder)
+    return load_document(Experiment, source, overrides, folder)

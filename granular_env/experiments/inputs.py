@@ -22,7 +22,7 @@ from granular_env.components.errors import ParameterError, one_line
 from granular_env.components.number_arrays import number_array
 from granular_env.components.profiles import Profile
 from granular_env.components.variables import is_index
-from granular_env.documents import ByKey, Table
+from granular_env.documents import Table, TableChoice
 
 
 def csv_tables(content: Any) -> Iterator[dict[str, Any]]:
@@ -34,7 +34,7 @@ def csv_tables(content: Any) -> Iterator[dict[str, Any]]:
             yield from csv_tables(part)
 
 
-def _array(given: Any) -> list[Any]:
+def _parse_array(given: Any) -> list[Any]:
     """Return a list of numbers, or of rows of equal length, unchanged; anything else is a fault."""
     expected = "numbers, in a list or in rows of equal length"
     array = number_array((), given, expected)
@@ -43,15 +43,15 @@ def _array(given: Any) -> list[Any]:
     return given
 
 
-def _by_index(given: Any) -> dict[str, Any] | None:
+def _parse_elements(given: Any) -> dict[str, Any] | None:
     """Return {index: value or row} with texts as keys; None for anything else."""
     if isinstance(given, Mapping) and given and all(map(is_index, given)):
         return {str(key): value for key, value in given.items()}
     return None
 
 
-def _pattern(given: Any) -> list[Any] | dict[str, Any]:
-    return _by_index(given) or _array(given)
+def _parse_pattern(given: Any) -> list[Any] | dict[str, Any]:
+    return _parse_elements(given) or _parse_array(given)
 
 
 class ProfileTable(Table):
@@ -59,7 +59,7 @@ class ProfileTable(Table):
 
     profile: Any
 
-    pattern: Annotated[list[Any] | dict[str, Any], PlainValidator(_pattern)] | None = Field(
+    pattern: Annotated[list[Any] | dict[str, Any], PlainValidator(_parse_pattern)] | None = Field(
         None,
         description="for an input of several elements: what the profile is multiplied by, a list or {index: value or row}",
     )
@@ -69,7 +69,7 @@ class ProfileTable(Table):
         """Return advice on setting one element of an input that a profile drives."""
         return f"an element of a profile is set in its pattern: pattern[{key}]" if is_index(key) else ""
 
-    def build(self, folder: Path, unit: str) -> Profile:
+    def make_profile(self, folder: Path, unit: str) -> Profile:
         """Return the profile for an input with this unit; paths are relative to `folder`."""
         return getattr(Profile, self.profile)(**self.model_dump(exclude={"profile", "pattern"}))
 
@@ -133,7 +133,7 @@ class CsvTable(ProfileTable):
     offset_time: float = Field(0.0, description="added to the times [s]")
     after: float | Literal["hold"] = Field(0.0, description='the value after the last sample, in SI, or "hold"')
 
-    def build(self, folder: Path, unit: str) -> Profile:
+    def make_profile(self, folder: Path, unit: str) -> Profile:
         """See `Profile.from_csv`."""
         keys = self.model_dump(exclude={"profile", "path", "pattern"})
         return Profile.from_csv(folder / self.path, unit=unit, name=self.path, **keys)
@@ -164,14 +164,14 @@ class SumTable(ProfileTable):
                 )
         return profiles
 
-    def build(self, folder: Path, unit: str) -> Profile:
+    def make_profile(self, folder: Path, unit: str) -> Profile:
         """See `Profile.total`."""
-        return Profile.total([table.build(folder, unit) for table in self.profiles])
+        return Profile.total([table.make_profile(folder, unit) for table in self.profiles])
 
 
 AnyProfile = Annotated[
     ConstantTable | TriangleTable | HalfSineTable | SamplesTable | CsvTable | PiecewiseTable | SumTable,
-    ByKey("profile"),
+    TableChoice("profile"),
 ]
 SumTable.model_rebuild()
 
@@ -179,11 +179,11 @@ SumTable.model_rebuild()
 def _parse_input(given: Any) -> float | list[Any] | dict[str, Any] | ProfileTable:
     """Return an input as a float, a list of finite numbers, {index: value or row}, or a profile; else raise a fault."""
     if isinstance(given, list):
-        return _array(given)
+        return _parse_array(given)
     if isinstance(given, int | float) and not isinstance(given, bool):
         with suppress(OverflowError):
             return float(given)
-    if (elements := _by_index(given)) is not None:
+    if (elements := _parse_elements(given)) is not None:
         return elements
     if isinstance(given, Mapping | ProfileTable):
         return _PROFILE.validate_python(given)

@@ -15,7 +15,7 @@ from granular_env.components.number_arrays import number_array, start_array
 from granular_env.components.profiles import CompiledProfile, Profile
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.variables import Variable
-from granular_env.documents import Document, Overrides, load
+from granular_env.documents import Document, Overrides, load_document
 
 from .experiment import Experiment
 from .inputs import Input, ProfileTable
@@ -46,42 +46,42 @@ class Prepared:
     stops: StopWatch
 
 
-def prepare(experiment: Experiment, trial: bool = True) -> Prepared:
+def prepare_experiment(experiment: Experiment, has_trial_step: bool = True) -> Prepared:
     """Build the component, its start and inputs; check names, units and times.
 
     Args:
         experiment: the experiment to prepare.
-        trial: make one step with the inputs and reset, to find refusals that only a step detects.
+        has_trial_step: make one step with the inputs and reset, to find refusals that only a step detects.
 
     Raises:
         ExperimentError: names file, table and key, the received and the expected value.
     """
-    locate = experiment.locate
+    locate = experiment.locate_errors
     with locate("component"):
         component = catalogue.make(experiment.component.type, **experiment.component.parameters)
     with locate("start"):
-        reset(component, experiment)
+        reset_component(component, experiment)
     inputs = {}
     for name, value in experiment.input.items():
         with locate("input", name):
-            inputs[name] = _input(experiment.folder, component, name, value)
+            inputs[name] = _make_input(experiment.folder, component, name, value)
     with locate("duration"):
         ticks = component.duration_ticks(experiment.duration)
     for name, value in inputs.items():
-        _tell_of_a_short_run(f"{experiment.origin}: input.{name}", value, experiment.duration)
+        _warn_if_cut_short(f"{experiment.origin}: input.{name}", value, experiment.duration)
     with locate("record"):
         _check_record(experiment, component)
     with locate("stop"):
         stops = StopWatch(experiment.stop, component, experiment.record.every)
-    if trial:
+    if has_trial_step:
         with locate("input"):
             with suppress(StepError):  # the run reports the error, with its log open
                 component.step(component.step_size, **inputs)
-            reset(component, experiment)
+            reset_component(component, experiment)
     return Prepared(experiment, component, inputs, ticks, stops)
 
 
-def reset(component: Component, experiment: Experiment) -> None:
+def reset_component(component: Component, experiment: Experiment) -> None:
     """Reset a component to the experiment's start."""
     states = [v.name for v in component.variables.values() if v.state]
     for name in experiment.start:
@@ -99,15 +99,15 @@ def branch_inputs(overrides: Overrides, component: Component) -> dict[str, Input
     Raises:
         ExperimentError: a key that is not an input, an unknown input, or an invalid value.
     """
-    branch = load(_Branch, {}, overrides)
+    branch = load_document(_BranchDocument, {}, overrides)
     found = {}
     for name, value in branch.input.items():
-        with branch.locate("input", name):
-            found[name] = _input(Path(), component, name, value)
+        with branch.locate_errors("input", name):
+            found[name] = _make_input(Path(), component, name, value)
     return found
 
 
-class _Branch(Document):
+class _BranchDocument(Document):
     """The document of a branch, with inputs only."""
 
     kind: ClassVar[str] = "branch"
@@ -120,25 +120,25 @@ class _Branch(Document):
         return "a branch changes inputs only; expected input.NAME=VALUE"
 
 
-def _input(folder: Path, component: Component, name: str, value: Any) -> InputValue:
+def _make_input(folder: Path, component: Component, name: str, value: Any) -> InputValue:
     known = {v.name: v for v in component.variables.values() if v.causality == "input"}
     if name not in known:
         raise ParameterError("unknown", hint=component.input_advice(name), at=("input", name))
     if isinstance(value, dict):
-        return _elements(component, known[name], value)
+        return _complete_input(component, known[name], value)
     if isinstance(value, list):
-        return _array(("input", name), value, known[name].shape)
+        return _shaped_array(("input", name), value, known[name].shape)
     if not isinstance(value, ProfileTable):
         return value
-    profile = value.build(folder, known[name].unit)
+    profile = value.make_profile(folder, known[name].unit)
     if value.pattern is not None:
-        profile = profile * _pattern(("input", name, "pattern"), value.pattern, known[name].shape)
+        profile = profile * _pattern_array(("input", name, "pattern"), value.pattern, known[name].shape)
     # Compile once here, so that warnings come before anything is written.
     profile.compile(component.step_size, f"input.{name}")
     return profile
 
 
-def _elements(component: Component, variable: Variable, value: dict[str, Any]) -> InputValue:
+def _complete_input(component: Component, variable: Variable, value: dict[str, Any]) -> InputValue:
     """Return an input with some elements given; the other elements keep the component's values."""
     at = ("input", variable.name)
     if isinstance(component.held_inputs[variable.name], CompiledProfile):
@@ -148,15 +148,15 @@ def _elements(component: Component, variable: Variable, value: dict[str, Any]) -
     return array if variable.shape else float(array)
 
 
-def _pattern(at: Location, value: list[Any] | dict[str, Any], shape: tuple[int, ...]) -> FloatArray:
-    return start_array(at, value, shape) if isinstance(value, dict) else _array(at, value, shape)
+def _pattern_array(at: Location, value: list[Any] | dict[str, Any], shape: tuple[int, ...]) -> FloatArray:
+    return start_array(at, value, shape) if isinstance(value, dict) else _shaped_array(at, value, shape)
 
 
-def _array(at: Location, value: list[Any], shape: tuple[int, ...]) -> FloatArray:
+def _shaped_array(at: Location, value: list[Any], shape: tuple[int, ...]) -> FloatArray:
     return number_array(at, value, f"an array of shape {shape}" if shape else "a single number", (shape,))
 
 
-def _tell_of_a_short_run(where: str, value: InputValue, duration: float) -> None:
+def _warn_if_cut_short(where: str, value: InputValue, duration: float) -> None:
     """Warn if a run ends long before its signal, which usually means a wrong time unit."""
     end = float(value.starts[-1]) if isinstance(value, Profile) else 0.0
     if duration < _SHORT_RUN * end:

@@ -35,7 +35,7 @@ class StopRule(Table):
     _element: Element = PrivateAttr()
 
     @model_validator(mode="after")
-    def _one_of_each(self) -> Self:
+    def _parse_rule(self) -> Self:
         if (self.above is None) == (self.below is None):
             raise ValueError("give exactly one of above and below")
         try:
@@ -74,7 +74,7 @@ class StopWatch:
         """Check the rules against the component's variables; `ParameterError` names the mismatch."""
         self._rules = []
         for place, rule in enumerate(rules):
-            _check(rule, component, place)
+            _check_rule(rule, component, place)
             every = rule.every if rule.every is not None else default_every
             self._rules.append((rule, 1 if every is None else component.duration_ticks(every, ("stop", place, "every"))))
 
@@ -90,7 +90,7 @@ class StopWatch:
         return None
 
 
-def _check(rule: StopRule, component: Component, place: int) -> None:
+def _check_rule(rule: StopRule, component: Component, place: int) -> None:
     try:
         variable = rule.element.find_variable(
             component.variables, f"an output of component {component.name!r}", "output", "input"

@@ -17,8 +17,8 @@ from granular_env.components.errors import ExperimentError
 from granular_env.components.support.parameter_fields import absent_meaning, field_unit
 from granular_env.components.support.validation import Parameters, table_choices
 from granular_env.components.variables import Variable
-from granular_env.documents import begins_as_log, find, rename, to_toml, toml_value
-from granular_env.documents.files import nearest_names, read_data
+from granular_env.documents import find_file, replace_name, to_toml, toml_value
+from granular_env.documents.files import nearest_name_hint, read_data_file
 from granular_env.output_files import write_files
 from granular_env.package_contents import first_sentence, shipped_names
 
@@ -28,7 +28,7 @@ from .inputs import csv_tables
 _KEY_WIDTH = 40
 
 
-def template(name: str, new_name: str | None = None, others: Iterable[str] = ()) -> str:
+def experiment_template(name: str, new_name: str | None = None, others: Iterable[str] = ()) -> str:
     """Return the text of an experiment file for a component with all parameters, or of a shipped experiment.
 
     Args:
@@ -40,20 +40,20 @@ def template(name: str, new_name: str | None = None, others: Iterable[str] = ())
         ExperimentError: unknown name; the message suggests the nearest name.
     """
     if name in catalogue.component_names():
-        return _of_component(name)
+        return _component_template(name)
     try:
-        text = find(name, Experiment.kind, Experiment.shelf).read_text(encoding="utf-8")
+        text = find_file(name, Experiment.kind, Experiment.shelf).read_text(encoding="utf-8")
     except ExperimentError as error:
         if Path(name).suffix == ".toml" or os.path.exists(name):
             raise
-        advice = nearest_names(name, [*shipped_names(), *others])
+        advice = nearest_name_hint(name, [*shipped_names(), *others])
         raise ExperimentError(f"no component, experiment, plan or study named {name!r}", hint=advice) from error
     except (OSError, UnicodeDecodeError) as error:
         raise ExperimentError(f"cannot be read as text: {error}", expected="a TOML file", source=name) from error
-    return text if new_name is None else rename(text, new_name)
+    return text if new_name is None else replace_name(text, new_name)
 
 
-def write(name: str, target: Path, force: bool = False, text: str = "") -> list[Path]:
+def write_template(name: str, target: Path, force: bool = False, text: str = "") -> list[Path]:
     """Write a template file completely or not at all; replace nothing without `force`.
 
     Args:
@@ -66,16 +66,16 @@ def write(name: str, target: Path, force: bool = False, text: str = "") -> list[
         The written files.
     """
     copies = {} if text or name in catalogue.component_names() else _data_files(name, target.parent)
-    text = text or template(name, target.stem)
+    text = text or experiment_template(name, target.stem)
     for path in (target, *copies):
         if os.path.lexists(path) and not force:
             raise ExperimentError(f"{path} exists", hint="choose another name, or pass force=True (--force)")
-    contents = {copied: read_data(original) for copied, original in copies.items()}
+    contents = {copied: read_data_file(original) for copied, original in copies.items()}
     write_files({**contents, target: text.encode("utf-8")}, ExperimentError)
     return [target, *copies]
 
 
-def of_log(path: str, new_name: str | None = None) -> str:
+def logged_experiment(path: str, new_name: str | None = None) -> str:
     """Return the experiment of a log as the text of a file.
 
     Raises:
@@ -93,11 +93,6 @@ def of_log(path: str, new_name: str | None = None) -> str:
     return to_toml({**content, "name": new_name} if new_name else content)
 
 
-def is_log(path: str) -> bool:
-    """Return whether a file is a log, by its first bytes."""
-    return os.path.isfile(path) and begins_as_log(Path(path))
-
-
 def _data_files(name: str, folder: Path) -> dict[Path, Path]:
     """Return target -> source of each CSV file of an experiment; files with absolute paths are not copied."""
     experiment = load_experiment(name)
@@ -106,10 +101,10 @@ def _data_files(name: str, folder: Path) -> dict[Path, Path]:
     return {copy: original for copy, original in found.items() if copy.resolve() != original.resolve()}
 
 
-def _of_component(name: str) -> str:
+def _component_template(name: str) -> str:
     """Return a commented experiment file with all parameters, inputs and state variables of a component."""
     kind = catalogue.component_class(name)
-    component = example_of(name, {})
+    component = make_example(name, {})
     step = component.step_size
     lines = [
         f"# An experiment with the component {name!r}: {first_sentence(kind.__doc__ or '')}",
@@ -117,7 +112,7 @@ def _of_component(name: str) -> str:
         "# computed from the rest; write key = value to set it.",
         f'name = "my-{name}"',
         'description = "what it shows"',
-        _line(f"duration = {_tidy(1000 * step)}", "s"),
+        _commented_line(f"duration = {_format_float(1000 * step)}", "s"),
         "",
         "[component]",
         f'type = "{name}"',
@@ -125,7 +120,7 @@ def _of_component(name: str) -> str:
     lines += _parameter_lines(kind.Parameters, example_values(kind.Parameters), "component")
     states = [v for v in component.variables.values() if v.state]
     lines += ["", "[start]                # a number or a row for all, a list, or { index = value or row }"]
-    lines += [_line(f"# {v.name} = {_some_elements(v)}", f"{v.unit}, {v.description}") for v in states]
+    lines += [_commented_line(f"# {v.name} = {_example_elements(v)}", f"{v.unit}, {v.description}") for v in states]
     inputs = [v for v in component.variables.values() if v.causality == "input"]
     for number, variable in enumerate(inputs):
         # Set the first input, so that there is some motion.
@@ -133,12 +128,12 @@ def _of_component(name: str) -> str:
     kept = [v.name for v in states]
     lines += [
         "",
-        _line("# [[stop]]", "ends the run early; there may be several"),
+        _commented_line("# [[stop]]", "ends the run early; there may be several"),
         f'# variable = "{kept[0] if kept else "kinetic_energy"}"',
-        _line("# above = 1.0", "or below; of an array one element, NAME[3], or reduce"),
+        _commented_line("# above = 1.0", "or below; of an array one element, NAME[3], or reduce"),
         "",
         "[record]",
-        _line(f"every = {_tidy(10 * step)}", "s between two frames"),
+        _commented_line(f"every = {_format_float(10 * step)}", "s between two frames"),
         "variables = [" + ", ".join(f'"{one}"' for one in kept) + "]",
     ]
     return "\n".join(lines) + "\n"
@@ -153,23 +148,23 @@ def _parameter_lines(model: type[BaseModel], example: Mapping[str, Any], table: 
         table: its name.
     """
     lines: list[str] = []
-    parts = parts_of(model)
+    parts = parameter_tables(model)
     for key, field in model.model_fields.items():
         if key not in parts:
             # A computed value has no default to show.
             has_no_value = not field.is_required() and field.default is None
-            value = f"# {key}{':' if has_no_value else ' ='} {default_of(field)}"
+            value = f"# {key}{':' if has_no_value else ' ='} {default_text(field)}"
             value = f"{key} = {toml_value(example[key])}" if key in example else value
             meaning = ", ".join(filter(None, (field_unit(field).removesuffix("1"), field.description)))
             is_other = key in example and not field.is_required() and field.default is not None
-            lines.append(_line(value, f"{meaning}; default: {default_of(field)}" if is_other else meaning))
+            lines.append(_commented_line(value, f"{meaning}; default: {default_text(field)}" if is_other else meaning))
     for key, part in parts.items():
-        lines += ["", _line(f"[{table}.{key}]", model.model_fields[key].description or "")]
+        lines += ["", _commented_line(f"[{table}.{key}]", model.model_fields[key].description or "")]
         lines += _parameter_lines(part, example.get(key, {}), f"{table}.{key}")
     return lines
 
 
-def parts_of(model: type[BaseModel]) -> dict[str, type[BaseModel]]:
+def parameter_tables(model: type[BaseModel]) -> dict[str, type[BaseModel]]:
     """Return the parameters of a model that are tables of parameters, such as those of a coupled part."""
     chosen = table_choices(model)
     return {
@@ -181,21 +176,23 @@ def parts_of(model: type[BaseModel]) -> dict[str, type[BaseModel]]:
 
 def _profile_lines(variable: Variable, step: float, mark: str) -> list[str]:
     """Return the lines of an input with a time profile, each preceded by `mark`."""
-    peak = _tidy(variable.nominal)
+    peak = _format_float(variable.nominal)
     lines = [
-        _line(f"{mark}[input.{variable.name}]", f"{variable.unit}, {variable.description}: a profile of time, or"),
-        _line("", f"in [input] {variable.name} = {_some_elements(variable, variable.nominal)}, held from the start"),
-        _line(f'{mark}profile = "half_sine"', "constant, triangle, half_sine, table, csv, piecewise, sum"),
-        _line(f"{mark}peak = {peak}", variable.unit),
-        _line(f"{mark}duration = {_tidy(100 * step)}", "s"),
+        _commented_line(f"{mark}[input.{variable.name}]", f"{variable.unit}, {variable.description}: a profile of time, or"),
+        _commented_line(
+            "", f"in [input] {variable.name} = {_example_elements(variable, variable.nominal)}, held from the start"
+        ),
+        _commented_line(f'{mark}profile = "half_sine"', "constant, triangle, half_sine, table, csv, piecewise, sum"),
+        _commented_line(f"{mark}peak = {peak}", variable.unit),
+        _commented_line(f"{mark}duration = {_format_float(100 * step)}", "s"),
     ]
     if variable.shape:
-        some = _some_elements(variable, 1.0)
-        lines.append(_line(f"{mark}pattern = {some}", "what each element gets of it; left out: all of it"))
+        some = _example_elements(variable, 1.0)
+        lines.append(_commented_line(f"{mark}pattern = {some}", "what each element gets of it; left out: all of it"))
     return lines
 
 
-def _some_elements(variable: Variable, value: float = 0.0) -> str:
+def _example_elements(variable: Variable, value: float = 0.0) -> str:
     """Return an example of a variable's values: a number, or a row of the first index for several axes."""
     if not variable.shape:
         return toml_value(value)
@@ -206,16 +203,16 @@ def _some_elements(variable: Variable, value: float = 0.0) -> str:
     return toml_value({0: row.tolist()})
 
 
-def _line(text: str, comment: str) -> str:
+def _commented_line(text: str, comment: str) -> str:
     return f"{text.ljust(_KEY_WIDTH)} # {comment}"
 
 
-def _tidy(number: float) -> str:
+def _format_float(number: float) -> str:
     """Format a float without the rounding tail of binary fractions."""
     return f"{number:.12g}"
 
 
-def default_of(field: FieldInfo) -> str:
+def default_text(field: FieldInfo) -> str:
     """Return a parameter's default as TOML, or a text if there is none or it is computed."""
     if field.is_required():
         return "required"
@@ -226,31 +223,31 @@ def default_of(field: FieldInfo) -> str:
 
 def value_text(value: Any) -> str:
     """Return a parameter's value as TOML."""
-    return toml_value(_plain(value))
+    return toml_value(_plain_value(value))
 
 
-def _plain(value: Any) -> Any:
+def _plain_value(value: Any) -> Any:
     """Return a value with its tables as mappings; a table that has only a name becomes this name."""
     if isinstance(value, BaseModel):
         value = value.model_dump(exclude_none=True)
         if value.keys() == {"name"}:
             return value["name"]
     if isinstance(value, Mapping):
-        return {key: _plain(part) for key, part in value.items()}
-    return [_plain(part) for part in value] if isinstance(value, list | tuple) else value
+        return {key: _plain_value(part) for key, part in value.items()}
+    return [_plain_value(part) for part in value] if isinstance(value, list | tuple) else value
 
 
-def example_of(name: str, parameters: dict[str, Any]) -> Component:
+def make_example(name: str, parameters: dict[str, Any]) -> Component:
     """Return a component of the type, with examples for parameters that have no default or provide an example."""
     return catalogue.make(name, **{**example_values(catalogue.component_class(name).Parameters), **parameters})
 
 
 def example_values(model: type[BaseModel]) -> dict[str, Any]:
     """Return examples for the parameters that have no default or provide an example."""
-    return {key: _smallest(field) for key, field in model.model_fields.items() if field.is_required() or field.examples}
+    return {key: _example_value(field) for key, field in model.model_fields.items() if field.is_required() or field.examples}
 
 
-def _smallest(field: FieldInfo) -> Any:
+def _example_value(field: FieldInfo) -> Any:
     """Return a field's first example, else the smallest number from 1 that satisfies its lower bound."""
     if field.examples:
         return field.examples[0]

@@ -13,7 +13,7 @@ import numpy as np
 from ..components.inputs import Held
 from ..components.profiles import CompiledProfile
 from ..components.snapshot import Snapshot
-from .records import END, EVENTS, FRAMES, HASHES, INCIDENTS, KEY, SNAPSHOTS, START, STEPS, Record, nanoseconds
+from .records import END, EVENTS, FRAMES, HASHES, INCIDENTS, KEY, SNAPSHOTS, START, STEPS, Record, to_nanoseconds
 from .writer import CHUNK_BYTES, LogWriter
 
 # Number of compiled profiles cached by object, so that a reused profile is stored once.
@@ -74,7 +74,7 @@ class Batch:
         """Return whether the batch contains the start of a segment and no step."""
         return not self.steps and any(why == START for _, why, _ in self.snapshots)
 
-    def take(self, samples: Batch) -> None:
+    def add_samples(self, samples: Batch) -> None:
         """Add the observations of a step."""
         self.frames += samples.frames
         self.hashes += samples.hashes
@@ -89,7 +89,7 @@ class Profiles:
         self.count = count
         self._new: list[CompiledProfile] = []
 
-    def number(self, profile: CompiledProfile) -> int:
+    def profile_number(self, profile: CompiledProfile) -> int:
         """Return a profile's number; a new profile is stored with the next batch."""
         known = self._known.get(id(profile))
         if known is None:
@@ -100,7 +100,7 @@ class Profiles:
             self._new.append(profile)
         return known[1]
 
-    def new(self) -> dict[str, np.ndarray]:
+    def new_profiles(self) -> dict[str, np.ndarray]:
         """Return the profiles not yet stored, concatenated, and position -> pattern of the profiles that have one."""
         profiles, self._new = self._new, []
         patterns = {f"pattern.{place}": p.pattern for place, p in enumerate(profiles) if p.pattern is not None}
@@ -121,15 +121,17 @@ def write_batch(
 ) -> None:
     """Write a batch; `inputs` are the shapes of the inputs by name, `step_size` is in seconds."""
 
-    def add(kind: int, detail: int, ticks: Any, arrays: Mapping[str, Any], header: Mapping[str, Any] | None = None) -> None:
+    def add_record(
+        kind: int, detail: int, ticks: Any, arrays: Mapping[str, Any], header: Mapping[str, Any] | None = None
+    ) -> None:
         span = int(ticks[0]), int(ticks[-1]), len(ticks)
         record = Record(kind, detail, batch.place.segment, *span, 0, header or {}, arrays)
-        writer.add(record, nanoseconds(batch.place.age(span[1]), step_size))
+        writer.add_record(record, to_nanoseconds(batch.place.age(span[1]), step_size))
 
     def add_snapshots(wanted: int) -> None:
         for tick, why, snapshot in batch.snapshots:
             if why == wanted:
-                add(SNAPSHOTS, why, [tick], {"snapshot": np.frombuffer(snapshot.to_bytes(), np.uint8)})
+                add_record(SNAPSHOTS, why, [tick], {"snapshot": np.frombuffer(snapshot.to_bytes(), np.uint8)})
 
     add_snapshots(START)
     for variable in range(len(names)):
@@ -137,25 +139,25 @@ def write_batch(
         together = max(1, CHUNK_BYTES // max(values[0].nbytes, 1)) if values else 1
         for begin in range(0, len(values), together):
             ticks = np.array([tick for tick, _ in batch.frames[begin : begin + together]], dtype=np.int64)
-            add(FRAMES, variable, ticks, {"ticks": ticks, "values": values[begin : begin + together]})
+            add_record(FRAMES, variable, ticks, {"ticks": ticks, "values": values[begin : begin + together]})
     if batch.events:
         rows = np.concatenate(batch.events)
-        add(EVENTS, 0, rows[:, 0], {"rows": rows})
+        add_record(EVENTS, 0, rows[:, 0], {"rows": rows})
     if batch.hashes:
         ticks = np.array([tick for tick, _ in batch.hashes], dtype=np.int64)
-        add(HASHES, 0, ticks, {"ticks": ticks, "rows": np.stack([row for _, row in batch.hashes])})
+        add_record(HASHES, 0, ticks, {"ticks": ticks, "rows": np.stack([row for _, row in batch.hashes])})
     add_snapshots(KEY)
     for tick, content in batch.incidents:
-        add(INCIDENTS, 0, [tick], {}, content)
+        add_record(INCIDENTS, 0, [tick], {}, content)
     if batch.steps:
         # Write steps after their observations, so that a truncated file is complete up to its last steps.
-        header, arrays = _steps(batch, profiles, inputs)
+        header, arrays = _steps_record(batch, profiles, inputs)
         record = Record(STEPS, 0, batch.place.segment, batch.first, batch.last, len(arrays["durations"]), 0, header, arrays)
-        writer.add(record, nanoseconds(batch.place.age(batch.last), step_size))
+        writer.add_record(record, to_nanoseconds(batch.place.age(batch.last), step_size))
     add_snapshots(END)
 
 
-def _steps(
+def _steps_record(
     batch: Batch, profiles: Profiles, inputs: Mapping[str, tuple[int, ...]]
 ) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """Return header and arrays of the record of a batch's steps."""
@@ -172,10 +174,10 @@ def _steps(
         if CompiledProfile in kinds:
             for place, value in enumerate(values):
                 if isinstance(value, CompiledProfile):
-                    numbers[place] = profiles.number(value)
+                    numbers[place] = profiles.profile_number(value)
             values = [value for value in values if not isinstance(value, CompiledProfile)]
         label = str(list(inputs).index(name))
         held = np.array(values, dtype=np.float64).reshape(len(values), *inputs[name])
         arrays |= {f"{label}.steps": places, f"{label}.profiles": numbers, f"{label}.values": held}
-    arrays |= profiles.new()
+    arrays |= profiles.new_profiles()
     return {"profiles_before": profiles.count - len(arrays["profile_shapes"])}, arrays

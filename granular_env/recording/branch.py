@@ -13,9 +13,9 @@ from ..components.inputs import Held
 from ..components.profiles import Profile
 from .index import Segment
 from .recorder import Recorder, begin_log
-from .rerun import advance, check_work, restore
-from .schedule import make_schedule, names_to_record, schedule_from
-from .writer import LogWriter, as_path
+from .rerun import advance_to_tick, check_work, restore_snapshot
+from .schedule import make_schedule, names_to_record, parse_schedule
+from .writer import LogWriter, to_path
 
 if TYPE_CHECKING:
     from ..components.profiles import CompiledProfile
@@ -40,7 +40,7 @@ class Branch:
     remaining: dict[int, dict[str, Held]] = field(repr=False)
 
     @property
-    def facts(self) -> dict[str, Any]:
+    def parent_facts(self) -> dict[str, Any]:
         """Return the data on the parent for the header of a child log."""
         name = os.path.basename(str(self.parent.path))
         return {"file": name, "log": self.parent.identity, "identity": self.component.identity, "segment": self.segment.number,
@@ -74,12 +74,12 @@ class Branch:
             ParameterError: an argument is invalid; nothing has been written.
             StepError: the physics would break down with these inputs; the log until then is complete.
         """
-        given, end = dict(inputs or {}), self.end(until)
-        with self.recorder(log, given, every, variables, overwrite) as recorder:
-            advance(self.component, sorted(self.changes(given).items(), reverse=True), end)
+        given, end = dict(inputs or {}), self.end_tick(until)
+        with self.make_recorder(log, given, every, variables, overwrite) as recorder:
+            advance_to_tick(self.component, sorted(self.input_changes(given).items(), reverse=True), end)
         return type(self.parent)(recorder.path, self.parent.limits.lifted)
 
-    def end(self, until: float | None = None) -> int:
+    def end_tick(self, until: float | None = None) -> int:
         """Return the tick at which to stop, by default the end of the log's segment; `ParameterError` if it has passed."""
         end = self.segment.end if until is None else self.component.duration_ticks(until, "until")
         if end < self.component.tick:
@@ -89,18 +89,18 @@ class Branch:
             check_work(end - self.component.tick, self.component, self.parent.limits)
         return end
 
-    def changes(self, inputs: Mapping[str, Any]) -> dict[int, dict[str, Any]]:
+    def input_changes(self, inputs: Mapping[str, Any]) -> dict[int, dict[str, Any]]:
         """Return the inputs to set at each tick from here on: the given inputs, and the log's for all others."""
         found = {self.tick: dict(inputs)}
         for tick, sets in self.remaining.items():
             found.setdefault(tick, {}).update({name: value for name, value in sets.items() if name not in inputs})
         return found
 
-    def recorder(
+    def make_recorder(
         self, log: Any, inputs: Mapping[str, Any], every: float | None = None, variables: Any = None, overwrite: bool = False
     ) -> Recorder:
         """Return a recorder of the component; arguments and errors are those of `run`."""
-        component, header, target = self.component, self.parent.header, as_path(log)
+        component, header, target = self.component, self.parent.header, to_path(log)
         if component.tick != self.tick:
             raise ParameterError("the branch's component has been stepped already", hint="take a new branch")
         component.checked_inputs(inputs)
@@ -108,24 +108,24 @@ class Branch:
             raise ParameterError("it is the parent itself", hint="choose another name", source=f"log {str(target)!r}")
         names = names_to_record(component, list(self.parent.variables) if variables is None else variables)
         if every is None:
-            schedule = schedule_from(header.get("options"))
+            schedule = parse_schedule(header.get("options"))
         else:
             schedule = make_schedule(component, every, None, None, None, names)
         # Count from the parent's age, so that frame times match the parent's.
         elapsed = self.parent.elapsed + self.segment.elapsed + self.tick - self.segment.start
         return begin_log(
-            component, LogWriter(target, overwrite), names, schedule, header.get("experiment"), self.facts, elapsed
+            component, LogWriter(target, overwrite), names, schedule, header.get("experiment"), self.parent_facts, elapsed
         )
 
 
-def branch_of(log: Log, at: float) -> Branch:
+def make_branch(log: Log, at: float) -> Branch:
     """Return the branch at a time [s] of a log, run again from the nearest earlier snapshot."""
-    segment, tick = log.locate(at)
+    segment, tick = log.segment_and_tick(at)
     component = log.component()
-    snapshot, steps = log.snapshot(segment, tick), log.steps_of(segment)
+    snapshot, steps = log.snapshot(segment, tick), log.step_history(segment)
     check_work(tick - snapshot.tick, component, log.limits)
-    restore(component, snapshot)
-    changes = steps.changes(log.snapshot(segment, segment.start).inputs)
+    restore_snapshot(component, snapshot)
+    changes = steps.input_changes(log.snapshot(segment, segment.start).inputs)
     done = [change for change in changes if snapshot.tick <= change[0] < tick]
-    advance(component, done[::-1], tick)
+    advance_to_tick(component, done[::-1], tick)
     return Branch(log, segment, tick, component, {at: sets for at, sets in changes if at >= tick})

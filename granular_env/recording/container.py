@@ -79,7 +79,7 @@ class Limits:
         if number > _RECORDS + size // _BYTES_A_RECORD:
             self.check(f"the number of records in {size} bytes", number, _RECORDS + size // _BYTES_A_RECORD)
 
-    def text(self, file_size: int) -> int | None:
+    def text_limit(self, file_size: int) -> int | None:
         """Return the limit on a record's JSON for a file of a given size [bytes]; None for no limit."""
         return None if self.lifted else max(_TEXT_BYTES, _TEXT_SHARE * file_size)
 
@@ -138,7 +138,7 @@ class Container:
             raise LogError(f"cannot be read: {reason}", source=f"log {str(path)!r}") from error
         try:
             self.size = os.fstat(self._file.fileno()).st_size
-            self.text_limit = limits.text(self.size)
+            self.text_limit = limits.text_limit(self.size)
             self._bounded = _BoundedFile(self._file, self.size)
             self._find_chunks(scan)
         except BaseException:
@@ -175,20 +175,20 @@ class Container:
             hint = "nothing was written to it, and there is nothing to recover"
             raise LogError("the file is empty", hint=hint, source=self.limits.source)
         magic = len(MCAP0_MAGIC)
-        if self._read(0, magic) != MCAP0_MAGIC:
+        if self._read_bytes(0, magic) != MCAP0_MAGIC:
             raise LogError("no MCAP file", expected="a log of granular-env", source=repr(str(self.path)))
         try:
-            header = next(self._records(magic))
+            header = next(self._mcap_records(magic))
         except _FAULTS:
             header = None
         if not isinstance(header, Header) or header.profile != PROFILE:
             raise LogError(NOT_A_LOG, source=repr(str(self.path)))
-        if scan or self._read(self.size - magic, magic) != MCAP0_MAGIC:
-            self._scan(magic)
+        if scan or self._read_bytes(self.size - magic, magic) != MCAP0_MAGIC:
+            self._scan_chunks(magic)
             return
         try:
-            footer = next(self._records(self.size - _FOOTER_BYTES))
-            records = self._records(footer.summary_start) if isinstance(footer, Footer) else iter(())
+            footer = next(self._mcap_records(self.size - _FOOTER_BYTES))
+            records = self._mcap_records(footer.summary_start) if isinstance(footer, Footer) else iter(())
             for number, record in enumerate(records):
                 self.limits.check_records(number, self.size)
                 if isinstance(record, Channel):
@@ -201,20 +201,20 @@ class Container:
         if not self.complete:
             raise self._damage_error("the footer")
 
-    def _read(self, offset: int, length: int) -> bytes:
+    def _read_bytes(self, offset: int, length: int) -> bytes:
         self._file.seek(offset)
         return self._file.read(length)
 
-    def _records(self, offset: int) -> Iterator[McapRecord]:
+    def _mcap_records(self, offset: int) -> Iterator[McapRecord]:
         """Yield the records from a position in the file on, without unpacking chunks."""
         self._file.seek(min(max(offset, 0), self.size))
         return StreamReader(self._bounded, skip_magic=True, emit_chunks=True).records  # type: ignore[arg-type]
 
-    def _scan(self, offset: int) -> None:
+    def _scan_chunks(self, offset: int) -> None:
         """Find the chunks from the front up to the first incomplete chunk."""
         while offset < self.size:
             try:
-                opcode, length = _RECORD.unpack(self._read(offset, _RECORD.size))
+                opcode, length = _RECORD.unpack(self._read_bytes(offset, _RECORD.size))
                 end = offset + _RECORD.size + length
                 if opcode in (Opcode.DATA_END, Opcode.FOOTER):
                     return
@@ -231,11 +231,11 @@ class Container:
 
     def _read_chunk(self, offset: int, length: int) -> list[Entry]:
         """Return the messages of a chunk; raise one of `_FAULTS` if it is damaged, `LogError` if it is too large."""
-        chunk = next(self._records(offset))
+        chunk = next(self._mcap_records(offset))
         if not isinstance(chunk, Chunk) or self._file.tell() != offset + length:
             raise ValueError("no chunk")
         found = []
-        for record in breakup_chunk(self._decompress(chunk)):
+        for record in breakup_chunk(self._decompress_chunk(chunk)):
             if isinstance(record, Channel):
                 self._topics[record.id] = record.topic
             elif isinstance(record, Message):
@@ -244,7 +244,7 @@ class Container:
                 found.append(Entry(self._topics[record.channel_id], record))
         return found
 
-    def _decompress(self, chunk: Chunk) -> Chunk:
+    def _decompress_chunk(self, chunk: Chunk) -> Chunk:
         """Return a chunk with decompressed content, after checking its size and number of records."""
         size, content = chunk.uncompressed_size, chunk.data
         self.limits.check_chunk(size)

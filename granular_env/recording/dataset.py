@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from .log import Log
 
 
-def dataset_of(log: Log) -> Any:
+def make_dataset(log: Log) -> Any:
     """Return all frames of a log; see `Log.to_xarray`."""
     xarray = import_optional("xarray", "to_xarray")
     times, data = None, {}
@@ -27,13 +27,13 @@ def dataset_of(log: Log) -> Any:
             came = f"the frames of {name!r} are at other times than those of the variables before it"
             raise LogError(came, hint="read each with series(name)", source=log.source)
         attributes = {"units": variable.unit, "description": variable.description}
-        data[name] = (["time", *_dimensions(variable, sizes, log.variables)], values, attributes)
+        data[name] = (["time", *_dimension_names(variable, sizes, log.variables)], values, attributes)
     coordinates: dict[str, Any] = {name: (name, np.arange(size), {"units": "1"}) for name, size in sizes.items()}
     coordinates["time"] = ("time", np.zeros(0) if times is None else times, {"units": "s"})
     return xarray.Dataset(data, coordinates, {"component": str(log.header.get("component"))})
 
 
-def _dimensions(variable: Variable, sizes: dict[str, int], taken: Iterable[str]) -> list[str]:
+def _dimension_names(variable: Variable, sizes: dict[str, int], taken: Iterable[str]) -> list[str]:
     """Return the names of a variable's dimensions (except time), and store their sizes.
 
     A dimension with a conflicting size or with the name of a variable is named after the variable and the axis.

@@ -11,7 +11,7 @@ import numpy as np
 from ..components.drawables import Cells, Curve, Drawable, Links, Points
 from ..components.errors import Location
 from ..components.variables import Variable
-from .records import damage
+from .records import damage_error
 
 _KINDS = {"points": Points, "links": Links, "cells": Cells, "curve": Curve}
 # Arrays of a drawable -> dtype and number of dimensions.
@@ -50,7 +50,7 @@ def drawable_facts(drawables: Iterable[Drawable]) -> tuple[list[dict[str, str]],
     return facts, arrays
 
 
-def drawables_from(facts: Any, arrays: Mapping[str, np.ndarray], variables: Mapping[str, Variable]) -> tuple[Drawable, ...]:
+def parse_drawables(facts: Any, arrays: Mapping[str, np.ndarray], variables: Mapping[str, Variable]) -> tuple[Drawable, ...]:
     """Return the drawables from the output of `drawable_facts`; `LogError` for anything else.
 
     Args:
@@ -59,26 +59,26 @@ def drawables_from(facts: Any, arrays: Mapping[str, np.ndarray], variables: Mapp
         variables: recorded variables by name; the outputs of a drawable must fit it.
     """
     if not isinstance(facts, list):
-        raise damage("it does not say what can be drawn", "header.drawables")
+        raise damage_error("it does not say what can be drawn", "header.drawables")
     found: list[Drawable] = []
     for place, texts in enumerate(facts):
-        drawable = _drawable(place, texts, arrays)
+        drawable = _parse_drawable(place, texts, arrays)
         if isinstance(drawable, Links) and not _has_ends(drawable, found):
-            raise damage("it joins points that there are not", _place(place, "pairs"))
+            raise damage_error("it joins points that there are not", _fault_location(place, "pairs"))
         if (name := _unfit_output(drawable, variables)) is not None:
-            raise damage(f"{name!r} has another number of values", _place(place))
+            raise damage_error(f"{name!r} has another number of values", _fault_location(place))
         found.append(drawable)
     return tuple(found)
 
 
-def _place(number: int, *field: str) -> Location:
+def _fault_location(number: int, *field: str) -> Location:
     return ("header", "drawables", number, *field)
 
 
-def _drawable(place: int, texts: Any, arrays: Mapping[str, np.ndarray]) -> Drawable:
+def _parse_drawable(place: int, texts: Any, arrays: Mapping[str, np.ndarray]) -> Drawable:
     kind = _KINDS.get(str(texts.get("kind"))) if isinstance(texts, dict) else None
     if kind is None:
-        raise damage("it is of no known kind", _place(place))
+        raise damage_error("it is of no known kind", _fault_location(place))
     values: dict[str, Any] = {}
     for field in dataclasses.fields(kind):
         name = f"{place}.{field.name}"
@@ -91,11 +91,11 @@ def _drawable(place: int, texts: Any, arrays: Mapping[str, np.ndarray]) -> Drawa
         else:
             sound = isinstance(value, str)
         if not sound:
-            raise damage("it is missing or of another type", _place(place, field.name))
+            raise damage_error("it is missing or of another type", _fault_location(place, field.name))
         values[field.name] = value
     drawable = kind(**values)
     if not _is_consistent(drawable):
-        raise damage("its arrays do not fit together", _place(place))
+        raise damage_error("its arrays do not fit together", _fault_location(place))
     return drawable
 
 

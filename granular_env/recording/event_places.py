@@ -28,7 +28,7 @@ class EventPlace:
     position: tuple[float, ...]
 
 
-def place_of(index: int | None, detail: EventDetail | None, drawables: Sequence[Drawable]) -> EventPlace | None:
+def event_place(index: int | None, detail: EventDetail | None, drawables: Sequence[Drawable]) -> EventPlace | None:
     """Return the place of events with an index; None if the kind of event has no drawable.
 
     Args:
@@ -47,9 +47,9 @@ def place_of(index: int | None, detail: EventDetail | None, drawables: Sequence[
             first, way = points.reference[ends[0]].ravel(), points.shortest_vectors(ends[None])[0]
             return EventPlace(f"{points.name} {ends[0]} and {ends[1]}", tuple((first + 0.5 * way).tolist()))
         case Points():
-            return EventPlace(f"{drawn.name} {index}", _middle(drawn.reference[index : index + 1]))
+            return EventPlace(f"{drawn.name} {index}", _mean_position(drawn.reference[index : index + 1]))
         case Cells():
-            return EventPlace(f"cell {index} of {drawn.name}", _middle(drawn.nodes[drawn.connectivity[index]]))
+            return EventPlace(f"cell {index} of {drawn.name}", _mean_position(drawn.nodes[drawn.connectivity[index]]))
         case _:
             return None
 
@@ -69,7 +69,7 @@ def event_table(events: Sequence[Event], log: Log) -> tuple[list[str], list[list
     rows: list[list[Any]] = []
     for event in events:
         detail = details.get(event.kind)
-        place = place_of(event.index, detail, log.drawables)
+        place = event_place(event.index, detail, log.drawables)
         where = ["", ""] if place is None else [place.elements, position_words(place.position)]
         index, unit = "" if event.index is None else event.index, "" if detail is None else detail.unit
         rows.append([event.tick * log.step_size, event.kind, index, event.value, event.limit, unit, *where])
@@ -91,6 +91,6 @@ def refuse_unknown_place(log: Log, kind: str | None, index: int | None) -> None:
         raise ParameterError(f"got {index}", expected=expected, at="index")
 
 
-def _middle(points: FloatArray) -> tuple[float, ...]:
+def _mean_position(points: FloatArray) -> tuple[float, ...]:
     """Return the mean of points, shape (k,) or (k, d) [m]."""
     return tuple(points.reshape(len(points), -1).mean(axis=0).tolist())

@@ -21,7 +21,7 @@ from ..components.component import Component
 from ..components.errors import ParameterError
 from ..components.variables import Variable
 from .drawables import drawable_facts
-from .records import FORMAT, damage
+from .records import FORMAT, damage_error
 
 METADATA_NAME = "granular-env"
 _LONGEST = 20_000
@@ -43,7 +43,7 @@ def _package_version(name: str) -> str:
         return "not installed"
 
 
-def machine() -> dict[str, Any]:
+def machine_facts() -> dict[str, Any]:
     """Return the CPU and the number of threads."""
     return {
         "cpu": _cpu_model(),
@@ -71,7 +71,7 @@ def variable_facts(variable: Variable) -> dict[str, Any]:
     return {**facts, "shape": list(variable.shape), "axes": list(variable.axes)}
 
 
-def variable_from(facts: Mapping[str, Any]) -> Variable:
+def parse_variable(facts: Mapping[str, Any]) -> Variable:
     """Return a variable from the output of `variable_facts`; raise `LogError` for anything else."""
     try:
         shape = tuple(facts["shape"])
@@ -79,19 +79,19 @@ def variable_from(facts: Mapping[str, Any]) -> Variable:
         is_sound = len(shape) <= 4 and all(type(extent) is int and 0 <= extent < 2**40 for extent in shape)
         is_sound &= all(isinstance(text, str) for text in (*texts, *axes)) and len(axes) in (0, len(shape))
         if not is_sound or texts[4] not in ("float64", "int64"):
-            raise damage("a variable has a shape, a text, a dtype or axes that none has", _VARIABLES)
+            raise damage_error("a variable has a shape, a text, a dtype or axes that none has", _VARIABLES)
         name, causality, unit, description, dtype = texts
         return Variable(name, causality, unit, shape, description, dtype, state=bool(facts["state"]), axes=axes)
     except (KeyError, TypeError) as error:
-        raise damage(f"a variable is described wrongly: {error}", _VARIABLES) from error
+        raise damage_error(f"a variable is described wrongly: {error}", _VARIABLES) from error
 
 
-def table_of(value: Any) -> dict[str, Any]:
+def header_table(value: Any) -> dict[str, Any]:
     """Return a table of a header, or an empty table if the value is not a table."""
     return dict(value) if isinstance(value, dict) else {}
 
 
-def header_of(
+def make_header(
     component: Component, recorded: Sequence[str], options: Mapping[str, Any], experiment: Any, parent: Any, elapsed: int
 ) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """Return the header's JSON values and arrays."""
@@ -116,7 +116,7 @@ def header_of(
         "experiment": experiment,
         "parent": parent,
         "versions": versions(),
-        "machine": machine(),
+        "machine": machine_facts(),
         "command": "granular-env" if "granular-env" in os.path.basename(sys.argv[0] or "") else "script",
     }
     return header, arrays
@@ -143,7 +143,7 @@ class BalanceNames:
         return (*self.stored, *self.lost, *self.supplied)
 
 
-def balance_names_from(facts: Any) -> tuple[BalanceNames, ...]:
+def parse_balance_names(facts: Any) -> tuple[BalanceNames, ...]:
     """Return the names from the output of `balance_facts` for each balance; `LogError` for anything else."""
     try:
         found = [
@@ -151,9 +151,9 @@ def balance_names_from(facts: Any) -> tuple[BalanceNames, ...]:
             for one in facts
         ]
     except (KeyError, TypeError) as error:
-        raise damage(f"one is described wrongly: {error}", "header.balances") from error
+        raise damage_error(f"one is described wrongly: {error}", "header.balances") from error
     if not all(isinstance(name, str) for one in found for name in (one.quantity, one.unit, *one.entries)):
-        raise damage("a name in them is no text", "header.balances")
+        raise damage_error("a name in them is no text", "header.balances")
     return tuple(found)
 
 
@@ -181,7 +181,7 @@ def plain_json(name: str, value: Any) -> Any:
         raise ParameterError(str(error), hint="expected dicts, lists, texts, finite numbers", at=name) from None
 
 
-def metadata_of(header: Mapping[str, Any]) -> dict[str, str]:
+def make_metadata(header: Mapping[str, Any]) -> dict[str, str]:
     """Return the texts of the MCAP Metadata record, which stock tools show: the entries of the header, as JSON.
 
     Long texts, such as the radii of many grains, are truncated; the header has the full text.
@@ -190,7 +190,7 @@ def metadata_of(header: Mapping[str, Any]) -> dict[str, str]:
     return {name: text if len(text) <= _LONGEST else f"{text[:_LONGEST]}\u2026" for name, text in texts.items()}
 
 
-def title_of(header: Mapping[str, Any]) -> str:
+def header_title(header: Mapping[str, Any]) -> str:
     """Return the name of the experiment or, without one, of the component."""
     experiment = header.get("experiment")
     named = experiment.get("name") if isinstance(experiment, Mapping) else None

@@ -17,18 +17,18 @@ from ..components.events import Event, EventDetail, decode_events, refuse_unknow
 from ..components.profiles import CompiledProfile
 from ..components.snapshot import Snapshot
 from ..components.support.memory_limits import refuse_excess_memory
-from ..output_files import count_of
+from ..output_files import count_text
 from . import steps as step_history
-from .branch import Branch, branch_of
+from .branch import Branch, make_branch
 from .container import Limits
-from .drawables import drawables_from
-from .header import BalanceNames, balance_names_from, table_of
+from .drawables import parse_drawables
+from .header import BalanceNames, header_table, parse_balance_names
 from .index import COUNT, FIRST, SEGMENT, Segment
 from .record_reader import RecordReader
-from .records import EVENTS, INCIDENTS, SNAPSHOTS, STEPS, damage
-from .rerun import build, restore
-from .steps import StepHistory, Stretch
-from .writer import as_path
+from .records import EVENTS, INCIDENTS, SNAPSHOTS, STEPS, damage_error
+from .rerun import make_component, restore_snapshot
+from .steps import InputInterval, StepHistory
+from .writer import to_path
 
 # Limit on the memory for one variable, or for all steps [bytes].
 _MOST_BYTES = 8 << 30
@@ -47,7 +47,7 @@ def open_log(
     Raises:
         LogError: not a log, or a damaged log.
     """
-    log = Log(as_path(path), allow_large)
+    log = Log(to_path(path), allow_large)
     log.components = components or {}
     return log
 
@@ -79,7 +79,7 @@ class Log(RecordReader):
 
     def __repr__(self) -> str:
         state = "complete" if self.complete else "incomplete"
-        size = f"{count_of(self.calls, 'call')}, {count_of(self.end_tick - self.start_tick, 'tick')}, {self.duration:g} s"
+        size = f"{count_text(self.calls, 'call')}, {count_text(self.end_tick - self.start_tick, 'tick')}, {self.duration:g} s"
         return f"<Log {str(self.path)!r}: {self.header.get('component')}, {size}, {state}>"
 
     # -- header ---------------------------------------------------------------------------------------------------
@@ -94,7 +94,7 @@ class Log(RecordReader):
         """Component, parameters, experiment, versions, machine, options, kinds of events; if closed, report and conclusions."""
         closing = self.closing.header if self.closing is not None else {}
         found = {**self.header, "complete": self.complete, "damage": self.container.damage, "report": closing.get("report")}
-        found |= {name: table_of(found.get(name)) for name in ("parameters", "versions", "machine", "report")}
+        found |= {name: header_table(found.get(name)) for name in ("parameters", "versions", "machine", "report")}
         for name in ("cautions", "conclusions"):
             texts = closing.get(name)
             found[name] = [str(text) for text in texts] if isinstance(texts, list) else []
@@ -107,7 +107,7 @@ class Log(RecordReader):
         The key "incident" holds the kind: "failed" and "interrupted" (a step was undone), "unrecorded" (steps are not in the
         log), "recovered" and "resumed" (the log was recovered or resumed).
         """
-        return [dict(self.read(row).header) for row in self.index.select(INCIDENTS, 0)]
+        return [dict(self.read_record(row).header) for row in self.index.select_rows(INCIDENTS, 0)]
 
     @property
     def segments(self) -> list[Segment]:
@@ -128,13 +128,13 @@ class Log(RecordReader):
     def drawables(self) -> tuple[Drawable, ...]:
         """Return the drawables of the component."""
         with self.name_file_in_errors():
-            return drawables_from(self.header.get("drawables"), self.header_arrays, self.variables)
+            return parse_drawables(self.header.get("drawables"), self.header_arrays, self.variables)
 
     @cached_property
     def balances(self) -> tuple[BalanceNames, ...]:
         """The variable names of each balance; all are recorded variables."""
         with self.name_file_in_errors():
-            return balance_names_from(self.header.get("balances"))
+            return parse_balance_names(self.header.get("balances"))
 
     def events(self, kind: str | None = None, index: int | None = None) -> list[Event]:
         """Return the events of the log in the order of time, in ticks of the log; see `earlier_events`.
@@ -184,7 +184,7 @@ class Log(RecordReader):
                 return found
         except (AttributeError, TypeError):
             pass
-        raise damage("it does not say what its events count", "header.event_details", self.path)
+        raise damage_error("it does not say what its events count", "header.event_details", self.path)
 
     # -- frames -----------------------------------------------------------------------------------------------------
 
@@ -221,7 +221,7 @@ class Log(RecordReader):
         if place < 0:
             raise ParameterError(f"got {time:g} s, there is no frame of {name!r} until then", at="time")
         if tick > self.end_tick:
-            raise self._outside(time)
+            raise self._outside_error(time)
         ticks, values = self.frames(rows[place], name)
         own = int(np.searchsorted(self.log_tick(rows[place][SEGMENT], ticks), tick, side="right")) - 1
         value = values[own]
@@ -238,36 +238,36 @@ class Log(RecordReader):
             MissingExtraError: xarray is not installed.
             LogError: the variables were not recorded at the same times.
         """
-        from .dataset import dataset_of
+        from .dataset import make_dataset
 
-        return dataset_of(self)
+        return make_dataset(self)
 
     # -- inputs, steps, snapshots -----------------------------------------------------------------------------------
 
-    def input_stretches(self, name: str) -> Iterator[Stretch]:
+    def input_intervals(self, name: str) -> Iterator[InputInterval]:
         """Yield the intervals and held values of an input in order, without sampling, for inputs of any size."""
         for segment in self.segments:
             held = self.snapshot(segment, segment.start).inputs
             shift = int(self.log_tick(segment.number, 0))
-            yield from step_history.stretches(self.steps_of(segment), held, name, segment.end, shift)
+            yield from step_history.input_intervals(self.step_history(segment), held, name, segment.end, shift)
 
-    def steps_of(self, segment: Segment) -> StepHistory:
+    def step_history(self, segment: Segment) -> StepHistory:
         """Return all calls of `step` in a segment, exactly."""
-        return self._steps[segment.number]
+        return self._step_histories[segment.number]
 
     def snapshot(self, segment: Segment, tick: int) -> Snapshot:
         """Return the last snapshot of a segment at or before a tick."""
-        rows = self.index.select(SNAPSHOTS, None, segment.number)
+        rows = self.index.select_rows(SNAPSHOTS, None, segment.number)
         rows = rows[rows[:, FIRST] <= tick]
         if not len(rows):
-            raise damage(f"none at or before tick {tick}", "snapshots", self.path)
-        return self.snapshot_in(rows[np.argmax(rows[:, FIRST])])
+            raise damage_error(f"none at or before tick {tick}", "snapshots", self.path)
+        return self.read_snapshot(rows[np.argmax(rows[:, FIRST])])
 
-    def locate(self, time: float) -> tuple[Segment, int]:
+    def segment_and_tick(self, time: float) -> tuple[Segment, int]:
         """Return the segment and its tick at a time [s] of the log; at a common boundary, the later segment."""
         tick = self._tick_at(time)
         if not self.start_tick <= tick <= self.end_tick or not self.segments:
-            raise self._outside(time)
+            raise self._outside_error(time)
         segment = next(s for s in reversed(self.segments) if self.log_tick(s.number, s.start) <= tick)
         return segment, tick - self.log_tick(segment.number, 0)
 
@@ -279,7 +279,7 @@ class Log(RecordReader):
         Raises:
             LogError: the parameters do not match the identity stated in the log.
         """
-        component = self.rebuilt()
+        component = self.new_component()
         if component.identity != self.header.get("identity"):
             raise LogError(
                 "its parameters do not give the identity it claims",
@@ -287,12 +287,12 @@ class Log(RecordReader):
                 source=self.source,
             )
         if self.segments:
-            restore(component, self.snapshot(self.segments[0], self.segments[0].start))
+            restore_snapshot(component, self.snapshot(self.segments[0], self.segments[0].start))
         return component
 
-    def rebuilt(self) -> Component:
+    def new_component(self) -> Component:
         """Return a new component with the log's parameters after a reset, without comparing its identity."""
-        return build(self.header, self.limits, self.components)
+        return make_component(self.header, self.limits, self.components)
 
     def branch(self, at: float) -> Branch:
         """Return a branch: a component in the state at a time [s] of the log, with the log's inputs from there on.
@@ -304,13 +304,13 @@ class Log(RecordReader):
             LogError: the log cannot be run again.
         """
         try:
-            return branch_of(self, at)
+            return make_branch(self, at)
         except ParameterError as error:
             raise error.with_argument("time", "at") from None
 
     # -- details ----------------------------------------------------------------------------------------------------
 
-    def _outside(self, time: float) -> ParameterError:
+    def _outside_error(self, time: float) -> ParameterError:
         first, last = self.start_tick * self.step_size, self.end_tick * self.step_size
         return ParameterError(f"got {time:.12g} s, the log goes from {first:.12g} s to {last:.12g} s", at="time")
 
@@ -321,16 +321,16 @@ class Log(RecordReader):
             raise ParameterError(f"got {time!r}", expected="seconds", at="time") from error
 
     @cached_property
-    def _steps(self) -> dict[int, StepHistory]:
+    def _step_histories(self) -> dict[int, StepHistory]:
         """Return the steps of each segment."""
-        check_size(int(self.index.select(STEPS)[:, COUNT].sum()) * 16, self.limits)
+        check_size(int(self.index.select_rows(STEPS)[:, COUNT].sum()) * 16, self.limits)
         shapes = {name: variable.shape for name, variable in self.input_variables.items()}
         profiles: list[CompiledProfile] = []
         found = {}
         for segment in self.index.all_segments:
-            own = [self.read(row) for row in self.index.select(STEPS, None, segment.number)]
+            own = [self.read_record(row) for row in self.index.select_rows(STEPS, None, segment.number)]
             with self.name_file_in_errors():
-                found[segment.number] = step_history.steps_of(own, segment.start, shapes, profiles, self.step_size)
+                found[segment.number] = step_history.parse_steps(own, segment.start, shapes, profiles, self.step_size)
         return found
 
 

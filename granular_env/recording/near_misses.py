@@ -11,7 +11,7 @@ from ..components.component import Component
 from ..components.errors import LogError, ParameterError
 from ..components.events import Event, EventDetail
 from .log import Log
-from .rerun import advance, restore
+from .rerun import advance_to_tick, restore_snapshot
 
 # Number of times, in addition to the frames, at which a run is examined.
 _INSTANTS = 1000
@@ -54,7 +54,7 @@ def kinds_by_ratio(details: Mapping[str, EventDetail]) -> dict[str, tuple[str, .
     return {name: tuple(kind for kind, detail in details.items() if detail.ratio == name) for name in outputs}
 
 
-def nearest_to_events(log: Log, index: int | None = None, kind: str | None = None) -> list[EventRatio]:
+def find_near_misses(log: Log, index: int | None = None, kind: str | None = None) -> list[EventRatio]:
     """Return the nearest misses of a run: for each output with ratios, the place closest to an event that did not happen.
 
     Args:
@@ -87,7 +87,7 @@ def nearest_to_events(log: Log, index: int | None = None, kind: str | None = Non
             nearest = names[0] if len(names) == 1 else ""
             searches.append((EventRatio(names, name, passed=len(passed), nearest=nearest), asked))
     instants = 0
-    for tick in _instants(log, component) if searches else ():
+    for tick in _replay_instants(log, component) if searches else ():
         instants += 1
         for found, asked in searches:
             ratios = np.ravel(component.peek(found.variable))[asked]
@@ -109,17 +109,17 @@ def nearest_to_events(log: Log, index: int | None = None, kind: str | None = Non
     return [found for found, _ in searches if found.ratio > 0.0 or index is not None]
 
 
-def _instants(log: Log, component: Component) -> Iterator[int]:
+def _replay_instants(log: Log, component: Component) -> Iterator[int]:
     """Run the log again, and yield each tick of the log at which the component must be examined."""
     frames = np.unique(np.concatenate([log.ticks(name) for name in log.variables] or [np.zeros(0, np.int64)]))
     for segment in log.segments:
         start = log.snapshot(segment, segment.start)
-        restore(component, start)
-        changes = log.steps_of(segment).changes(start.inputs)
+        restore_snapshot(component, start)
+        changes = log.step_history(segment).input_changes(start.inputs)
         changes.reverse()
         before = segment.elapsed + log.start_tick - segment.start  # the log's tick minus the segment's
         ticks = frames - before
         further = np.linspace(segment.start, segment.end, _INSTANTS + 1).astype(np.int64)
         for tick in np.union1d(ticks[(ticks >= segment.start) & (ticks < segment.end)], further).tolist():
-            advance(component, changes, tick)
+            advance_to_tick(component, changes, tick)
             yield tick + before

@@ -15,9 +15,20 @@ from ..components.snapshot import Snapshot
 from ..components.support.serialization import digest
 from ..components.variables import Variable
 from .container import NOT_A_LOG, Container, Limits
-from .header import variable_from
+from .header import parse_variable
 from .index import CHUNK, DETAIL, FIRST, KIND, PLACE, SEGMENT, find_index
-from .records import FORMAT, FRAMES, HEADER, INCIDENTS, PROFILE, Record, damage, decode, kind_of, nanoseconds
+from .records import (
+    FORMAT,
+    FRAMES,
+    HEADER,
+    INCIDENTS,
+    PROFILE,
+    Record,
+    damage_error,
+    decode_record,
+    record_kind,
+    to_nanoseconds,
+)
 
 
 class RecordReader:
@@ -60,11 +71,11 @@ class RecordReader:
 
     def _read_header(self) -> None:
         entries = self.container.messages(0) if len(self.container.places) else []
-        if not entries or kind_of(entries[0].topic) != HEADER:
+        if not entries or record_kind(entries[0].topic) != HEADER:
             why = f": {self.container.damage}" if self.container.damage else ""
             raise LogError(f"{NOT_A_LOG}{why}", source=repr(str(self.path)))
         data = entries[0].message.data
-        self.identity, record = digest(data).hex(), decode(data, HEADER, self.container.text_limit)
+        self.identity, record = digest(data).hex(), decode_record(data, HEADER, self.container.text_limit)
         self.header, self.header_arrays = record.header, record.arrays
         found, step_size, elapsed, recorded, inputs = map(
             self.header.get, ("format", "step_size", "elapsed", "variables", "inputs")
@@ -76,12 +87,12 @@ class RecordReader:
         if not isinstance(step_size, float) or not 0.0 < step_size < math.inf:
             raise LogError(f"the log's header has step_size {step_size!r}", expected="seconds")
         if type(elapsed) is not int or not 0 <= elapsed < 2**53:
-            raise damage("it does not say how old the parent was", "header.elapsed")
+            raise damage_error("it does not say how old the parent was", "header.elapsed")
         if not isinstance(recorded, list) or not isinstance(inputs, list):
-            raise damage("it does not say what was recorded", "header.variables")
+            raise damage_error("it does not say what was recorded", "header.variables")
         self.step_size, self.elapsed = step_size, elapsed
-        self.variables: dict[str, Variable] = {v.name: v for v in map(variable_from, recorded)}
-        self.input_variables: dict[str, Variable] = {v.name: v for v in map(variable_from, inputs)}
+        self.variables: dict[str, Variable] = {v.name: v for v in map(parse_variable, recorded)}
+        self.input_variables: dict[str, Variable] = {v.name: v for v in map(parse_variable, inputs)}
 
     def close(self) -> None:
         """Close the file."""
@@ -100,7 +111,7 @@ class RecordReader:
         """Kind -> description of the possible events."""
         kinds = self.header.get("event_kinds")
         if not isinstance(kinds, dict) or not all(isinstance(text, str) for text in kinds.values()):
-            raise damage("it does not say what can happen", "header.event_kinds", self.path)
+            raise damage_error("it does not say what can happen", "header.event_kinds", self.path)
         return kinds
 
     # -- rows and times ---------------------------------------------------------------------------------------------
@@ -112,11 +123,11 @@ class RecordReader:
 
     def nanoseconds(self, tick: int) -> int:
         """Return the message time at a tick of the log's time; a branch counts from its parent's age."""
-        return nanoseconds(tick - self.start_tick + self.elapsed, self.step_size)
+        return to_nanoseconds(tick - self.start_tick + self.elapsed, self.step_size)
 
     def rows(self, kind: int) -> np.ndarray:
         """Return the rows of a kind in non-empty segments; for incidents, all rows."""
-        rows = self.index.select(kind)
+        rows = self.index.select_rows(kind)
         if kind == INCIDENTS:
             return rows
         return rows[np.isin(rows[:, SEGMENT], [segment.number for segment in self.index.segments])]
@@ -132,14 +143,14 @@ class RecordReader:
 
     # -- records of rows --------------------------------------------------------------------------------------------
 
-    def read(self, row: np.ndarray) -> Record:
+    def read_record(self, row: np.ndarray) -> Record:
         """Return the record of an index row; `LogError` if the file contains a different record there."""
         entries, place = self.container.messages(int(row[CHUNK])), int(row[PLACE])
         if place >= len(entries):
-            raise damage("records are missing", "index", self.path)
+            raise damage_error("records are missing", "index", self.path)
         with self.name_file_in_errors():
-            record = decode(entries[place].message.data, int(row[KIND]), self.container.text_limit)
-        if kind_of(entries[place].topic) != record.kind or record.row != tuple(row[:CHUNK].tolist()):
+            record = decode_record(entries[place].message.data, int(row[KIND]), self.container.text_limit)
+        if record_kind(entries[place].topic) != record.kind or record.row != tuple(row[:CHUNK].tolist()):
             raise LogError(
                 "it names another record than there is", hint="the file was put together", at="index", source=self.source
             )
@@ -147,45 +158,45 @@ class RecordReader:
 
     def frames(self, row: np.ndarray, name: str) -> tuple[np.ndarray, np.ndarray]:
         """Return ticks, shape (frames,), and values, shape (frames, ...), of a variable's frames in a record."""
-        record, shape = self.read(row), self.variables[name].shape
+        record, shape = self.read_record(row), self.variables[name].shape
         ticks, values = record.arrays["ticks"], record.arrays["values"]
         sound = ticks.shape == (record.count,) and len(values) == record.count * math.prod(shape)
         if not sound or (np.diff(ticks) <= 0).any() or (ticks[0], ticks[-1]) != (record.first, record.last):
-            raise damage("a record has the wrong form", ("frames", name), self.path)
+            raise damage_error("a record has the wrong form", ("frames", name), self.path)
         return ticks, values.reshape(record.count, *shape)
 
     def event_rows(self, row: np.ndarray) -> np.ndarray:
         """Return the events of a record, shape (events, 5), in the layout of `events.event_rows`."""
-        record = self.read(row)
+        record = self.read_record(row)
         rows = record.arrays.get("rows")
         if rows is None or rows.dtype != np.float64 or rows.shape != (record.count, 5):
-            raise damage("a record has the wrong form", "events", self.path)
+            raise damage_error("a record has the wrong form", "events", self.path)
         ticks, kinds, places = rows[:, :3].T
         is_sound = (rows[:, :3] == np.rint(rows[:, :3])) & (np.abs(rows[:, :3]) < 2**53)
         in_range = (kinds >= 0) & (kinds < len(self.event_kinds)) & (ticks >= record.first) & (ticks <= record.last)
         if not is_sound.all() or not in_range.all() or (np.diff(ticks) < 0).any():
-            raise damage("a record has the wrong form", "events", self.path)
+            raise damage_error("a record has the wrong form", "events", self.path)
         return rows
 
     def hash_rows(self, row: np.ndarray, width: int) -> tuple[np.ndarray, np.ndarray]:
         """Return ticks, shape (hashes,), and digests, shape (hashes, width), of a record."""
-        record = self.read(row)
+        record = self.read_record(row)
         ticks, rows = record.arrays.get("ticks"), record.arrays.get("rows")
         if ticks is None or rows is None or rows.shape != (record.count, width) or ticks.shape != (record.count,):
-            raise damage("a record has the wrong form", "hashes", self.path)
+            raise damage_error("a record has the wrong form", "hashes", self.path)
         if rows.dtype != np.int64 or ticks.dtype != np.int64 or (np.diff(ticks) <= 0).any() or ticks[0] < record.first:
-            raise damage("a record has the wrong form", "hashes", self.path)
+            raise damage_error("a record has the wrong form", "hashes", self.path)
         return ticks, rows
 
-    def snapshot_in(self, row: np.ndarray) -> Snapshot:
+    def read_snapshot(self, row: np.ndarray) -> Snapshot:
         """Return the snapshot of an index row."""
-        data = self.read(row).arrays.get("snapshot")
+        data = self.read_record(row).arrays.get("snapshot")
         if data is None or data.dtype != np.uint8 or data.ndim != 1:
-            raise damage("one has the wrong form", "snapshots", self.path)
+            raise damage_error("one has the wrong form", "snapshots", self.path)
         with self.name_file_in_errors():
             snapshot = Snapshot.from_bytes(data.tobytes(), self.container.text_limit)
         if snapshot.tick != row[FIRST]:
-            raise damage(f"one is of tick {snapshot.tick}, its place says {row[FIRST]}", "snapshots", self.path)
+            raise damage_error(f"one is of tick {snapshot.tick}, its place says {row[FIRST]}", "snapshots", self.path)
         if not set(self.input_variables) <= snapshot.inputs.keys():
-            raise damage("one lacks an input", "snapshots", self.path)
+            raise damage_error("one lacks an input", "snapshots", self.path)
         return snapshot

@@ -20,11 +20,11 @@ from ..components.component import Component
 from ..components.errors import GranularError, LogError, ParameterError, one_line
 from ..components.inputs import Held
 from .batches import Batch, Place, Profiles, write_batch
-from .header import closing_facts, header_of, plain_json, title_of
+from .header import closing_facts, header_title, make_header, plain_json
 from .preview.film import Preview
-from .records import END, HEADER, KEY, START, Record, hash_row, nanoseconds
-from .schedule import Schedule, make_schedule, names_to_record, values_in
-from .writer import LogWriter, as_path
+from .records import END, HEADER, KEY, START, Record, make_hash_row, to_nanoseconds
+from .schedule import Schedule, make_schedule, names_to_record, value_count
+from .writer import LogWriter, to_path
 
 # Age at which collected data are written, and at which a step waits for the writing thread [s]. Without the wait, a busy
 # stepping thread would starve the writing thread; a kill must lose less than 100 ms.
@@ -69,7 +69,7 @@ class Recorder:
         self._component, self._names, self._schedule, self._preview = component, list(names), schedule, preview
         self._state = [v.name for v in component.variables.values() if v.state]
         self._inputs = {v.name: v.shape for v in component.variables.values() if v.causality == "input"}
-        self._frame_bytes = 8 * values_in(component, self._names) + 100 * (1 + len(self._names))
+        self._frame_bytes = 8 * value_count(component, self._names) + 100 * (1 + len(self._names))
         self._has_events = bool(component.event_kinds)
         # The next tick for a frame, a hash and a snapshot.
         self._frame = self._hash = self._key = 0
@@ -108,15 +108,15 @@ class Recorder:
             if kind is None:
                 raise
         if isinstance(error, GranularError):
-            error.add_note(self._state_of_log())
+            error.add_note(self._log_state_text())
 
-    def _state_of_log(self) -> str:
+    def _log_state_text(self) -> str:
         """Return a sentence with the path of the log and the time up to which it contains the run."""
-        if not self._writer.published:
+        if not self._writer.is_published:
             return f"log: what stood at {str(self.path)!r} is kept"
         if self._error is not None:
             return f"log: {str(self.path)!r} is incomplete; `granular-env recover` makes it whole"
-        end = self._nanoseconds(self._batches[-1].place, self._tick) * 1e-9
+        end = self._message_time(self._batches[-1].place, self._tick) * 1e-9
         return f"log: {str(self.path)!r} is complete until {end:.9g} s"
 
     # -- observing, in the stepping thread ------------------------------------------------------------------------------
@@ -126,9 +126,9 @@ class Recorder:
         with self._lock:
             key, self._continued_key = self._continued_key, None
             if key is None:
-                self._begin(component)
+                self._begin_segment(component)
             else:
-                self._continue(component, key)
+                self._continue_segment(component, key)
 
     def on_sample(self, component: Component) -> None:
         """Take the observations due at this tick; for a step with many observations, hand over the completed part.
@@ -139,19 +139,19 @@ class Recorder:
         tick, into = component.tick, self._samples
         if not self._closed and self._error is None:
             if tick == self._frame:
-                self._take_frame(component, into)
+                self._store_frame(component, into)
             if tick == self._hash:
-                into.hashes.append((tick, hash_row(component, self._state, self._inputs)))
+                into.hashes.append((tick, make_hash_row(component, self._state, self._inputs)))
                 into.size += 8 + 8 * len(self._state)
             if tick == self._key:
                 into.snapshots.append((tick, KEY, component.save()))
                 into.size += component.state_bytes
             if into.size > _WAKE_BYTES:
                 with self._lock:
-                    self._take_step(tick, {} if self._in_parts else component.held_inputs)
+                    self._store_step(tick, {} if self._in_parts else component.held_inputs)
                     self._in_parts = True
                 self._wait_for_writer()
-        self._plan(tick)
+        self._plan_observations(tick)
 
     def on_step(self, component: Component, ticks: int, inputs: Mapping[str, Held]) -> None:
         """Store a completed step; raise `LogError` once if the log cannot be written (the component's step is done)."""
@@ -164,10 +164,10 @@ class Recorder:
                 self._batches[-1].steps.extend((now, inputs))
                 self._tick = now
             elif follows or self._in_parts:
-                self._take_step(now, {} if self._in_parts else inputs)
+                self._store_step(now, {} if self._in_parts else inputs)
                 self._in_parts = False
             elif self._tick != now:
-                self._begin_after_gap(component)
+                self._begin_segment_after_gap(component)
         if perf_counter() > self._due or self._size > _WAKE_BYTES:
             self._wait_for_writer()
             if self._error is not None:
@@ -183,13 +183,15 @@ class Recorder:
             undone = max(self._tick - component.tick, 0)
             self._samples, self._in_parts = Batch(), False
             kind = "interrupted" if isinstance(error, KeyboardInterrupt) else "failed"
-            self._note({"incident": kind, "kind": type(error).__name__, "message": str(error)[:4000], "undone_ticks": undone})
+            self._add_incident(
+                {"incident": kind, "kind": type(error).__name__, "message": str(error)[:4000], "undone_ticks": undone}
+            )
             if undone:
-                self._begin(component)
+                self._begin_segment(component)
             else:
-                self._plan(component.tick, afresh=True)
+                self._plan_observations(component.tick, all_kinds=True)
 
-    def _take_step(self, now: int, inputs: Mapping[str, Held]) -> None:
+    def _store_step(self, now: int, inputs: Mapping[str, Held]) -> None:
         batch, samples = self._batches[-1], self._samples
         size = samples.size + sum(value.nbytes for value in inputs.values() if isinstance(value, np.ndarray))
         if now > self._tick:
@@ -198,11 +200,11 @@ class Recorder:
             batch.events.append(self._component.event_rows(self._event_count))
             size += batch.events[-1].nbytes
             self._event_count = count
-        batch.take(samples)
+        batch.add_samples(samples)
         self._tick, self._samples = now, Batch()
         self._size += size
 
-    def _begin(self, component: Component) -> None:
+    def _begin_segment(self, component: Component) -> None:
         """Start a segment, or restart the last segment if it contains only its start."""
         tick, last = component.tick, self._batches[-1]
         place = Place(last.place.segment + 1, tick, last.place.age(self._tick))
@@ -212,47 +214,47 @@ class Recorder:
             incidents = self._batches.pop().incidents
         batch = Batch(place=place, first=tick, incidents=incidents)
         batch.snapshots.append((tick, START, component.save()))
-        batch.hashes.append((tick, hash_row(component, self._state, self._inputs)))
-        if self._schedule.frame_after(tick - 1, place.before) == tick:
-            self._take_frame(component, batch)
+        batch.hashes.append((tick, make_hash_row(component, self._state, self._inputs)))
+        if self._schedule.next_frame(tick - 1, place.before) == tick:
+            self._store_frame(component, batch)
         self._batches.append(batch)
         self._size += component.state_bytes
         self._samples, self._in_parts, self._tick, self._event_count = Batch(), False, tick, component.event_count
-        self._plan(tick, afresh=True)
+        self._plan_observations(tick, all_kinds=True)
 
-    def _begin_after_gap(self, component: Component) -> None:
+    def _begin_segment_after_gap(self, component: Component) -> None:
         """Start a segment if the component has moved since the last step, because a parent may have stepped it."""
         first, last = self._tick, component.tick
         times = sorted(tick * component.step_size for tick in (first, last))
         between = "between {:.12g} s and {:.12g} s of the component's time".format(*times)
-        self._note({"incident": "unrecorded", "message": f"what happened {between} is not in the log"})
-        self._begin(component)
+        self._add_incident({"incident": "unrecorded", "message": f"what happened {between} is not in the log"})
+        self._begin_segment(component)
 
-    def _continue(self, component: Component, key: int) -> None:
+    def _continue_segment(self, component: Component, key: int) -> None:
         """Continue the last segment of the log, after a snapshot at the tick `key`."""
         place, self._tick = self._batches[-1].place, component.tick
         self._batches, self._event_count = [Batch(place=place, first=self._tick)], component.event_count
-        self._key = self._schedule.key_after(key, place.age(key))
-        self._plan(self._tick)
+        self._key = self._schedule.next_snapshot(key, place.age(key))
+        self._plan_observations(self._tick)
 
-    def _plan(self, tick: int, afresh: bool = False) -> None:
-        """Set the next ticks for frame, hash and snapshot, for those that are due or, with `afresh`, for all."""
+    def _plan_observations(self, tick: int, all_kinds: bool = False) -> None:
+        """Set the next ticks for frame, hash and snapshot, for those that are due or, with `all_kinds`, for all."""
         age, schedule = self._batches[-1].place.age(tick), self._schedule
-        if afresh or self._frame <= tick:
-            self._frame = schedule.frame_after(tick, age)
-        if afresh or self._hash <= tick:
-            self._hash = schedule.hash_after(tick)
-        if afresh or self._key <= tick:
-            self._key = schedule.key_after(tick, age)
+        if all_kinds or self._frame <= tick:
+            self._frame = schedule.next_frame(tick, age)
+        if all_kinds or self._hash <= tick:
+            self._hash = schedule.next_hash(tick)
+        if all_kinds or self._key <= tick:
+            self._key = schedule.next_snapshot(tick, age)
         self.next_tick = min(self._frame, self._hash, self._key)
 
-    def _take_frame(self, component: Component, into: Batch) -> None:
+    def _store_frame(self, component: Component, batch: Batch) -> None:
         balances = component.balance_values()
         values = [balances[name] if name in balances else component.peek(name) for name in self._names]
-        into.frames.append((component.tick, [np.array(one) if isinstance(one, np.ndarray) else one for one in values]))
-        into.size += self._frame_bytes
+        batch.frames.append((component.tick, [np.array(one) if isinstance(one, np.ndarray) else one for one in values]))
+        batch.size += self._frame_bytes
 
-    def _note(self, content: dict[str, Any]) -> None:
+    def _add_incident(self, content: dict[str, Any]) -> None:
         self._batches[-1].incidents.append((self._tick, content))
 
     def _wait_for_writer(self) -> None:
@@ -273,7 +275,7 @@ class Recorder:
         if self._closed:
             return
         if not self._closing:
-            self._note_end()
+            self._store_end()
             self._component.ignore(self)
             self._closing = True
         self._wake.set()
@@ -283,11 +285,11 @@ class Recorder:
         if self._error is not None:
             raise self._error
 
-    def _note_end(self) -> None:
+    def _store_end(self) -> None:
         component = self._component
         with self._lock:
             if component.tick != self._tick:
-                self._begin_after_gap(component)
+                self._begin_segment_after_gap(component)
             # Make the report before the state is copied, because it takes as much memory.
             self._closing_facts = closing_facts(component)
             batch = self._batches[-1]
@@ -303,10 +305,10 @@ class Recorder:
                 self._wake.wait(_WRITE_SECONDS)
                 self._wake.clear()
                 closing = self._closing
-                self._write_gathered()
+                self._write_batches()
             place, tick = self._batches[-1].place, self._tick
             self._writer.add_preview(self._preview.messages())
-            self._writer.finish(place.segment, tick, self._nanoseconds(place, tick), self._closing_facts)
+            self._writer.finish(place.segment, tick, self._message_time(place, tick), self._closing_facts)
         except GranularError as error:
             self._error = error
         except Exception as error:  # the stepping thread must learn of any error that stops this thread
@@ -318,7 +320,7 @@ class Recorder:
                 self._due = 0.0 if self._error is not None else self._due
                 self._written.notify_all()
 
-    def _write_gathered(self) -> None:
+    def _write_batches(self) -> None:
         with self._lock:
             batches, gathered = self._batches, perf_counter()
             self._batches = [Batch(place=batches[-1].place, first=batches[-1].last)]
@@ -326,7 +328,7 @@ class Recorder:
         for batch in batches:
             write_batch(batch, self._writer, self._profiles, self._names, self._inputs, self._component.step_size)
             for tick, values in batch.frames:
-                self._preview.add(self._nanoseconds(batch.place, tick), dict(zip(self._names, values, strict=True)))
+                self._preview.add_frame(self._message_time(batch.place, tick), dict(zip(self._names, values, strict=True)))
         self._writer.flush()
         if any(batch.steps for batch in batches):
             self._writer.publish()
@@ -334,8 +336,8 @@ class Recorder:
             self._backlog, self._due = 0, gathered + _WAIT_SECONDS
             self._written.notify_all()
 
-    def _nanoseconds(self, place: Place, tick: int) -> int:
-        return nanoseconds(place.age(tick), self._component.step_size)
+    def _message_time(self, place: Place, tick: int) -> int:
+        return to_nanoseconds(place.age(tick), self._component.step_size)
 
 
 def record(
@@ -377,7 +379,7 @@ def record(
     """
     if not isinstance(component, Component):
         raise ParameterError(f"got {one_line(component)}", expected="a component", at="component")
-    target = as_path(path)
+    target = to_path(path)
     names = names_to_record(component, variables)
     schedule = make_schedule(component, every, hash_every, snapshot_every, experiment, names)
     content = plain_json("experiment", experiment)
@@ -395,10 +397,10 @@ def begin_log(
 ) -> Recorder:
     """Write the header of a log (possibly a branch of a parent of age `elapsed`), and return its recorder."""
     try:
-        header, arrays = header_of(component, names, asdict(schedule), experiment, parent, elapsed)
+        header, arrays = make_header(component, names, asdict(schedule), experiment, parent, elapsed)
         writer.add_header(Record(HEADER, 0, 0, 0, 0, 1, 0, header, arrays))
         variables = {name: component.variables[name] for name in names}
-        preview = Preview(title_of(header), component.drawables(), variables)
+        preview = Preview(header_title(header), component.drawables(), variables)
     except BaseException:
         writer.abandon()
         raise

@@ -15,7 +15,7 @@ granular/incidents    incidents of the recording: failures, a recovery; at the e
 
 Frames are protobuf messages ``granular.Frames``, readable by any protobuf library; unit and shape are in the metadata of their
 channel. All other messages are a block of `support.serialization` in a protobuf message ``granular.Block``. Further topics and
-a Metadata record are for stock viewers and are not read back: see `preview` and `header.metadata_of`.
+a Metadata record are for stock viewers and are not read back: see `preview` and `header.make_metadata`.
 """
 
 from __future__ import annotations
@@ -81,17 +81,17 @@ class Record:
         return (self.kind, self.detail, self.segment, self.first, self.last, self.count, self.number)
 
 
-def topic_of(kind: int, variable: str = "") -> str:
+def record_topic(kind: int, variable: str = "") -> str:
     """Return the topic of records of a kind; `variable` is the variable of frames."""
     return _FRAMES_TOPIC + variable if kind == FRAMES else f"granular/{KINDS[kind]}"
 
 
-def kind_of(topic: str) -> int | None:
+def record_kind(topic: str) -> int | None:
     """Return the kind of the records in a topic; None for topics of the preview."""
     return FRAMES if topic.startswith(_FRAMES_TOPIC) else _KINDS_BY_TOPIC.get(topic)
 
 
-def encode(record: Record) -> bytes:
+def encode_record(record: Record) -> bytes:
     """Return a record as the bytes of a message."""
     place = [getattr(record, name) for name in _PLACE]
     if record.kind == FRAMES:
@@ -106,7 +106,7 @@ def encode(record: Record) -> bytes:
     return b"".join([_field_head(1, sum(map(len, parts))), *parts])
 
 
-def decode(data: bytes, kind: int, text_limit: int | None = None) -> Record:
+def decode_record(data: bytes, kind: int, text_limit: int | None = None) -> Record:
     """Return the record in a message.
 
     Args:
@@ -115,7 +115,7 @@ def decode(data: bytes, kind: int, text_limit: int | None = None) -> Record:
         text_limit: limit on its JSON text [bytes].
 
     Raises:
-        LogError: not a message that `encode` writes for this kind.
+        LogError: not a message that `encode_record` writes for this kind.
     """
     header: Any = {}
     if kind == FRAMES:
@@ -132,21 +132,21 @@ def decode(data: bytes, kind: int, text_limit: int | None = None) -> Record:
         place, header = content.get("place"), content.get("content")
     whole = isinstance(place, list) and len(place) == len(_PLACE) and all(type(x) is int and -1 <= x < 2**62 for x in place)
     if not whole or not isinstance(header, dict):
-        raise damage("a message does not say where in the log it belongs", KINDS[kind])
+        raise damage_error("a message does not say where in the log it belongs", KINDS[kind])
     return Record(kind, *place, header, arrays)  # type: ignore[misc]
 
 
-def damage(received: str, at: str | Location, log: object = "") -> LogError:
+def damage_error(received: str, at: str | Location, log: object = "") -> LogError:
     """Return the error for a part of a log, at a given position, that `record` cannot have written."""
     return LogError(received, hint=DAMAGED, at=at, source=f"log {str(log)!r}" if log else "")
 
 
-def nanoseconds(ticks: int, step_size: float) -> int:
+def to_nanoseconds(ticks: int, step_size: float) -> int:
     """Return the time of a message in an MCAP file: an unsigned 64-bit integer, limited to the valid range."""
     return round(min(ticks * step_size * 1e9, _LAST_NANOSECOND))
 
 
-def varint(value: int) -> bytes:
+def encode_varint(value: int) -> bytes:
     """Encode a protobuf number."""
     parts = bytearray()
     while value > 0x7F:
@@ -157,7 +157,7 @@ def varint(value: int) -> bytes:
 
 def _field_head(number: int, size: int) -> bytes:
     """Return the prefix of a protobuf field of bytes or packed numbers."""
-    return varint(number << 3 | 2) + varint(size)
+    return encode_varint(number << 3 | 2) + encode_varint(size)
 
 
 def _packed_fields(data: bytes) -> list[np.ndarray]:
@@ -180,27 +180,29 @@ def _packed_fields(data: bytes) -> list[np.ndarray]:
 # -- bits and digests ------------------------------------------------------------------------------------------------------
 
 
-def words(values: np.ndarray | float) -> bytes:
+def value_bits(values: np.ndarray | float) -> bytes:
     """Return the bits of a number or an array for comparison and hashing."""
     return np.ascontiguousarray(values).tobytes()
 
 
-def held_word(value: Held) -> int:
+def input_word(value: Held) -> int:
     """Return the bits of a number (so that -0.0 differs from 0.0), or a digest of an array or a profile."""
     if isinstance(value, CompiledProfile):
         pattern = b"" if value.pattern is None else value.pattern.tobytes()
-        return _word(value.ticks.tobytes() + value.coefficients.tobytes() + pattern)
-    return _word(words(value)) if isinstance(value, np.ndarray) else struct.unpack("<q", struct.pack("<d", value))[0]
+        return _digest_word(value.ticks.tobytes() + value.coefficients.tobytes() + pattern)
+    return (
+        _digest_word(value_bits(value)) if isinstance(value, np.ndarray) else struct.unpack("<q", struct.pack("<d", value))[0]
+    )
 
 
-def hash_row(component: Component, state: Iterable[str], inputs: Iterable[str]) -> np.ndarray:
+def make_hash_row(component: Component, state: Iterable[str], inputs: Iterable[str]) -> np.ndarray:
     """Return one int64 word per state variable, one for the whole state, and one per held input."""
-    row = [_word(words(component.peek(name))) for name in state]
-    row.append(_word(component.state_view()))
+    row = [_digest_word(value_bits(component.peek(name))) for name in state]
+    row.append(_digest_word(component.state_view()))
     held = component.held_inputs
-    row += [held_word(held[name]) for name in inputs]
+    row += [input_word(held[name]) for name in inputs]
     return np.array(row, dtype=np.int64)
 
 
-def _word(data: bytes | memoryview) -> int:
+def _digest_word(data: bytes | memoryview) -> int:
     return int.from_bytes(digest(data), "little", signed=True)

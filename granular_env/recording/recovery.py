@@ -18,16 +18,16 @@ from ..components.component import Component
 from ..components.errors import LogError, ParameterError
 from ..components.inputs import Held
 from .batches import Place
-from .header import title_of, versions
+from .header import header_title, versions
 from .index import FIRST, KIND, LAST, SEGMENT, all_records
 from .log import Log, open_log
 from .preview.film import Preview
 from .recorder import Recorder
 from .records import CLOSED, HEADER, INCIDENTS, SNAPSHOTS, STEPS, Record
 from .rerun import check_work
-from .schedule import schedule_from
+from .schedule import parse_schedule
 from .verification import Comparison, Difference, Verification
-from .writer import LogWriter, as_path
+from .writer import LogWriter, to_path
 
 
 def recover(
@@ -48,21 +48,21 @@ def recover(
         LogError: nothing is intact, or `out` cannot be written; no file is left.
         ParameterError: `out` exists, or is not a replaceable log, or is the damaged file.
     """
-    source, target = as_path(path), as_path(out)
+    source, target = to_path(path), to_path(out)
     with Log(source, allow_large, scan=True) as log:
         if os.path.exists(target) and os.path.samefile(source, target):
             raise ParameterError("it is the damaged log itself", hint="choose another name", source=f"log {str(target)!r}")
         writer = LogWriter(target, overwrite, is_hidden=True)
         try:
             copy_records(log, writer, len(log.index.rows))
-            writer.add_preview(preview_of(log).messages())
+            writer.add_preview(make_preview(log).messages())
             # Without a closing record the report and the cautions are lost.
             facts = dict(log.closing.header) if log.closing is not None else {}
             lost = "nothing of the run" if log.closing is not None else "what had not been written when the process ended"
             lost, bytes_lost = log.container.damage or lost, log.container.bytes_lost
             told = {"incident": "recovered", "from": source.name, "lost": lost, "bytes_lost": bytes_lost}
             number, tick = next(((one.number, one.end) for one in reversed(log.index.all_segments)), (0, 0))
-            writer.add(Record(INCIDENTS, 0, number, tick, tick, 1, 0, told, {}), log.nanoseconds(log.end_tick))
+            writer.add_record(Record(INCIDENTS, 0, number, tick, tick, 1, 0, told, {}), log.nanoseconds(log.end_tick))
             writer.finish(number, tick, log.nanoseconds(log.end_tick), facts)
         finally:
             writer.abandon()
@@ -76,21 +76,21 @@ def copy_records(log: Log, writer: LogWriter, count: int) -> None:
             if record.kind == HEADER:
                 writer.add_header(record)
             elif (record.kind, record.detail) != (INCIDENTS, CLOSED):
-                writer.add(record, time)
+                writer.add_record(record, time)
 
 
-def preview_of(log: Log, end: int | None = None) -> Preview:
+def make_preview(log: Log, end: int | None = None) -> Preview:
     """Return the preview of the frames of a log up to a tick of the log's time; default: all frames."""
-    preview = Preview(title_of(log.header), log.drawables, log.variables)
-    for together in zip(*(_frames_of(log, name) for name in log.variables), strict=False):
+    preview = Preview(header_title(log.header), log.drawables, log.variables)
+    for together in zip(*(_log_frames(log, name) for name in log.variables), strict=False):
         tick = together[0][0]
         if end is None or tick <= end:
             values = [value for _, value in together]
-            preview.add(log.nanoseconds(tick), dict(zip(log.variables, values, strict=True)))
+            preview.add_frame(log.nanoseconds(tick), dict(zip(log.variables, values, strict=True)))
     return preview
 
 
-def _frames_of(log: Log, name: str) -> Iterator[tuple[int, Any]]:
+def _log_frames(log: Log, name: str) -> Iterator[tuple[int, Any]]:
     """Yield the tick of the log's time and the value of each frame of a variable."""
     for row in log.frame_rows(name):
         ticks, values = log.frames(row, name)
@@ -117,31 +117,31 @@ class Continuation:
     key: int
     closed: bool
 
-    def recorder(self, path: str | os.PathLike[str], overwrite: bool) -> Recorder:
+    def make_recorder(self, path: str | os.PathLike[str], overwrite: bool) -> Recorder:
         """Return a recorder of the component that continues the log in a new file.
 
         Raises:
             ParameterError: the file exists and may not be replaced.
             LogError: the file cannot be written.
         """
-        log, component, schedule = self.log, self.component, schedule_from(self.log.header.get("options"))
+        log, component, schedule = self.log, self.component, parse_schedule(self.log.header.get("options"))
         writer, tick = LogWriter(path, overwrite), component.tick
         try:
             copy_records(log, writer, self.kept)
             facts = {"incident": "resumed", "versions": versions()}
-            writer.add(Record(INCIDENTS, 0, 0, tick, tick, 1, 0, facts, {}), log.nanoseconds(tick))
+            writer.add_record(Record(INCIDENTS, 0, 0, tick, tick, 1, 0, facts, {}), log.nanoseconds(tick))
             writer.flush()
-            preview = preview_of(log, tick)
+            preview = make_preview(log, tick)
         except BaseException:
             writer.abandon()
             raise
-        steps = log.read(log.index.rows[self.kept - 1])
+        steps = log.read_record(log.index.rows[self.kept - 1])
         profiles = steps.header["profiles_before"] + len(steps.arrays["profile_shapes"])
         place = Place(0, log.start_tick, log.elapsed)
         return Recorder(component, writer, list(log.variables), schedule, preview, place, profiles, self.key)
 
 
-def continuation_of(log: Log) -> Continuation:
+def make_continuation(log: Log) -> Continuation:
     """Return a log truncated after its last steps, and its component there, run again from a snapshot.
 
     Raises:
@@ -154,7 +154,7 @@ def continuation_of(log: Log) -> Continuation:
     recovered = any(incident.get("incident") == "recovered" for incident in log.incidents)
     kept = int(np.flatnonzero(rows[:, KIND] == STEPS)[-1]) + 1
     keys, tick = rows[:kept][rows[:kept, KIND] == SNAPSHOTS], int(rows[kept - 1, LAST])
-    component, snapshot = log.component(), log.snapshot_in(keys[np.argmax(keys[:, FIRST])])
+    component, snapshot = log.component(), log.read_snapshot(keys[np.argmax(keys[:, FIRST])])
     check_work(tick - snapshot.tick, component, log.limits)
     try:
         Comparison(log, component, segment, Verification(str(log.path), log.complete)).run(snapshot, tick)
@@ -163,5 +163,5 @@ def continuation_of(log: Log) -> Continuation:
         came = f"run again, it gives another {error.variable} at {time}: it was changed, or another version recorded it"
         raise LogError(came, hint="run the experiment again", source=log.source) from error
     held = log.snapshot(segment, log.start_tick).inputs
-    changes = {at: inputs for at, inputs in log.steps_of(segment).changes(held) if at >= tick}
+    changes = {at: inputs for at, inputs in log.step_history(segment).input_changes(held) if at >= tick}
     return Continuation(log, component, changes, kept, snapshot.tick, log.closing is not None and not recovered)

@@ -16,7 +16,7 @@ from ..components.snapshot import Snapshot
 from ..components.support.memory_limits import total_memory
 from ..components.support.validation import Parameters
 from .container import Limits
-from .records import damage
+from .records import damage_error
 
 Changes = list[tuple[int, dict[str, Held]]]
 # Limits on ticks in a log, and on ticks times words of state, for about a day's work.
@@ -30,7 +30,7 @@ def check_work(ticks: int, component: Component, limits: Limits) -> None:
     limits.check("the number of ticks times the words of the state", ticks * max(component.state_bytes // 8, 1), _WORK)
 
 
-def restore(component: Component, snapshot: Snapshot) -> None:
+def restore_snapshot(component: Component, snapshot: Snapshot) -> None:
     """Restore a snapshot; `LogError` if a log's snapshot does not fit its component."""
     try:
         component.restore(snapshot)
@@ -38,7 +38,7 @@ def restore(component: Component, snapshot: Snapshot) -> None:
         raise LogError.from_content(error.with_argument("snapshot", "snapshots"), "snapshots") from error
 
 
-def advance(component: Component, changes: Changes, tick: int, report: Callable[[int], None] | None = None) -> None:
+def advance_to_tick(component: Component, changes: Changes, tick: int, report: Callable[[int], None] | None = None) -> None:
     """Run to a tick in as few steps as the input changes allow; `changes` is in reverse order and is consumed.
 
     A step of n ticks is bitwise identical to n steps of one tick, so this is exact and faster than the original steps.
@@ -66,7 +66,7 @@ _COUNT, _MOST = 10_000_000, 100_000_000
 _COMPONENT_SHARE, _UNIT_BYTES = 2, 160
 
 
-def own_or_given(name: Any, components: Mapping[str, type[Component]] | None) -> type[Component]:
+def load_component_class(name: Any, components: Mapping[str, type[Component]] | None) -> type[Component]:
     """Return the class of the component named in a log: a component of this package, or a class given by the caller."""
     if components and name in components:
         return components[name]
@@ -88,11 +88,11 @@ def check_parameters(given: Mapping[str, Any], model: type[Parameters], limits: 
             limits.check(f"parameter {name!r}", int(min(value, 2.0**62)), limit)
 
 
-def build(header: Mapping[str, Any], limits: Limits, components: Mapping[str, type[Component]] | None) -> Component:
+def make_component(header: Mapping[str, Any], limits: Limits, components: Mapping[str, type[Component]] | None) -> Component:
     """Return a new component with the log's parameters, without checking the log's identity."""
-    kind, given = own_or_given(header.get("component"), components), header.get("parameters")
+    kind, given = load_component_class(header.get("component"), components), header.get("parameters")
     if not isinstance(given, dict) or not all(isinstance(name, str) for name in given):
-        raise damage("missing", "header.parameters", limits.path)
+        raise damage_error("missing", "header.parameters", limits.path)
     check_parameters(given, kind.Parameters, limits)
     try:
         return kind(**given)

@@ -13,7 +13,7 @@ from ..components.errors import ParameterError, one_line, spelling_hint
 from ..components.support.round_numbers import round_down_to_125, round_up_to_125
 from ..components.support.validation import whole_number
 from .preview.film import COUNTED, MOST_FRAMES, MOST_PICTURES, MOST_PLACES
-from .records import damage
+from .records import damage_error
 
 # Default distance of hashes [ticks]; they cost less than 1 % of a run for all shipped components.
 HASH_EVERY = 4096
@@ -55,27 +55,27 @@ class Schedule:
     snapshot_every: int
     least_snapshot_interval: int = _SNAPSHOT_TICKS
 
-    def frame_after(self, tick: int, elapsed: int) -> int:
+    def next_frame(self, tick: int, elapsed: int) -> int:
         """Return the next tick for a frame; `elapsed` counts the ticks of the whole log."""
         interval = self.frame_every or 1 << max((elapsed // self.doubling).bit_length() - 1, 0)
         return (tick // interval + 1) * interval
 
-    def hash_after(self, tick: int) -> int:
+    def next_hash(self, tick: int) -> int:
         """Return the next tick for a hash."""
         return (tick // self.hash_every + 1) * self.hash_every
 
-    def key_after(self, tick: int, elapsed: int) -> int:
+    def next_snapshot(self, tick: int, elapsed: int) -> int:
         """Return the next tick for a snapshot."""
         return tick + (self.snapshot_every or max(self.least_snapshot_interval, elapsed >> _SNAPSHOT_SHIFT))
 
 
-def schedule_from(options: Any) -> Schedule:
+def parse_schedule(options: Any) -> Schedule:
     """Return the schedule in a log's header; `LogError` if there is none."""
     lowest = {"frame_every": 0, "doubling": 1, "hash_every": 1, "snapshot_every": 0, "least_snapshot_interval": 1}
     if not isinstance(options, dict) or options.keys() != lowest.keys() or not all(
         type(options[name]) is int and options[name] >= low for name, low in lowest.items()
     ):  # fmt: skip
-        raise damage("it does not say when frames were taken", "header.options")
+        raise damage_error("it does not say when frames were taken", "header.options")
     return Schedule(**options)
 
 
@@ -141,7 +141,7 @@ def make_schedule(
     """Return the schedule of frames, hashes and snapshots; arguments as for `record`, `names` are the recorded variables."""
     hashes = HASH_EVERY if hash_every is None else whole_number("hash_every", hash_every)
     duration = experiment.get("duration") if isinstance(experiment, Mapping) else None
-    frame_every, values, words = 0, values_in(component, names), component.state_bytes // 8
+    frame_every, values, words = 0, value_count(component, names), component.state_bytes // 8
     if every is not None:
         frame_every = component.duration_ticks(every, "every")
     elif isinstance(duration, (int, float)) and duration > 0.0:
@@ -152,19 +152,19 @@ def make_schedule(
     return Schedule(frame_every, doubling, hashes, 0, least_snapshot_interval(words, component.cost_per_tick))
 
 
-def values_in(component: Component, names: Sequence[str]) -> int:
+def value_count(component: Component, names: Sequence[str]) -> int:
     """Return the number of values in a frame of given variables."""
     return sum(math.prod(component.variables[name].shape) for name in names)
 
 
-def estimated_bytes(component: Component, schedule: Schedule, names: Sequence[str], ticks: int) -> int:
+def estimate_bytes(component: Component, schedule: Schedule, names: Sequence[str], ticks: int) -> int:
     """Return an estimate of the largest size of a recording before compression [bytes]."""
     frames, keys, tick = schedule.doubling * (1 + (ticks // schedule.doubling).bit_length()), 0, 0
     if schedule.frame_every:
         frames = ticks // schedule.frame_every + 1
     if schedule.snapshot_every:
         keys, tick = ticks // schedule.snapshot_every, ticks
-    while (tick := schedule.key_after(tick, tick)) <= ticks:
+    while (tick := schedule.next_snapshot(tick, tick)) <= ticks:
         keys += 1
     numbers = sum(component.variables[name].shape == () for name in names)
     drawn = sum(min(len(getattr(one, COUNTED[type(one)])), MOST_PLACES) for one in component.drawables())
@@ -173,7 +173,7 @@ def estimated_bytes(component: Component, schedule: Schedule, names: Sequence[st
     return (
         _LOG_BYTES
         + (3 + keys) * component.state_bytes
-        + 8 * frames * (values_in(component, names) + len(names))
+        + 8 * frames * (value_count(component, names) + len(names))
         + 8 * (ticks // schedule.hash_every) * hashed
         + _PLACE_BYTES * min(frames, MOST_PICTURES) * drawn
         + _NUMBER_BYTES * min(frames, MOST_FRAMES) * numbers

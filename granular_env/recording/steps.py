@@ -11,7 +11,7 @@ import numpy as np
 from ..components.errors import GranularError, LogError
 from ..components.inputs import Held, make_read_only
 from ..components.profiles import CompiledProfile
-from .records import Record, damage, held_word
+from .records import Record, damage_error, input_word
 
 # Samples of a profile over the interval in which it is held, in addition to its breakpoints.
 _PROFILE_SAMPLES = 201
@@ -42,27 +42,27 @@ class StepHistory:
                 found[place][name] = value
         return zip(np.diff(self.marks).tolist(), found, strict=True)
 
-    def changes(self, held: Mapping[str, Held]) -> list[tuple[int, dict[str, Held]]]:
+    def input_changes(self, held: Mapping[str, Held]) -> list[tuple[int, dict[str, Held]]]:
         """Return (tick, inputs) for each step that changed the bits of an input; `held` are the inputs at the start."""
         found: dict[int, dict[str, Held]] = {}
         for name, (places, values) in self.sets.items():
             before: Held | None = held.get(name)
-            bits = None if before is None else _comparable(before)
+            bits = None if before is None else _bit_key(before)
             for tick, value in zip(self.marks[places].tolist(), values, strict=True):
                 if value is not before:
-                    new = _comparable(value)
+                    new = _bit_key(value)
                     if new != bits:
                         found.setdefault(tick, {})[name] = value
                     before, bits = value, new
         return sorted(found.items())
 
 
-def _comparable(value: Held) -> Any:
+def _bit_key(value: Held) -> Any:
     """Return an object that is equal for equal bits (numbers other than zero as they are)."""
-    return value if type(value) is float and value else (type(value), held_word(value))
+    return value if type(value) is float and value else (type(value), input_word(value))
 
 
-def steps_of(
+def parse_steps(
     records: Sequence[Record],
     start: int,
     inputs: Mapping[str, tuple[int, ...]],
@@ -77,11 +77,11 @@ def steps_of(
     sets: dict[str, tuple[list[np.ndarray], list[Held]]] = {}
     before = 0
     for record in records:
-        durations = _array(record, "durations", np.int64)
+        durations = _record_array(record, "durations", np.int64)
         if len(durations) != record.count or (durations < 1).any() or int(durations.sum()) != record.last - record.first:
-            raise damage(f"those from tick {record.first} to {record.last} do not add up", "steps")
+            raise damage_error(f"those from tick {record.first} to {record.last} do not add up", "steps")
         _add_profiles(record, profiles, step_size)
-        for name, places, values in _sets_of(record, inputs, profiles):
+        for name, places, values in _parse_inputs(record, inputs, profiles):
             parts = sets.setdefault(name, ([], []))
             parts[0].append(places + before)
             parts[1].extend(values)
@@ -92,33 +92,39 @@ def steps_of(
     )
 
 
-def _sets_of(
+def _parse_inputs(
     record: Record, inputs: Mapping[str, tuple[int, ...]], profiles: list[CompiledProfile]
 ) -> Iterator[tuple[str, np.ndarray, list[Held]]]:
     span = f"from tick {record.first} to {record.last}"
     for label, (name, shape) in enumerate(inputs.items()):
         if f"{label}.steps" not in record.arrays:
             continue
-        places, numbers = _array(record, f"{label}.steps", np.int64), _array(record, f"{label}.profiles", np.int64)
-        values = _array(record, f"{label}.values", np.float64, 1 + len(shape))
+        places, numbers = (
+            _record_array(record, f"{label}.steps", np.int64),
+            _record_array(record, f"{label}.profiles", np.int64),
+        )
+        values = _record_array(record, f"{label}.values", np.float64, 1 + len(shape))
         sound = len(places) == len(numbers) > 0 and len(values) == (numbers < 0).sum() and values.shape[1:] == shape
         sound = sound and np.isfinite(values).all() and (np.diff(places) > 0).all() and 0 <= places[0]
         sound = sound and places[-1] < record.count and numbers.min() >= -1 and numbers.max() < len(profiles)
         if not sound or any(profiles[number].shape != shape for number in set(numbers.tolist()) if number >= 0):
-            raise damage(f"the input {span} is not what was written", ("steps", name))
+            raise damage_error(f"the input {span} is not what was written", ("steps", name))
         plain = iter(values.tolist() if shape == () else [make_read_only(value.copy()) for value in values])
         yield name, places, [profiles[number] if number >= 0 else next(plain) for number in numbers.tolist()]
 
 
 def _add_profiles(record: Record, profiles: list[CompiledProfile], step_size: float) -> None:
-    shapes = _array(record, "profile_shapes", np.int64, 2)
-    ticks, coefficients = _array(record, "profile_ticks", np.int64), _array(record, "profile_coefficients", np.float64)
+    shapes = _record_array(record, "profile_shapes", np.int64, 2)
+    ticks, coefficients = (
+        _record_array(record, "profile_ticks", np.int64),
+        _record_array(record, "profile_coefficients", np.float64),
+    )
     if record.header.get("profiles_before") != len(profiles):
-        raise damage("profiles are missing, doubled or out of order", "steps")
+        raise damage_error("profiles are missing, doubled or out of order", "steps")
     pieces = number = 0
     for place, (rows, columns) in enumerate(shapes.tolist()):
         if rows < 1 or columns < 1 or pieces + rows > len(ticks) or number + rows * columns > len(coefficients):
-            raise damage(f"profile {len(profiles)} is not what was written", "steps")
+            raise damage_error(f"profile {len(profiles)} is not what was written", "steps")
         part = coefficients[number : number + rows * columns].reshape(rows, columns)
         try:
             pattern = record.arrays.get(f"pattern.{place}")
@@ -126,19 +132,19 @@ def _add_profiles(record: Record, profiles: list[CompiledProfile], step_size: fl
                 raise LogError(f"a pattern has the dtype {pattern.dtype}", expected="float64")
             profiles.append(CompiledProfile(step_size, ticks[pieces : pieces + rows], part, pattern))
         except GranularError as error:
-            raise damage(f"profile {len(profiles)} is not what was written: {error}", "steps") from error
+            raise damage_error(f"profile {len(profiles)} is not what was written: {error}", "steps") from error
         pieces, number = pieces + rows, number + rows * columns
 
 
-def _array(record: Record, name: str, dtype: type, dimensions: int = 1) -> np.ndarray:
+def _record_array(record: Record, name: str, dtype: type, dimensions: int = 1) -> np.ndarray:
     array = record.arrays.get(name)
     if array is None or array.dtype != dtype or array.ndim != dimensions:
-        raise damage(f"a record has no proper {name!r}", "steps")
+        raise damage_error(f"a record has no proper {name!r}", "steps")
     return array
 
 
 @dataclass(frozen=True, slots=True)
-class Stretch:
+class InputInterval:
     """An interval in which an input was held at a value or followed a profile.
 
     Attributes:
@@ -171,9 +177,11 @@ class Stretch:
         return np.linspace(begins[curved], ends[curved], each + 1).astype(np.int64).ravel()
 
 
-def stretches(steps: StepHistory, start: Mapping[str, Held], name: str, end: int, shift: int = 0) -> Iterator[Stretch]:
-    """Yield the stretches of an input in a segment; `start` holds the inputs before the first step."""
+def input_intervals(
+    steps: StepHistory, start: Mapping[str, Held], name: str, end: int, shift: int = 0
+) -> Iterator[InputInterval]:
+    """Yield the intervals of an input in a segment; `start` holds the inputs before the first step."""
     places, values = steps.sets.get(name, (np.zeros(0, np.int64), []))
     begins = [int(steps.marks[0]), *steps.marks[places].tolist()]
     for begin, stop, value in zip(begins, [*begins[1:], end], [start[name], *values], strict=True):
-        yield Stretch(begin, stop, value, shift)
+        yield InputInterval(begin, stop, value, shift)

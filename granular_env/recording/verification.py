@@ -14,13 +14,13 @@ import numpy as np
 from ..components.component import Component
 from ..components.errors import LogError, StepError
 from ..components.snapshot import Snapshot
-from ..output_files import count_of
+from ..output_files import count_text
 from ..progress import Progress, progress_bar
-from .header import machine, table_of, versions
+from .header import header_table, machine_facts, versions
 from .index import DETAIL, FIRST, LAST, Segment
 from .log import Log, open_log
-from .records import EVENTS, FRAMES, HASHES, SNAPSHOTS, hash_row, held_word, words
-from .rerun import Changes, advance, check_work, restore
+from .records import EVENTS, FRAMES, HASHES, SNAPSHOTS, input_word, make_hash_row, value_bits
+from .rerun import Changes, advance_to_tick, check_work, restore_snapshot
 
 Outcome = Literal["identical", "different", "incomplete", "nothing was compared"]
 
@@ -72,9 +72,9 @@ class Verification:
     @property
     def message(self) -> str:
         """The verdict as text: a line of counts, one line per difference, and one per gap."""
-        hashes = count_of(self.hashes, "hash", "hashes")
-        kinds = f"{count_of(self.frames, 'frame')}, {hashes}, {count_of(self.snapshots, 'snapshot')}"
-        size = f"{count_of(self.calls, 'call')} of step, {count_of(self.ticks, 'tick')} ({kinds})"
+        hashes = count_text(self.hashes, "hash", "hashes")
+        kinds = f"{count_text(self.frames, 'frame')}, {hashes}, {count_text(self.snapshots, 'snapshot')}"
+        size = f"{count_text(self.calls, 'call')} of step, {count_text(self.ticks, 'tick')} ({kinds})"
         summary = {
             "identical": f"{size} compared bit for bit",
             "different": f"{size if self.ticks else kinds} agree{'' if self.complete else '; the log was not closed'}",
@@ -124,7 +124,7 @@ def verify(
     """
     log = path if isinstance(path, Log) else open_log(path, allow_large=allow_large, components=components)
     try:
-        component, total = log.rebuilt(), log.end_tick - log.start_tick
+        component, total = log.new_component(), log.end_tick - log.start_tick
         check_work(total, component, log.limits)
         _refuse_other_declaration(log, component)
         result = Verification(str(log.path), log.complete)
@@ -137,16 +137,16 @@ def verify(
             for segment in log.index.all_segments:
                 comparison, before = Comparison(log, component, segment, result), result.ticks - segment.start
 
-                def report(tick: int, before: int = before) -> None:
+                def report_progress(tick: int, before: int = before) -> None:
                     if bar.is_due():
                         bar.update(before + tick)
 
                 try:
-                    comparison.run(log.snapshot(segment, segment.start), segment.end, report)
+                    comparison.run(log.snapshot(segment, segment.start), segment.end, report_progress)
                 except Difference as found:
-                    _note_difference(result, log, segment, found, comparison.agreed.get(found.variable, segment.start))
+                    _store_difference(result, log, segment, found, comparison.agreed.get(found.variable, segment.start))
                     break
-                result.calls += len(log.steps_of(segment))
+                result.calls += len(log.step_history(segment))
                 result.ticks += segment.end - segment.start
         if component.identity != log.header.get("identity"):
             result.variable = result.variable or "identity"
@@ -161,7 +161,7 @@ def verify(
             log.close()
 
 
-def _note_difference(result: Verification, log: Log, segment: Segment, found: Difference, agreed: int) -> None:
+def _store_difference(result: Verification, log: Log, segment: Segment, found: Difference, agreed: int) -> None:
     """Store a difference in the result; `agreed` is the last tick of the segment at which the variable agreed."""
     first, last = (log.log_tick(segment.number, tick) for tick in (agreed, found.tick))
     result.variable, result.index = found.variable, found.index
@@ -200,47 +200,47 @@ class Comparison:
             LogError: the log is damaged, or cannot be run again.
         """
         component, segment, log = self._component, self._segment, self._log
-        self._restore(start)
+        self._restore_snapshot(start)
         before = component.event_count
         held = log.snapshot(segment, segment.start).inputs
-        changes = [change for change in log.steps_of(segment).changes(held) if change[0] >= start.tick]
+        changes = [change for change in log.step_history(segment).input_changes(held) if change[0] >= start.tick]
         changes.reverse()
 
-        for at, check, *facts in heapq.merge(*self._marks(start.tick, end), key=itemgetter(0)):
-            self._advance(changes, at, report)
+        for at, check, *facts in heapq.merge(*self._comparisons(start.tick, end), key=itemgetter(0)):
+            self._advance_component(changes, at, report)
             check(at, *facts)
-        self._advance(changes, end, report)
+        self._advance_component(changes, end, report)
         if component.event_kinds:
             self._compare_events(start.tick, end, component.event_rows(before))
 
-    def _advance(self, changes: Changes, tick: int, report: Callable[[int], None] | None) -> None:
+    def _advance_component(self, changes: Changes, tick: int, report: Callable[[int], None] | None) -> None:
         try:
-            advance(self._component, changes, tick, report)
+            advance_to_tick(self._component, changes, tick, report)
         except StepError as error:
             at = round(error.time / self._component.step_size)
             reason = f"the re-run broke down where the log went on: {error}"
             raise Difference(error.variable, at, error.index, reason) from error
 
-    def _marks(self, start: int, end: int) -> list[Iterator[tuple[Any, ...]]]:
+    def _comparisons(self, start: int, end: int) -> list[Iterator[tuple[Any, ...]]]:
         """Return the comparisons of each kind in the order of time: tick, comparing function and its arguments."""
         index, number = self._log.index, self._segment.number
-        frames = index.select(FRAMES, None, number)
+        frames = index.select_rows(FRAMES, None, number)
         # Compare inputs first at each tick, because different inputs cause a different state.
         marks = [
-            self._hash_marks(index.select(HASHES, 0, number), self._check_held),
-            *(self._frame_marks(frames[frames[:, DETAIL] == n], name) for n, name in enumerate(self._log.variables)),
-            self._hash_marks(index.select(HASHES, 0, number), self._check_hash),
-            ((int(row[FIRST]), self._check_snapshot, row) for row in index.select(SNAPSHOTS, None, number)),
+            self._hash_comparisons(index.select_rows(HASHES, 0, number), self._check_inputs),
+            *(self._frame_comparisons(frames[frames[:, DETAIL] == n], name) for n, name in enumerate(self._log.variables)),
+            self._hash_comparisons(index.select_rows(HASHES, 0, number), self._check_hash),
+            ((int(row[FIRST]), self._check_snapshot, row) for row in index.select_rows(SNAPSHOTS, None, number)),
         ]
         return [(mark for mark in kind if start <= mark[0] <= end) for kind in marks]
 
-    def _frame_marks(self, rows: np.ndarray, name: str) -> Iterator[tuple[Any, ...]]:
+    def _frame_comparisons(self, rows: np.ndarray, name: str) -> Iterator[tuple[Any, ...]]:
         for row in rows:
             ticks, values = self._log.frames(row, name)
             for tick, value in zip(ticks.tolist(), values, strict=True):
                 yield tick, self._check_frame, name, value
 
-    def _hash_marks(self, rows: np.ndarray, check: Callable[..., None]) -> Iterator[tuple[Any, ...]]:
+    def _hash_comparisons(self, rows: np.ndarray, check: Callable[..., None]) -> Iterator[tuple[Any, ...]]:
         for row in rows:
             ticks, digests = self._log.hash_rows(row, len(self._state) + 1 + len(self._inputs))
             for tick, own in zip(ticks.tolist(), digests, strict=True):
@@ -252,59 +252,59 @@ class Comparison:
             self._framed, self._balances = tick, component.balance_values()
             self._result.frames += 1
         mine = np.asarray(self._balances[name] if name in self._balances else component.get(name), dtype=np.float64)
-        if words(mine) != words(value):
-            differs = np.frombuffer(words(mine), np.int64) != np.frombuffer(words(value), np.int64)
+        if value_bits(mine) != value_bits(value):
+            differs = np.frombuffer(value_bits(mine), np.int64) != np.frombuffer(value_bits(value), np.int64)
             raise Difference(name, tick, int(np.argmax(differs)) if value.ndim else None)
         self.agreed[name] = tick
 
-    def _check_held(self, tick: int, row: np.ndarray) -> None:
+    def _check_inputs(self, tick: int, row: np.ndarray) -> None:
         held = self._component.held_inputs
-        self._check_words(tick, self._inputs, [held_word(held[name]) for name in self._inputs], row[len(self._state) + 1 :])
+        self._compare_words(tick, self._inputs, [input_word(held[name]) for name in self._inputs], row[len(self._state) + 1 :])
 
     def _check_hash(self, tick: int, row: np.ndarray) -> None:
         names = [*self._state, "state", *self._inputs]
-        self._check_words(tick, names, hash_row(self._component, self._state, self._inputs), row)
+        self._compare_words(tick, names, make_hash_row(self._component, self._state, self._inputs), row)
         self._result.hashes += 1
 
-    def _check_words(self, tick: int, names: Sequence[str], own: Any, there: np.ndarray) -> None:
-        for name, mine, other in zip(names, own, there, strict=True):
+    def _compare_words(self, tick: int, names: Sequence[str], repeated: Any, logged: np.ndarray) -> None:
+        for name, mine, other in zip(names, repeated, logged, strict=True):
             if mine != other:
                 raise Difference(name, tick)
             self.agreed[name] = tick
 
     def _check_snapshot(self, tick: int, row: np.ndarray) -> None:
-        snapshot, mine = self._log.snapshot_in(row), self._component.save()
+        snapshot, mine = self._log.read_snapshot(row), self._component.save()
         reason = f"the snapshot at {tick * self._log.step_size:.12g} s does not hold what the re-run gives"
         for name, value in mine.inputs.items():
-            if name not in snapshot.inputs or held_word(snapshot.inputs[name]) != held_word(value):
+            if name not in snapshot.inputs or input_word(snapshot.inputs[name]) != input_word(value):
                 raise Difference(name, tick, None, reason)
-        if words(snapshot.memory) != words(mine.memory):
-            values = {name: words(self._component.get(name)) for name in self._state}
-            self._restore(snapshot)
-            differing = (name for name, value in values.items() if words(self._component.get(name)) != value)
+        if value_bits(snapshot.memory) != value_bits(mine.memory):
+            values = {name: value_bits(self._component.get(name)) for name in self._state}
+            self._restore_snapshot(snapshot)
+            differing = (name for name, value in values.items() if value_bits(self._component.get(name)) != value)
             raise Difference(next(differing, "state"), tick, None, reason)
         self.agreed["state"] = tick
         self._result.snapshots += 1
 
-    def _compare_events(self, start: int, end: int, mine: np.ndarray) -> None:
+    def _compare_events(self, start: int, end: int, repeated: np.ndarray) -> None:
         """Compare the events of the repetition with the events of the log."""
         log, number = self._log, self._segment.number
-        recorded = [log.event_rows(row) for row in log.index.select(EVENTS, None, number) if row[LAST] > start]
+        recorded = [log.event_rows(row) for row in log.index.select_rows(EVENTS, None, number) if row[LAST] > start]
         rows = np.concatenate([*recorded, np.zeros((0, 5))])
         rows = rows[(rows[:, 0] > start) & (rows[:, 0] <= end)]
-        count = min(len(rows), len(mine))
-        same = (rows[:count].view(np.int64) == mine[:count].view(np.int64)).all(axis=1)
-        if not same.all() or len(rows) > len(mine):
+        count = min(len(rows), len(repeated))
+        same = (rows[:count].view(np.int64) == repeated[:count].view(np.int64)).all(axis=1)
+        if not same.all() or len(rows) > len(repeated):
             place = int(np.argmin(same)) if not same.all() else count
             self.agreed["events"] = int(rows[place - 1, 0]) if place else start
             raise Difference("events", int(rows[place, 0]))
-        if len(mine) > count:
-            raise Difference("events", int(mine[count, 0]), None, "the re-run has events that the log does not hold")
+        if len(repeated) > count:
+            raise Difference("events", int(repeated[count, 0]), None, "the re-run has events that the log does not hold")
 
-    def _restore(self, snapshot: Snapshot) -> None:
+    def _restore_snapshot(self, snapshot: Snapshot) -> None:
         """Restore a snapshot even if parameters have changed, because the first difference is of interest."""
         snapshot.identity = self._component.identity
-        restore(self._component, snapshot)
+        restore_snapshot(self._component, snapshot)
 
 
 def _refuse_other_declaration(log: Log, component: Component) -> None:
@@ -323,9 +323,9 @@ def _refuse_other_declaration(log: Log, component: Component) -> None:
 
 def _foreign_facts(header: Mapping[str, Any]) -> list[str]:
     """Return versions and machine data that differ from the recording, as possible reasons."""
-    recorded = {**table_of(header.get("versions")), **table_of(header.get("machine"))}
+    recorded = {**header_table(header.get("versions")), **header_table(header.get("machine"))}
     return [
         f"{name} was {recorded[name]!r} and is {value!r} now"
-        for name, value in {**versions(), **machine()}.items()
+        for name, value in {**versions(), **machine_facts()}.items()
         if name in recorded and recorded[name] != value
     ]

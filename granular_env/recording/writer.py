@@ -15,11 +15,11 @@ import numpy as np
 from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 
 from ..components.errors import LogError, ParameterError
-from ..output_files import advice_for, resolve_file
-from .header import METADATA_NAME, metadata_of
+from ..output_files import resolve_file, write_error_hint
+from .header import METADATA_NAME, make_metadata
 from .preview.encoding import own_schema
 from .preview.film import PreviewMessage, Topic
-from .records import CLOSED, COLUMNS, FRAMES, HEADER, INCIDENTS, KINDS, PROFILE, Record, encode, topic_of
+from .records import CLOSED, COLUMNS, FRAMES, HEADER, INCIDENTS, KINDS, PROFILE, Record, encode_record, record_topic
 
 CHUNK_BYTES = 1 << 20
 # Size of the first chunks [bytes], which are small, so that a short truncated log is not lost completely; later chunks hold an
@@ -50,8 +50,8 @@ class LogWriter:
             ParameterError: the existing file may not be replaced, or another recorder is writing it.
             LogError: the file cannot be written.
         """
-        self.path = as_path(path)
-        self._file, self._part, self._older = _create(self.path, overwrite, is_hidden)
+        self.path = to_path(path)
+        self._file, self._part, self._older = _create_file(self.path, overwrite, is_hidden)
         self.rows: list[tuple[int, ...]] = []
         self._numbers = [0] * len(KINDS)
         self._channels: dict[str, int] = {}
@@ -61,10 +61,10 @@ class LogWriter:
         self._failed: LogError | None = None
         # Only `flush` ends a chunk, so that the chunk of each record is known for the index.
         self._mcap = Writer(self._file, chunk_size=2**62, compression=CompressionType.LZ4)
-        with self._guard():
+        with self._translate_errors():
             self._mcap.start(PROFILE, PROFILE)
 
-    def add(self, record: Record, nanoseconds: int) -> None:
+    def add_record(self, record: Record, nanoseconds: int) -> None:
         """Write a record; end and flush a full chunk.
 
         A record after a record with a later time takes that time, because readers require the order of time.
@@ -77,16 +77,16 @@ class LogWriter:
         self._latest = max(self._latest, nanoseconds)
         facts = self._variables[record.detail] if record.kind == FRAMES else {"name": ""}
         schema = "granular.Frames" if record.kind == FRAMES else "granular.Block"
-        topic = Topic(topic_of(record.kind, facts["name"]), schema, "protobuf", own_schema(schema))
+        topic = Topic(record_topic(record.kind, facts["name"]), schema, "protobuf", own_schema(schema))
         texts = {name: str(facts[name]) for name in ("unit", "shape", "description") if name in facts}
-        self._add_message(topic, texts, record.number, encode(record), self._latest, self._latest)
+        self._add_message(topic, texts, record.number, encode_record(record), self._latest, self._latest)
 
     def add_header(self, record: Record) -> None:
         """Write the first record, and the Metadata record for stock tools."""
-        self.add(record, 0)
+        self.add_record(record, 0)
         self.flush()
-        with self._guard():
-            self._mcap.add_metadata(METADATA_NAME, metadata_of(record.header))
+        with self._translate_errors():
+            self._mcap.add_metadata(METADATA_NAME, make_metadata(record.header))
             self._mcap.flush()
 
     def add_preview(self, messages: Iterable[PreviewMessage]) -> None:
@@ -97,7 +97,7 @@ class LogWriter:
         self.flush()
 
     def _add_message(self, topic: Topic, texts: dict[str, str], number: int, data: bytes, log_time: int, time: int) -> None:
-        with self._guard():
+        with self._translate_errors():
             if topic.schema not in self._schemas:
                 self._schemas[topic.schema] = self._mcap.register_schema(topic.schema, topic.encoding, topic.definition)
             if topic.name not in self._channels:
@@ -112,7 +112,7 @@ class LogWriter:
     def flush(self) -> None:
         """End the chunk and pass all data to the operating system, so that SIGKILL loses nothing added before."""
         if self._unfinished_bytes:
-            with self._guard():
+            with self._translate_errors():
                 self._mcap.flush()
             self._chunk += 1
             self._unfinished_bytes = 0
@@ -125,9 +125,9 @@ class LogWriter:
         try:
             index = np.array(self.rows, dtype=np.int64).reshape(-1, len(COLUMNS))
             closed = Record(INCIDENTS, CLOSED, segment, tick, tick, 1, 0, {"incident": "closed", **facts}, {"index": index})
-            self.add(closed, nanoseconds)
+            self.add_record(closed, nanoseconds)
             self.flush()
-            with self._guard():
+            with self._translate_errors():
                 self._mcap.finish()
                 self._file.flush()
                 os.fsync(self._file.fileno())
@@ -136,17 +136,17 @@ class LogWriter:
             self.abandon()
 
     @property
-    def published(self) -> bool:
+    def is_published(self) -> bool:
         """Return whether the file has its final name."""
         return self._part is None
 
     def publish(self) -> None:
         """Replace the older log, if there is one, by the file."""
         if self._part is not None:
-            with self._guard():
+            with self._translate_errors():
                 os.replace(self._part, self.path.resolve())
             self._part = None
-            self._release_older()
+            self._release_older_log()
 
     def abandon(self) -> None:
         """Close the file in its present state; remove an unpublished file and keep the older log."""
@@ -155,15 +155,15 @@ class LogWriter:
             self._file.close()
         if self._part is not None:
             self._part.unlink(missing_ok=True)
-        self._release_older()
+        self._release_older_log()
 
-    def _release_older(self) -> None:
+    def _release_older_log(self) -> None:
         if self._older is not None:
             self._older.close()
             self._older = None
 
     @contextlib.contextmanager
-    def _guard(self) -> Iterator[None]:
+    def _translate_errors(self) -> Iterator[None]:
         """Turn the first error of the file into a `LogError` with its name, and raise the same error from then on."""
         if self._failed is not None:
             raise self._failed
@@ -171,14 +171,14 @@ class LogWriter:
             yield
         except (OSError, ValueError) as error:
             rest = "What was written until then can be opened, and `granular-env recover` makes it a complete log"
-            hint = f"{advice_for(error)}. {rest if self.published else 'What stood there is kept'}"
+            hint = f"{write_error_hint(error)}. {rest if self.is_published else 'What stood there is kept'}"
             reason = getattr(error, "strerror", None) or str(error)
             self._failed = LogError(f"log {str(self.path)!r} cannot be written any more: {reason}", hint=hint)
             self.abandon()
             raise self._failed from error
 
 
-def as_path(path: str | os.PathLike[str]) -> Path:
+def to_path(path: str | os.PathLike[str]) -> Path:
     """Return a path argument, or raise if it is not a path."""
     try:
         return Path(path)
@@ -186,7 +186,7 @@ def as_path(path: str | os.PathLike[str]) -> Path:
         raise ParameterError(f"got {path!r}", expected="the name of a file", at="path") from None
 
 
-def _create(path: Path, overwrite: bool, is_hidden: bool) -> tuple[IO[bytes], Path | None, IO[bytes] | None]:
+def _create_file(path: Path, overwrite: bool, is_hidden: bool) -> tuple[IO[bytes], Path | None, IO[bytes] | None]:
     """Return a new file, its hidden name and the older log that it replaces, all locked; see `LogWriter`."""
     source = f"log {str(path)!r}"
     try:
@@ -197,22 +197,22 @@ def _create(path: Path, overwrite: bool, is_hidden: bool) -> tuple[IO[bytes], Pa
         target.parent.mkdir(parents=True, exist_ok=True)
         part = target.with_name(f".{secrets.token_hex(8)}.part")
         if not os.path.exists(target):
-            return _lock(open(part if is_hidden else target, "xb"), path), part if is_hidden else None, None
+            return _lock_file(open(part if is_hidden else target, "xb"), path), part if is_hidden else None, None
         with open(target, "rb") as file:
             head = file.read(len(MCAP0_MAGIC))
         if head and head != MCAP0_MAGIC:
             came = "what stands there is no log, and only a log is replaced"
             raise ParameterError(came, hint="choose another name", source=source)
-        older = _lock(open(target, "r+b"), path)
-        return (_lock(open(part, "xb"), path), part, older) if head else (older, None, None)
+        older = _lock_file(open(target, "r+b"), path)
+        return (_lock_file(open(part, "xb"), path), part, older) if head else (older, None, None)
     except ParameterError:
         raise
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        raise LogError(f"{source} cannot be written: {reason}", hint=advice_for(error)) from error
+        raise LogError(f"{source} cannot be written: {reason}", hint=write_error_hint(error)) from error
 
 
-def _lock(file: IO[bytes], path: Path) -> IO[bytes]:
+def _lock_file(file: IO[bytes], path: Path) -> IO[bytes]:
     """Lock a file for this writer until it is closed, unless the file system does not support locks."""
     try:
         fcntl.flock(file.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)

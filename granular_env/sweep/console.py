@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from time import perf_counter
 
-from granular_env.output_files import count_of
+from granular_env.output_files import count_text
 from granular_env.progress import Progress, progress_bar
-from granular_env.terminal_text import printable, table
+from granular_env.terminal_text import align_table, printable_text
 
 from .store import TABLE
 from .table import Sweep
@@ -34,20 +34,20 @@ def sweep_progress(title: str, size: int, known: int, progress: Progress) -> Ite
     with progress_bar(title, size, done=known, show=progress) as shown:
         begun, done, failed = perf_counter(), 0, 0
 
-        def report(result: Result) -> None:
+        def show_result(result: Result) -> None:
             nonlocal done, failed
             done, failed = done + 1, failed + (result.outcome != "done")
             rate = done / max(perf_counter() - begun, 1e-9)
             shown.update(known + done, f"{known + done}/{size}", f"{failed} failed", f"{rate:,.3g} tasks/s")
 
-        yield report
+        yield show_result
 
 
 def closing_text(sweep: Sweep, part: str = "") -> str:
     """Return the counts of tasks, the errors, and code that opens the table; for a part, the step after all parts."""
     pending = sweep.outcomes.count("pending")
     counts = f"{sweep.done} done, {sweep.failed} failed" + (f", {pending} pending" if pending else "")
-    lines = [f"{count_of(sweep.size, 'task')}: {counts}"]
+    lines = [f"{count_text(sweep.size, 'task')}: {counts}"]
     errors = list(sweep.errors.items())
     lines += [f"failed: task {number}: {error}" for number, error in errors[:_MOST_ERRORS]]
     if len(errors) > _MOST_ERRORS:
@@ -57,15 +57,15 @@ def closing_text(sweep: Sweep, part: str = "") -> str:
     if part:
         return "\n".join([*lines, f"part {part}: when all parts are done, the command with --merge writes the table"])
     if 0 < sweep.done and sweep.size <= _MOST_ROWS:
-        lines += ["", table(_rows(sweep)), ""]
+        lines += ["", align_table(_table_rows(sweep)), ""]
     path = shlex.quote(str(sweep.folder / TABLE))
     return "\n".join([*lines, f"table: {path}", f"  in Python: ge.open_sweep({str(sweep.folder)!r}).table"])
 
 
-def _rows(sweep: Sweep) -> list[list[str]]:
+def _table_rows(sweep: Sweep) -> list[list[str]]:
     """Return headings with units, and the varying keys, the measures and the outcome of each task."""
     columns, about = sweep.columns(), sweep.description
     shown = ["task", *about.keys, *about.measures, *(["outcome"] if sweep.done < sweep.size else [])]
     rows = [[columns[name][row] for name in shown] for row in range(sweep.size)]
-    cells = [[f"{cell:.6g}" if isinstance(cell, float) else printable(cell) for cell in row] for row in rows]
+    cells = [[f"{cell:.6g}" if isinstance(cell, float) else printable_text(cell) for cell in row] for row in rows]
     return [[sweep.heading(name) for name in shown], *cells]

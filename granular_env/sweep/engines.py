@@ -21,7 +21,7 @@ from typing import Any
 
 from granular_env.components.support.threads import thread_count
 
-from .worker import Computer, Job, Result, Task, compute_task
+from .worker import Job, Result, Task, TaskComputer, compute_task
 
 # Number of times a task may lose its process or node before it fails.
 _ATTEMPTS = 3
@@ -33,7 +33,7 @@ _ALONE_SECONDS = 60.0
 ONE_THREAD = {"GRANULAR_ENV_THREADS": "1", "OMP_NUM_THREADS": "1"}
 
 
-class LostError(Exception):
+class TaskLostError(Exception):
     """The process or node of a task ended; the text states how."""
 
 
@@ -47,7 +47,7 @@ class Engine:
     capacity: int = 1
 
     def __init__(self, job: Job, folder: Path) -> None:
-        self._computer = Computer(job, folder)
+        self._computer = TaskComputer(job, folder)
 
     def submit(self, task: Task) -> Any:
         """Start the computation of a task; return its handle."""
@@ -70,7 +70,7 @@ class Engine:
         """End the engine's processes, if necessary during a task."""
 
 
-def compute_all(engine: Engine, tasks: Sequence[Task], time_limit: float | None = None) -> Iterator[Result]:
+def compute_tasks(engine: Engine, tasks: Sequence[Task], time_limit: float | None = None) -> Iterator[Result]:
     """Yield the results of tasks as they finish; a task whose process or node ended is recomputed a few times.
 
     Args:
@@ -88,7 +88,7 @@ def compute_all(engine: Engine, tasks: Sequence[Task], time_limit: float | None 
             (task, begun), alone_until = running.pop(handle), 0.0
             try:
                 yield engine.result(handle)
-            except LostError as error:
+            except TaskLostError as error:
                 attempts[task.hash] += 1
                 if time_limit and monotonic() - begun >= time_limit:
                     yield Result(task.hash, "lost", error=f"took longer than the time limit of {time_limit:g} s")
@@ -98,7 +98,7 @@ def compute_all(engine: Engine, tasks: Sequence[Task], time_limit: float | None 
                     waiting.appendleft(task)
 
 
-class Processes(Engine):
+class ProcessPool(Engine):
     """An engine with local processes (new interpreters), which are reused for further tasks and replaced when they end.
 
     Each process has a separate pool, because a process that ends breaks its pool. The processes watch a pipe whose other end
@@ -114,7 +114,7 @@ class Processes(Engine):
 
     def submit(self, task: Task) -> Future[Result]:
         """Start the computation of a task in an idle or a new process."""
-        pool = self._idle.pop() if self._idle else ProcessPoolExecutor(1, self._context, _begin, (self._watched,))
+        pool = self._idle.pop() if self._idle else ProcessPoolExecutor(1, self._context, _prepare_process, (self._watched,))
         try:
             with _worker_settings():
                 future = pool.submit(compute_task, self._job, task, self._folder)
@@ -133,7 +133,7 @@ class Processes(Engine):
         try:
             found = handle.result()
         except BrokenProcessPool:
-            raise LostError("its process ended (killed, out of memory, or a crash of compiled code)") from None
+            raise TaskLostError("its process ended (killed, out of memory, or a crash of compiled code)") from None
         self._idle.append(pool)
         return found
 
@@ -145,7 +145,7 @@ class Processes(Engine):
         self._watched.close()
 
 
-def _begin(lifeline: Connection) -> None:
+def _prepare_process(lifeline: Connection) -> None:
     """Prepare a new process: it ignores Ctrl-C, which the parent handles, and ends when the parent's end of the pipe closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 

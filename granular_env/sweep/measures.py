@@ -32,8 +32,8 @@ from granular_env.components.stepping import Observer
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.memory_limits import refuse_excess_memory
 from granular_env.components.variables import ELEMENT, Element, parse_element
-from granular_env.crests_and_crossings import resolved_top
-from granular_env.domains import domain_of
+from granular_env.crests_and_crossings import resolved_maximum
+from granular_env.domains import find_domain
 
 # Columns of every table, which are not allowed as names of measures.
 OWN_COLUMNS = ("task", "sample", "outcome", "error", "notes", "hash", "log")
@@ -85,50 +85,50 @@ class Reading:
             raise ParameterError(f"{name!r} has {size} elements", hint=hint)
         return "s" if self.kind.startswith("time") else variable.unit
 
-    def look(self, component: Component) -> float:
+    def read_value(self, component: Component) -> float:
         """Return the present value; for all elements the largest, or the smallest for min."""
         value = np.asarray(self.element.select_from(component.peek(self.element.name)))
         value = np.abs(value) if self.absolute else value
         return float(value if not value.ndim else value.min() if self.kind == "min" else value.max())
 
-    def value(self, run: FinishedRun, looks: FloatArray) -> tuple[float, str]:
+    def value(self, run: FinishedRun, samples: FloatArray) -> tuple[float, str]:
         """Return the number from the samples at `run.times`; for start only the first sample is needed.
 
         An extreme of a scalar is interpolated from the neighbouring samples. The extreme over all elements of an array is the
         largest or the smallest sample.
         """
         if self.kind == "final":
-            return self.look(run.component), ""
+            return self.read_value(run.component), ""
         if self.kind == "start":
-            return float(looks[0]), ""
+            return float(samples[0]), ""
         if self.kind == "mean":
-            return math.fsum(looks) / len(looks), ""
+            return math.fsum(samples) / len(samples), ""
         sign = -1.0 if self.kind.endswith("min") else 1.0
-        peak = int(np.argmax(sign * looks))
+        peak = int(np.argmax(sign * samples))
         is_single = bool(self.element.index) or not run.component.variables[self.element.name].shape
-        found = resolved_top(run.times, sign * looks, peak) if is_single else None
-        time, height = found or (float(run.times[peak]), float(sign * looks[peak]))
+        found = resolved_maximum(run.times, sign * samples, peak) if is_single else None
+        time, height = found or (float(run.times[peak]), float(sign * samples[peak]))
         if not self.kind.startswith("time"):
             return sign * height, ""
         return time, "" if found or not peak else "the crest is not resolved; look more often, or run for longer"
 
 
 @dataclass(frozen=True)
-class Figure:
+class ReportFigure:
     """A figure of `Component.report`, given by the beginning of its name."""
 
     name: str
 
     def unit(self, component: Component) -> str:
         """Return the unit at the end of the figure's name; `ParameterError` unless exactly one figure matches."""
-        match = re.search(r"\[([^\[\]]+)\]$", self._find(component.report()))
+        match = re.search(r"\[([^\[\]]+)\]$", self._full_name(component.report()))
         return match[1] if match else "1"
 
-    def value(self, run: FinishedRun, looks: FloatArray) -> tuple[float, str]:
+    def value(self, run: FinishedRun, samples: FloatArray) -> tuple[float, str]:
         """Return the figure."""
-        return float(run.report[self._find(run.report)]), ""
+        return float(run.report[self._full_name(run.report)]), ""
 
-    def _find(self, report: Mapping[str, float]) -> str:
+    def _full_name(self, report: Mapping[str, float]) -> str:
         fitting = [self.name] if self.name in report else [name for name in report if name.startswith(self.name)]
         if len(fitting) == 1:
             return fitting[0]
@@ -154,7 +154,7 @@ class EventMeasure:
         component.events(self.kind)
         return "s" if self.is_first else "1"
 
-    def value(self, run: FinishedRun, looks: FloatArray) -> tuple[float, str]:
+    def value(self, run: FinishedRun, samples: FloatArray) -> tuple[float, str]:
         """Return the number of events, or the time of the first event."""
         found = run.component.events(self.kind)
         if not self.is_first:
@@ -180,16 +180,16 @@ class Measurement:
 
     def unit(self, component: Component) -> str:
         """Return the unit; `ParameterError` for a measurement, number or argument unknown to the domain."""
-        columns = domain_of(component.name).load("columns")
+        columns = find_domain(component.name).load_offer("columns")
         if columns is None:
             hint = "take its variables, such as 'max NAME[0]'"
             raise ParameterError(f"component {component.name!r} has no measurements", hint=hint)
         if self.name not in columns.MEASUREMENTS:
             raise ParameterError(f"got {self.name!r}", hint=spelling_hint(self.name, columns.MEASUREMENTS), at="measurement")
-        take = self._take(columns)
+        take = self._column_name(columns)
         if take not in columns.MEASUREMENTS[self.name]:
             raise ParameterError(f"got {take!r}", hint=spelling_hint(take, columns.MEASUREMENTS[self.name]), at="take")
-        signature = inspect.signature(columns.function(self.name))
+        signature = inspect.signature(columns.measurement_function(self.name))
         try:
             signature.bind(None, **self.arguments)
         except TypeError as error:
@@ -197,17 +197,17 @@ class Measurement:
             raise ParameterError(str(error), hint=hint) from None
         return columns.UNITS.get((self.name, take)) or columns.UNITS[take]
 
-    def value(self, run: FinishedRun, looks: FloatArray) -> tuple[float, str]:
+    def value(self, run: FinishedRun, samples: FloatArray) -> tuple[float, str]:
         """Return the number; NaN if there are fewer waves."""
-        columns = domain_of(run.component.name).load("columns")
-        taken = columns.MEASUREMENTS[self.name][self._take(columns)]
+        columns = find_domain(run.component.name).load_offer("columns")
+        taken = columns.MEASUREMENTS[self.name][self._column_name(columns)]
         return taken(run.history, self.which, dict(self.arguments)), ""
 
-    def _take(self, columns: Any) -> str:
+    def _column_name(self, columns: Any) -> str:
         return self.take or next(iter(columns.MEASUREMENTS[self.name]))
 
 
-Measure = Reading | Figure | EventMeasure | Measurement
+Measure = Reading | ReportFigure | EventMeasure | Measurement
 
 
 def parse_measure(given: Any) -> Measure:
@@ -221,7 +221,7 @@ def parse_measure(given: Any) -> Measure:
     if match := _WORDS.fullmatch(words):
         return Reading(match["kind"], parse_element(match["element"]), bool(match["bar"]))
     if match := _REPORT.fullmatch(words):
-        return Figure(match["name"])
+        return ReportFigure(match["name"])
     if match := _EVENTS.fullmatch(words):
         return EventMeasure(match["kind"], match["what"] == "first")
     raise ParameterError(
@@ -260,12 +260,12 @@ class RunObserver(Observer):
         self._interval = 1 if self._every is None else component.duration_ticks(self._every, "every")
         if any(isinstance(measure, Measurement) for measure in self._measures.values()):
             self._watch = self._begin_history(component)
-        self._look(component, self._readings)
-        self._plan_next(component)
+        self._sample_variables(component, self._readings)
+        self._plan_next_sample(component)
 
     def _begin_history(self, component: Component) -> Any:
         every = self._interval * component.step_size
-        watch = domain_of(component.name).load("watch")(every)
+        watch = find_domain(component.name).load_offer("watch")(every)
         watch.on_reset(component)
         numbers = sum(np.size(component.get(name)) for name in watch.variables)
         refuse_excess_memory(int(8 * numbers * self._duration / every), f"a history with a frame every {every:g} s")
@@ -273,23 +273,23 @@ class RunObserver(Observer):
 
     def on_sample(self, component: Component) -> None:
         """Sample every variable with a requested extreme or mean."""
-        self._look(component, self._extremes)
+        self._sample_variables(component, self._extremes)
         if self._watch is not None:
             self._watch.on_sample(component)
-        self._plan_next(component)
+        self._plan_next_sample(component)
 
-    def _look(self, component: Component, readings: Mapping[str, Reading]) -> None:
+    def _sample_variables(self, component: Component, readings: Mapping[str, Reading]) -> None:
         self._times.append(component.time)
         for name, reading in readings.items():
-            self._looks[name].append(reading.look(component))
+            self._looks[name].append(reading.read_value(component))
 
-    def _plan_next(self, component: Component) -> None:
+    def _plan_next_sample(self, component: Component) -> None:
         self.next_tick = component.tick + self._interval if self._extremes or self._watch else 2**62
 
     def values(self, component: Component, report: Mapping[str, float]) -> tuple[list[float], list[str]]:
         """Return the measures of a finished run in order; a measure without a value gives NaN and a sentence."""
         if self._times[-1] < component.time:
-            self._look(component, self._extremes)
+            self._sample_variables(component, self._extremes)
         run = FinishedRun(component, report, np.array(self._times), self._watch and self._watch.history)
         values, notes = [], []
         for name, measure in self._measures.items():

@@ -45,7 +45,7 @@ class Range(Table):
     def values(self) -> list[float | int]:
         """Return all values, as whole numbers if ends and step are whole numbers."""
         parts = [i / max(self.count - 1, 1) for i in range(self.count)]
-        place = between_by_ratio if self.spacing == "log" else _between
+        place = interpolate_geometrically if self.spacing == "log" else _interpolate_linearly
         found = [self.begin, *(place(self.begin, self.end, part) for part in parts[1:-1]), self.end][: self.count]
         is_whole = all(float(value).is_integer() for value in found)
         return [int(value) if is_whole else float(value) for value in found]
@@ -77,14 +77,16 @@ class Distribution(Table):
             raise ParameterError(f"integer needs whole numbers, got from = {low:g} and to = {high:g}")
         return self
 
-    def draw(self, number: float) -> Any:
+    def quantile(self, number: float) -> Any:
         """Return the value for a uniform number in [0, 1)."""
         if self.distribution == "choice":
             return self.values[int(number * len(self.values))]
         low, high = self.begin or 0.0, self.end or 0.0
         if self.distribution == "integer":
             return int(low) + int(number * (high - low + 1.0))
-        return between_by_ratio(low, high, number) if self.distribution == "log_uniform" else low + number * (high - low)
+        return (
+            interpolate_geometrically(low, high, number) if self.distribution == "log_uniform" else low + number * (high - low)
+        )
 
 
 class Samples(Table):
@@ -109,7 +111,7 @@ class Samples(Table):
         return self
 
 
-def _axis(given: Any) -> list[Any] | Range:
+def _parse_axis(given: Any) -> list[Any] | Range:
     if isinstance(given, list) and given:
         return given
     if isinstance(given, Mapping):
@@ -118,34 +120,34 @@ def _axis(given: Any) -> list[Any] | Range:
     raise ParameterError(f"got {one_line(given, 60)}", expected=expected)
 
 
-Axis = Annotated[list[Any] | Range, PlainValidator(_axis)]
+Axis = Annotated[list[Any] | Range, PlainValidator(_parse_axis)]
 
 
-def _between(begin: float, end: float, part: float) -> float:
+def _interpolate_linearly(begin: float, end: float, part: float) -> float:
     """Return begin + part (end - begin), to 12 digits."""
     return float(f"{begin + part * (end - begin):.12g}")
 
 
-def between_by_ratio(begin: float, end: float, part: float) -> float:
+def interpolate_geometrically(begin: float, end: float, part: float) -> float:
     """Return begin (end/begin)^part, to 12 digits."""
     low, high = math.log(begin), math.log(end)
     return float(f"{math.exp(low + part * (high - low)):.12g}")
 
 
-def draws(distribution: Distribution, key: str, seed: int, count: int) -> list[Any]:
+def sample_values(distribution: Distribution, key: str, seed: int, count: int) -> list[Any]:
     """Return the samples of a key."""
     stream = int.from_bytes(hashlib.sha256(key.encode()).digest()[:8], "little")
-    return [distribution.draw(number) for number in uniform(seed, stream, count).tolist()]
+    return [distribution.quantile(number) for number in uniform(seed, stream, count).tolist()]
 
 
-def flatten(content: Any) -> Any:
+def flatten_table(content: Any) -> Any:
     """Return a table with dotted keys, for the notations "a.b" = ..., a.b = ... and [grid.a] b = ..."""
     if not isinstance(content, Mapping):
         return content
     found: dict[str, Any] = {}
     for key, value in content.items():
         if isinstance(value, Mapping) and value and not value.keys() & _KEYS_OF_AXES:
-            found |= {f"{key}.{rest}": inner for rest, inner in flatten(value).items()}
+            found |= {f"{key}.{rest}": inner for rest, inner in flatten_table(value).items()}
         else:
             found[str(key)] = value
     return found

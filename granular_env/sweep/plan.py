@@ -24,12 +24,12 @@ from typing import Any, ClassVar, Literal, Self
 from pydantic import Field, model_validator
 
 from granular_env.components.errors import ExperimentError, Fault, GranularError, Override, ParameterError
-from granular_env.documents import Document, Overrides, load
-from granular_env.documents.overrides import source_of, to_overrides
+from granular_env.documents import Document, Overrides, load_document
+from granular_env.documents.overrides import fault_source, to_overrides
 from granular_env.experiments import Experiment, load_experiment, shipped_experiments
 
 from .measures import OWN_COLUMNS, AnyMeasure
-from .parameter_values import Axis, Range, Samples, flatten
+from .parameter_values import Axis, Range, Samples, flatten_table
 
 LARGEST = 100_000
 
@@ -65,9 +65,9 @@ class Plan(Document):
         cls, content: Mapping[str, Any], origin: str = "", folder: Path | None = None, overrides: tuple[Override, ...] = ()
     ) -> Self:
         """Return a plan from the content of its file; keys of the experiment may be tables or dotted."""
-        flat = {key: flatten(value) if key in ("grid", "samples") else value for key, value in content.items()}
+        flat = {key: flatten_table(value) if key in ("grid", "samples") else value for key, value in content.items()}
         if isinstance(flat.get("set"), Mapping):
-            flat["set"] = _one_level(flat["set"])
+            flat["set"] = _flatten_tables(flat["set"])
         return super().parse(flat, origin, folder, overrides)
 
     @model_validator(mode="after")
@@ -110,19 +110,19 @@ class Plan(Document):
         try:
             return load_experiment(beside if is_file else self.experiment, self.set)
         except ExperimentError as error:
-            raise self.error_of(error) from error
+            raise self.plan_error(error) from error
 
-    def error_of(self, error: GranularError) -> ExperimentError:
+    def plan_error(self, error: GranularError) -> ExperimentError:
         """Return an error of the experiment as an error of the plan, or of the external override with the fault."""
-        return ExperimentError(*map(self._fault_of, error.faults))
+        return ExperimentError(*map(self._plan_fault, error.faults))
 
-    def _fault_of(self, fault: Fault) -> Fault:
+    def _plan_fault(self, fault: Fault) -> Fault:
         if not isinstance(fault.source, Override):
             return fault.with_source(self.origin)
-        return replace(fault, source=source_of(("set", ".".join(fault.source.key)), self.origin, self.overrides))
+        return replace(fault, source=fault_source(("set", ".".join(fault.source.key)), self.origin, self.overrides))
 
 
-def _one_level(content: Mapping[str, Any]) -> dict[str, Any]:
+def _flatten_tables(content: Mapping[str, Any]) -> dict[str, Any]:
     """Return dotted keys, converting keys written as the experiment's tables."""
     found: dict[str, Any] = {}
     for key, value in content.items():
@@ -141,4 +141,4 @@ def load_plan(source: str | os.PathLike[str] | Mapping[str, Any], overrides: Ove
     Raises:
         ExperimentError: names file, key, received and expected value.
     """
-    return load(Plan, source, [replace(one, key=("set", ".".join(one.key))) for one in to_overrides(overrides)])
+    return load_document(Plan, source, [replace(one, key=("set", ".".join(one.key))) for one in to_overrides(overrides)])

@@ -20,9 +20,9 @@ from typing import Any
 from granular_env.components.errors import SweepError, one_line
 from granular_env.components.support.threads import thread_count
 from granular_env.optional_packages import import_optional
-from granular_env.output_files import replacing
+from granular_env.output_files import replace_file
 
-from .engines import LOOK_SECONDS, ONE_THREAD, Engine, LostError
+from .engines import LOOK_SECONDS, ONE_THREAD, Engine, TaskLostError
 from .worker import Job, Result, Task, compute_task, log_path, write_inputs
 
 _CONNECT_SECONDS = 5.0
@@ -33,7 +33,7 @@ class RayCluster(Engine):
     """An engine that computes tasks on a Ray cluster."""
 
     def __init__(self, job: Job, folder: Path, workers: int | None, address: str | None) -> None:
-        options = _connect(address, workers or thread_count())
+        options = _connection_options(address, workers or thread_count())
         self._ray = ray = import_optional("ray", "the engine 'ray'")
         self._folder, self._most, self._cores, self._looked = folder, workers, 1, -LOOK_SECONDS
         with ExitStack() as held:
@@ -74,9 +74,9 @@ class RayCluster(Engine):
             own = isinstance(error.cause, SweepError)
             raise SweepError(str(error.cause) if own else f"a node cannot compute: {_last_line(error)}") from error
         except errors.RayError as error:
-            raise LostError(f"Ray reports {type(error).__name__}") from error
+            raise TaskLostError(f"Ray reports {type(error).__name__}") from error
         if log is not None:
-            with replacing(log_path(self._folder, found.hash), SweepError) as part:
+            with replace_file(log_path(self._folder, found.hash), SweepError) as part:
                 part.write_bytes(log)
         return found
 
@@ -96,7 +96,7 @@ def compute_on_node(job: Job, task: Task) -> tuple[Result, bytes | None]:
         return found, log.read_bytes() if log.exists() else None
 
 
-def _connect(address: str | None, cores: int) -> dict[str, Any]:
+def _connection_options(address: str | None, cores: int) -> dict[str, Any]:
     """Return the options of `ray.init`; `SweepError` if nothing answers at the address (Ray would retry for minutes)."""
     os.environ.update({name: os.environ.get(name, value) for name, value in _QUIET.items()})
     given = address or os.environ.get("RAY_ADDRESS")

@@ -13,17 +13,17 @@ from typing import Any
 from granular_env.components.errors import GranularError, GranularWarning, ParameterError, one_line, spelling_hint
 from granular_env.components.support.validation import positive_number, whole_number
 from granular_env.documents import Overrides
-from granular_env.output_files import file_name
+from granular_env.output_files import valid_file_name
 from granular_env.progress import Progress
 
 from .console import sweep_progress
-from .engines import Engine, Processes, compute_all
+from .engines import Engine, ProcessPool, compute_tasks
 from .plan import Plan, load_plan
 from .ray_cluster import RayCluster
 from .store import Description, Store, read_results
 from .table import Sweep
-from .tasks import Workload, make_workload, units_of
-from .worker import Computer, Job, Result, Task, log_path, write_inputs
+from .tasks import Workload, column_units, make_workload
+from .worker import Job, Result, Task, TaskComputer, log_path, write_inputs
 
 # Largest number of tasks prepared before the first is computed. A prime, so that the tasks rarely share the value of a key.
 _MOST_TRIED = 7
@@ -60,7 +60,7 @@ def run_sweep(
         progress: show a bar, or call this with the completed fraction.
         allow_large: lift the limit on the number of tasks.
         time_limit: wall time after which a task is ended and counts as failed [s]; not for the engine "serial".
-        part: "I/N": compute only the tasks I, I + N, I + 2N, ..., for job arrays; ``open_sweep(folder).write()`` writes the
+        part: "I/N": compute only the tasks I, I + N, I + 2N, ..., for job arrays; ``open_sweep(folder).write_csv()`` writes the
             table of all parts.
 
     Raises:
@@ -72,7 +72,7 @@ def run_sweep(
     loaded = load_plan(plan, overrides)
     share = _parse_part(part)
     workload = make_workload(loaded, time_limit, allow_large)
-    units, tasks, where = _validate_plan(loaded, workload), workload.distinct(share), results_folder(loaded, folder)
+    units, tasks, where = _validate_plan(loaded, workload), workload.distinct_tasks(share), results_folder(loaded, folder)
     about = Description(
         name=loaded.title,
         keys=workload.keys,
@@ -87,16 +87,16 @@ def run_sweep(
         interrupted = False
         try:
             with sweep_progress(about.name, len(tasks), len(tasks) - len(waiting), progress) as report:
-                for result in compute_all(opened, waiting, time_limit):
+                for result in compute_tasks(opened, waiting, time_limit):
                     results[result.hash] = result
-                    store.add(result)
+                    store.add_result(result)
                     report(result)
         except KeyboardInterrupt:
             interrupted = True
         finally:
             sweep = Sweep(where, about, results)
             if share == (0, 1):
-                sweep.write()
+                sweep.write_csv()
     sweep.interrupted = interrupted
     return sweep
 
@@ -116,7 +116,7 @@ def check_sweep(
 
 def results_folder(plan: Plan, folder: str | os.PathLike[str] | None = None) -> Path:
     """Return the folder of a plan's results: the given folder, or ``sweeps/`` and the plan's name."""
-    return Path("sweeps") / file_name(plan.title, "sweep") if folder is None else Path(folder)
+    return Path("sweeps") / valid_file_name(plan.title, "sweep") if folder is None else Path(folder)
 
 
 def _open_engine(name: str, job: Job, folder: Path, workers: int | None, address: str | None) -> Engine:
@@ -133,7 +133,7 @@ def _open_engine(name: str, job: Job, folder: Path, workers: int | None, address
             raise ParameterError(f"the engine {name!r} does not take it", at=option, hint=hint)
     if name == "ray":
         return RayCluster(job, folder, workers, address)
-    return Processes(job, folder, workers) if name == "processes" else Engine(job, folder)
+    return ProcessPool(job, folder, workers) if name == "processes" else Engine(job, folder)
 
 
 def _parse_part(text: str) -> tuple[int, int]:
@@ -155,14 +155,14 @@ def _validate_plan(plan: Plan, workload: Workload) -> dict[str, str]:
     Raises:
         ExperimentError: none of the tried tasks can start.
     """
-    tasks, faults = list(workload.distinct().values()), list[GranularError]()
+    tasks, faults = list(workload.distinct_tasks().values()), list[GranularError]()
     ignored = warnings.catch_warnings(action="ignore", category=GranularWarning)
     with tempfile.TemporaryDirectory(prefix="granular-env-sweep-") as folder, ignored:
         write_inputs(workload.job, Path(folder))
-        computer = Computer(workload.job, Path(folder))
+        computer = TaskComputer(workload.job, Path(folder))
         for task in tasks[:: 1 + len(tasks) // _MOST_TRIED]:
             try:
-                return units_of(plan, computer.prepare_task(task).component)
+                return column_units(plan, computer.prepare_task(task).component)
             except GranularError as error:
                 faults.append(error)
-    raise plan.error_of(faults[0])
+    raise plan.plan_error(faults[0])

@@ -20,7 +20,7 @@ from typing import Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from granular_env.components.errors import SweepError
-from granular_env.output_files import lock, replacing
+from granular_env.output_files import lock_file, replace_file
 
 from .worker import Result
 
@@ -75,30 +75,30 @@ class Store:
         try:
             folder.mkdir(parents=True, exist_ok=True)
             self._journal = (folder / self._name).open("a+b")
-            lock(self._journal, SweepError(busy, hint="wait for it, or choose another folder", source=named))
+            lock_file(self._journal, SweepError(busy, hint="wait for it, or choose another folder", source=named))
             if self._journal.seek(0, os.SEEK_END):
                 self._journal.seek(-1, os.SEEK_END)
                 if self._journal.read() != b"\n":  # a kill truncated the last line
                     self._journal.write(b"\n")
-            with replacing(folder / DESCRIPTION, SweepError) as part:
+            with replace_file(folder / DESCRIPTION, SweepError) as part:
                 part.write_text(self.description.model_dump_json(), encoding="utf-8")
         except OSError as error:
-            raise self._unwritable(error) from error
+            raise self._unwritable_error(error) from error
         return self
 
     def __exit__(self, *_: object) -> None:
         self._journal.close()
 
-    def add(self, result: Result) -> None:
+    def add_result(self, result: Result) -> None:
         """Append a result to the journal."""
         row = [result.hash, result.outcome, result.values, result.error, result.notes]
         try:
             self._journal.write(json.dumps(row, separators=(",", ":")).encode() + b"\n")
             self._journal.flush()
         except OSError as error:
-            raise self._unwritable(error) from error
+            raise self._unwritable_error(error) from error
 
-    def _unwritable(self, error: OSError) -> SweepError:
+    def _unwritable_error(self, error: OSError) -> SweepError:
         return SweepError(
             f"the results cannot be kept in {str(self.folder)!r}: {error.strerror or error}",
             hint="those so far are there; free some space or choose another folder",

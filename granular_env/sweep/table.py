@@ -11,7 +11,7 @@ from typing import Any
 
 from granular_env.components.errors import SweepError
 from granular_env.optional_packages import import_optional
-from granular_env.output_files import replacing
+from granular_env.output_files import replace_file
 
 from .store import TABLE, Description, read_description, read_results
 from .worker import Result, log_path
@@ -70,13 +70,13 @@ class Sweep:
         """The table as a `pandas.DataFrame`; its index is the number of the task."""
         return import_optional("pandas", "the table of a sweep").DataFrame(self.columns())
 
-    def write(self) -> Path:
+    def write_csv(self) -> Path:
         """Write the table as CSV; return its path.
 
         The first line has the names with units. Numbers are exact; cells without a value are empty.
         """
         columns, path = self.columns(), self.folder / TABLE
-        with replacing(path, SweepError) as part, part.open("w", newline="", encoding="utf-8") as file:
+        with replace_file(path, SweepError) as part, part.open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file, lineterminator="\n")
             writer.writerow(self.heading(name) for name in columns)
             for row in zip(*columns.values(), strict=True):

@@ -15,10 +15,10 @@ from granular_env.components.component import Component
 from granular_env.components.errors import ExperimentError
 from granular_env.components.support.parameter_fields import field_unit
 from granular_env.components.support.serialization import canonical_json
-from granular_env.documents.files import read_data
+from granular_env.documents.files import read_data_file
 from granular_env.experiments.inputs import csv_tables
 
-from .parameter_values import Range, draws
+from .parameter_values import Range, sample_values
 from .plan import LARGEST, Plan
 from .worker import Job, Task
 
@@ -40,7 +40,7 @@ class Workload(NamedTuple):
     keys: dict[str, list[Any]]
     tasks: list[Task]
 
-    def distinct(self, part: tuple[int, int] = (0, 1)) -> dict[str, Task]:
+    def distinct_tasks(self, part: tuple[int, int] = (0, 1)) -> dict[str, Task]:
         """Return hash -> task for a part of the plan, with equal tasks once.
 
         Args:
@@ -73,58 +73,60 @@ def make_workload(plan: Plan, time_limit: float | None = None, allow_large: bool
     files: dict[str, bytes] = {}
 
     @cache
-    def stored_name(path: str) -> str:
+    def store_file(path: str) -> str:
         """Read a CSV file, which is sent with the tasks; return its name in the results' folder, a hash of its content."""
-        data = read_data(experiment.folder / path)
+        data = read_data_file(experiment.folder / path)
         name = f"{hashlib.sha256(data).hexdigest()[:32]}.csv"
         files[name] = data
         return name
 
     document = copy.deepcopy(experiment.to_dict())
     for table in csv_tables(document.get("input", {})):
-        table["path"] = stored_name(table["path"])
+        table["path"] = store_file(table["path"])
     content = {key: document[key] for key in document.keys() - {"name", "description", "source"}}
-    basis = _hash([content, {name: repr(measure) for name, measure in plan.measure.items()}, plan.every, code_hash()])
+    basis = _content_hash([content, {name: repr(measure) for name, measure in plan.measure.items()}, plan.every, code_hash()])
     columns: dict[str, list[Any]] = {name: [] for name in (*plan.keys, *(["sample"] if plan.samples else []))}
     tasks: list[Task] = []
-    for number, (values, sample) in enumerate(_points(plan)):
+    for number, (values, sample) in enumerate(_sample_points(plan)):
         chosen = tuple(
-            (key, stored_name(value) if key.startswith("input.") and key.endswith(".path") else value)
+            (key, store_file(value) if key.startswith("input.") and key.endswith(".path") else value)
             for key, value in zip(plan.keys, values, strict=True)
         )
         for column, value in zip(columns.values(), (*values, sample), strict=False):
             column.append(json.dumps(value) if isinstance(value, list | dict) else value)
         is_logged = plan.log_every is not None and number % plan.log_every == 0
-        tasks.append(Task(_hash([basis, chosen]), chosen, is_logged))
+        tasks.append(Task(_content_hash([basis, chosen]), chosen, is_logged))
     return Workload(Job(document, files, plan.measure, plan.every, code_hash(), time_limit), columns, tasks)
 
 
-def _points(plan: Plan) -> Iterator[tuple[tuple[Any, ...], int]]:
+def _sample_points(plan: Plan) -> Iterator[tuple[tuple[Any, ...], int]]:
     """Yield (values of the grid and of the sample, number of the sample)."""
     grid = [values.values() if isinstance(values, Range) else values for values in plan.grid.values()]
     samples: list[tuple[Any, ...]] = [()]
     if plan.samples is not None:
         drawn = plan.samples.distributions.items()
-        samples = list(zip(*(draws(one, key, plan.samples.seed, plan.samples.count) for key, one in drawn), strict=True))
+        samples = list(
+            zip(*(sample_values(one, key, plan.samples.seed, plan.samples.count) for key, one in drawn), strict=True)
+        )
     for point, (sample, values) in itertools.product(itertools.product(*grid), enumerate(samples)):
         yield (*point, *values), sample
 
 
-def _hash(content: Any) -> str:
+def _content_hash(content: Any) -> str:
     try:
         return hashlib.sha256(canonical_json(content)).hexdigest()[:32]
     except (ValueError, TypeError) as error:
         raise ExperimentError(f"a value cannot be written as JSON: {error}", hint="use finite numbers, texts, lists") from None
 
 
-def units_of(plan: Plan, component: Component) -> dict[str, str]:
+def column_units(plan: Plan, component: Component) -> dict[str, str]:
     """Return column -> unit of the keys and measures that have one; "1" for plain numbers."""
-    found = {key: _unit_of_key(key, component) for key in plan.keys}
+    found = {key: _key_unit(key, component) for key in plan.keys}
     found |= {name: measure.unit(component) for name, measure in plan.measure.items()}
     return {name: unit for name, unit in found.items() if unit}
 
 
-def _unit_of_key(key: str, component: Component) -> str:
+def _key_unit(key: str, component: Component) -> str:
     table, _, rest = key.partition(".")
     name, *inner = rest.split(".")
     if key in _SECONDS or (table == "input" and inner and inner[-1] in _TIMES):

@@ -14,8 +14,8 @@ from typing import Any, Literal
 from granular_env.code_hash import code_hash
 from granular_env.components.errors import GranularWarning, SweepError
 from granular_env.experiments import Experiment, load_experiment
-from granular_env.experiments.preparation import Prepared, prepare
-from granular_env.output_files import replacing
+from granular_env.experiments.preparation import Prepared, prepare_experiment
+from granular_env.output_files import replace_file
 
 from .measures import Measure, RunObserver
 
@@ -76,7 +76,7 @@ class Result:
     notes: str = ""
 
 
-class Computer:
+class TaskComputer:
     """A computer of a job's tasks in this process.
 
     Args:
@@ -101,23 +101,23 @@ class Computer:
         Raises:
             GranularError: the experiment or its measures are invalid.
         """
-        experiment, observer = self._load(task)
-        ready = prepare(experiment, trial=False)
+        experiment, observer = self._load_task(task)
+        ready = prepare_experiment(experiment, has_trial_step=False)
         observer.on_reset(ready.component)
         return ready
 
     def compute(self, task: Task) -> Result:
         """Return the result of a task; errors are also results."""
         try:
-            return self._run(task)
+            return self._run_task(task)
         except Exception as error:  # also errors of third-party components, so that the sweep continues
-            outcome = "lost" if _is_of_machine(error) else "failed"
+            outcome = "lost" if _is_machine_error(error) else "failed"
             return Result(task.hash, outcome, error=f"{type(error).__name__}: {str(error) or 'no message'}")
 
-    def _run(self, task: Task) -> Result:
+    def _run_task(self, task: Task) -> Result:
         from granular_env.run_loop import run
 
-        experiment, observer = self._load(task)
+        experiment, observer = self._load_task(task)
         log = log_path(self._folder, task.hash) if task.is_logged else None
         if log is not None:
             log.parent.mkdir(parents=True, exist_ok=True)
@@ -129,7 +129,7 @@ class Computer:
         said = dict.fromkeys((*done.warnings, *done.cautions, *notes))
         return Result(task.hash, "done", tuple(values), notes="; ".join(said))
 
-    def _load(self, task: Task) -> tuple[Experiment, RunObserver]:
+    def _load_task(self, task: Task) -> tuple[Experiment, RunObserver]:
         """Return the experiment of a task, and the observer that takes its measures."""
         experiment = load_experiment(self._job.document, dict(task.overrides), self._folder / "inputs")
         every = self._job.every or experiment.record.every
@@ -145,13 +145,13 @@ def write_inputs(job: Job, folder: Path) -> None:
     """Write the CSV files of a job to the folder in which its tasks search them."""
     for name, data in job.files.items():
         # Other parts of the sweep may be reading the file.
-        with replacing(folder / "inputs" / name, SweepError) as part:
+        with replace_file(folder / "inputs" / name, SweepError) as part:
             part.write_bytes(data)
 
 
 def compute_task(job: Job, task: Task, folder: Path) -> Result:
     """Compute a task in a worker process, which ends (even within a kernel) when the task exceeds the time limit."""
-    computer = Computer(job, folder)
+    computer = TaskComputer(job, folder)
     if job.time_limit is None:
         return computer.compute(task)
     with open(os.devnull, "w") as nowhere:
@@ -162,7 +162,7 @@ def compute_task(job: Job, task: Task, folder: Path) -> Result:
             faulthandler.cancel_dump_traceback_later()
 
 
-def _is_of_machine(error: BaseException) -> bool:
+def _is_machine_error(error: BaseException) -> bool:
     """Return whether memory, disk or the operating system failed instead of the task."""
     cause = error.__cause__ or error.__context__
-    return isinstance(error, MemoryError | OSError) or (cause is not None and _is_of_machine(cause))
+    return isinstance(error, MemoryError | OSError) or (cause is not None and _is_machine_error(cause))

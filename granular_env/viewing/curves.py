@@ -17,7 +17,7 @@ from granular_env.components.inputs import Held, input_value
 from granular_env.components.profiles import CompiledProfile
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.variables import Element, Variable
-from granular_env.recording.steps import Stretch
+from granular_env.recording.steps import InputInterval
 
 MAXIMUM_CURVE_POINTS = 4_000
 # More curves than this in one figure are unreadable.
@@ -75,46 +75,46 @@ class InputCurves:
     is_summary: bool = False
 
 
-def load_input(log: Any, name: str) -> InputCurves | None:
+def load_input_curves(log: Any, name: str) -> InputCurves | None:
     """Return an input of a log as applied, with both sides of its jumps; None if there was no step."""
     variable: Variable = log.input_variables[name]
-    held = acting_stretches(log, name)
+    held = acting_intervals(log, name)
     if not held:
         return None
-    draw = _drawer(log, variable, held)
+    draw = _curve_maker(log, variable, held)
     if not variable.shape:
-        return InputCurves(variable, (draw(name, _element(0)),), 1)
+        return InputCurves(variable, (draw(name, _element_reader(0)),), 1)
     acting = np.zeros(prod(variable.shape), dtype=bool)
     for one in held:
         if not isinstance(one.value, CompiledProfile) or one.value.coefficients.any():
-            acting |= _row(one.value) != 0.0
+            acting |= _flat_values(one.value) != 0.0
     count = int(acting.sum())
-    if all(np.ptp(_row(one.value)) == 0.0 for one in held):
-        return InputCurves(variable, (draw(name, _element(0)),), count)
+    if all(np.ptp(_flat_values(one.value)) == 0.0 for one in held):
+        return InputCurves(variable, (draw(name, _element_reader(0)),), count)
     if count > MOST_CURVES:
-        return InputCurves(variable, tuple(_extremes(variable, acting, draw)), count, is_summary=True)
-    curves = (draw(_element_name(variable, place), _element(place)) for place in np.flatnonzero(acting).tolist())
+        return InputCurves(variable, tuple(_extreme_curves(variable, acting, draw)), count, is_summary=True)
+    curves = (draw(_element_name(variable, place), _element_reader(place)) for place in np.flatnonzero(acting).tolist())
     return InputCurves(variable, tuple(curves), count)
 
 
-def acting_stretches(log: Any, name: str) -> list[Stretch]:
+def acting_intervals(log: Any, name: str) -> list[InputInterval]:
     """Return the intervals and held values of an input, from the first step that set it."""
-    return [one for one in log.input_stretches(name) if one.end > one.begin]
+    return [one for one in log.input_intervals(name) if one.end > one.begin]
 
 
-def present_input(variable: Variable, value: Any, time: float, tick: int) -> Iterator[Curve]:
+def present_input_curves(variable: Variable, value: Any, time: float, tick: int) -> Iterator[Curve]:
     """Yield the present value of an input as one-sample curves: each element of a small array, the extremes of a large one."""
     values = np.ravel(value).astype(np.float64)
 
-    def draw(name: str, choose: Callable[[FloatArray], float]) -> Curve:
+    def make_curve(name: str, choose: Callable[[FloatArray], float]) -> Curve:
         sample = np.array([choose(values)])
         return Curve(name, variable.unit, variable.description, np.array([time]), np.array([tick], dtype=np.int64), sample)
 
     if values.size <= MOST_CURVES:
         for place in range(values.size):
-            yield draw(_element_name(variable, place), _element(place))
+            yield make_curve(_element_name(variable, place), _element_reader(place))
     else:
-        yield from _extremes(variable, np.ones(values.size, dtype=bool), draw)
+        yield from _extreme_curves(variable, np.ones(values.size, dtype=bool), make_curve)
 
 
 def component_names(variable: Variable) -> list[str]:
@@ -125,7 +125,7 @@ def component_names(variable: Variable) -> list[str]:
     return [f"{variable.name}[:,{','.join(map(str, index))}]" for index in np.ndindex(variable.shape[1:])]
 
 
-def values_at(held: Sequence[Stretch], ticks: Iterable[int]) -> Iterator[Any]:
+def sample_intervals(held: Sequence[InputInterval], ticks: Iterable[int]) -> Iterator[Any]:
     """Yield the values of an input at ascending ticks of the log; at a jump, the value after the jump."""
     place = 0
     for tick in ticks:
@@ -137,17 +137,17 @@ def values_at(held: Sequence[Stretch], ticks: Iterable[int]) -> Iterator[Any]:
 Drawer = Callable[[str, Callable[[FloatArray], float]], Curve]
 
 
-def _drawer(log: Any, variable: Variable, held: Sequence[Stretch]) -> Drawer:
+def _curve_maker(log: Any, variable: Variable, held: Sequence[InputInterval]) -> Drawer:
     """Return a function that draws the curve of one number, chosen by a function of the input's elements (as one row)."""
     samples = [one.sample_ticks() for one in held]
     every = (tick + one.shift for own, one in zip(samples, held, strict=True) for tick in own)
     ticks = np.fromiter(every, dtype=np.int64)
     times = ticks * log.step_size
 
-    def draw(name: str, choose: Callable[[FloatArray], float]) -> Curve:
+    def make_curve(name: str, choose: Callable[[FloatArray], float]) -> Curve:
         values: list[float] = []
         for own, one in zip(samples, held, strict=True):
-            row = _row(one.value)
+            row = _flat_values(one.value)
             if isinstance(one.value, CompiledProfile):
                 # For a negative factor, the largest product is the factor times the smallest element.
                 positive, negative = float(choose(row)), -float(choose(-row))
@@ -159,17 +159,17 @@ def _drawer(log: Any, variable: Variable, held: Sequence[Stretch]) -> Drawer:
         picked = pick_with_extremes(course)
         return Curve(name, variable.unit, variable.description, times[picked], ticks[picked], course[picked])
 
-    return draw
+    return make_curve
 
 
-def _row(value: Held) -> FloatArray:
+def _flat_values(value: Held) -> FloatArray:
     """Return the elements of a held value as one row; for a profile the array that its time factor multiplies."""
     if isinstance(value, CompiledProfile):
         return np.ones(1) if value.pattern is None else np.ravel(value.pattern)
     return np.ravel(value)
 
 
-def _extremes(variable: Variable, acting: npt.NDArray[np.bool_], draw: Drawer) -> Iterator[Curve]:
+def _extreme_curves(variable: Variable, acting: npt.NDArray[np.bool_], draw: Drawer) -> Iterator[Curve]:
     """Yield the largest and the smallest of all elements; for vectors those of each active component."""
     names = component_names(variable)
     for column, name in enumerate(names):
@@ -179,7 +179,7 @@ def _extremes(variable: Variable, acting: npt.NDArray[np.bool_], draw: Drawer) -
             yield draw(f"{name}, least", lambda values, part=part: values[part].min())
 
 
-def _element(place: int) -> Callable[[FloatArray], float]:
+def _element_reader(place: int) -> Callable[[FloatArray], float]:
     return lambda values: values[place]
 
 

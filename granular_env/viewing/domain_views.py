@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.domains import domain_of
+from granular_env.domains import find_domain
 
 if TYPE_CHECKING:
     from .scene_data import Motion, SceneData
@@ -30,11 +30,11 @@ class Views:
     def __init__(self, motion: Motion, scales: Scales, begin: float = 0.0, end: float | None = None) -> None:
         """Compute the layout of the views."""
 
-    def reach(self, scales: Scales) -> tuple[float, float]:
+    def vertical_extent(self, scales: Scales) -> tuple[float, float]:
         """Return the lowest and highest z that the camera of the whole scene must cover [m]."""
         return scales.low[2], scales.high[2]
 
-    def grow(self, motion: Motion) -> bool:
+    def add_frame(self, motion: Motion) -> bool:
         """Add a frame of a live run; return whether `send_static` must be called again."""
         return False
 
@@ -64,15 +64,15 @@ class Views:
     def send_pictures(self, recording: Any, motion: Motion, scales: Scales) -> None:
         """Send pictures that take long to draw: once for a whole run, occasionally for a live run."""
 
-    def rows(self, motion: Motion, scales: Scales) -> list[tuple[Any, float]]:
+    def full_width_panes(self, motion: Motion, scales: Scales) -> list[tuple[Any, float]]:
         """Return full-width panes below the whole scene, each with its share of the height."""
         return []
 
-    def panes(self, motion: Motion, scales: Scales) -> list[Any]:
+    def side_panes(self, motion: Motion, scales: Scales) -> list[Any]:
         """Return panes next to the plots."""
         return []
 
-    def words(self, motion: Motion, scales: Scales) -> list[str]:
+    def caption_paragraphs(self, motion: Motion, scales: Scales) -> list[str]:
         """Return the caption's paragraphs on these views."""
         return []
 
@@ -83,4 +83,4 @@ def make_views(
     """Return the views of a component's domain for one scene, None without particles; arguments as for `Views`."""
     if scene_data.motion is None or scales is None:
         return None
-    return (domain_of(component).load("views") or Views)(scene_data.motion, scales, begin, end)
+    return (find_domain(component).load_offer("views") or Views)(scene_data.motion, scales, begin, end)

@@ -16,10 +16,10 @@ import numpy as np
 from granular_env.colours import PALETTE
 from granular_env.components.drawables import Cells, Points, to_three_columns
 from granular_env.components.errors import LogError
-from granular_env.output_files import replacing
+from granular_env.output_files import replace_file
 from granular_env.recording.log import Log
-from granular_env.recording.preview.encoding import CDR_HEAD, FRAME, names_of_numbers
-from granular_env.recording.preview.film import ABOUT_TOPIC, cloud_topic, picture_box, shown_drawables
+from granular_env.recording.preview.encoding import CDR_HEAD, FRAME, decode_number_names
+from granular_env.recording.preview.film import ABOUT_TOPIC, bounding_box, cloud_topic, shown_drawables
 
 _POINT_SIZE, _OTHER_SIZE = 5, 3
 # Vertical field of view of the camera [degrees], and smallest aspect ratio (width over height) of its picture.
@@ -44,17 +44,19 @@ def save_foxglove_layout(log: Log, path: str | os.PathLike[str]) -> Path:
         LogError: the log was not closed and has no preview, or the file cannot be written.
     """
     text = json.dumps(foxglove_layout(log), indent=1) + "\n"
-    with replacing(path, LogError) as part:
+    with replace_file(path, LogError) as part:
         part.write_text(text, encoding="utf-8")
     return Path(path)
 
 
 def foxglove_layout(log: Log) -> dict[str, Any]:
     """Return the layout for a log in Foxglove's export format; `LogError` if the log has no preview."""
-    plots = {f"Plot!{place}": _plot(topic, names, place) for place, (topic, names) in enumerate(_numbers_of(log).items())}
+    plots = {
+        f"Plot!{place}": _plot_panel(topic, names, place) for place, (topic, names) in enumerate(_number_names(log).items())
+    }
     about = {"RawMessages!about": {"topicPath": f"{ABOUT_TOPIC}.data", "diffEnabled": False}}
-    scene = {"3D!preview": _scene(log)} if log.drawables else {}
-    below = _row([*about, *plots])
+    scene = {"3D!preview": _scene_panel(log)} if log.drawables else {}
+    below = _panel_row([*about, *plots])
     layout: Any = {"direction": "column", "first": "3D!preview", "second": below, "splitPercentage": 60} if scene else below
     return {
         "configById": {**scene, **about, **plots},
@@ -65,7 +67,7 @@ def foxglove_layout(log: Log) -> dict[str, Any]:
     }
 
 
-def _numbers_of(log: Log) -> dict[str, list[str]]:
+def _number_names(log: Log) -> dict[str, list[str]]:
     """Return the names of the numbers in each numeric topic, from the preview at the end of the file."""
     found: dict[str, list[str]] = {}
     container = log.container
@@ -73,7 +75,7 @@ def _numbers_of(log: Log) -> dict[str, list[str]]:
         entries = container.messages(chunk)
         for topic, message in entries:
             if topic.startswith("/") and message.data[:4] == CDR_HEAD and topic not in (ABOUT_TOPIC, *found):
-                found[topic] = names_of_numbers(message.data)
+                found[topic] = decode_number_names(message.data)
         if any(topic == ABOUT_TOPIC for topic, _ in entries):
             return found
     raise LogError(
@@ -83,8 +85,8 @@ def _numbers_of(log: Log) -> dict[str, list[str]]:
     )
 
 
-def _scene(log: Log) -> dict[str, Any]:
-    low, high = picture_box(log.drawables)
+def _scene_panel(log: Log) -> dict[str, Any]:
+    low, high = bounding_box(log.drawables)
     middle, (width, depth, height) = (low + high) / 2, (high - low).tolist()
     drawn = [one for one in log.drawables if isinstance(one, Points | Cells)]
     places = [one.reference if isinstance(one, Points) else one.nodes for one in drawn]
@@ -113,7 +115,7 @@ def _scene(log: Log) -> dict[str, Any]:
     return {"cameraState": camera, **followed, "scene": {}, "transforms": hidden, "layers": {}, "topics": topics}
 
 
-def _plot(topic: str, names: list[str], place: int) -> dict[str, Any]:
+def _plot_panel(topic: str, names: list[str], place: int) -> dict[str, Any]:
     path = json.dumps(topic, ensure_ascii=False)
     paths = [
         {
@@ -139,8 +141,8 @@ def _plot(topic: str, names: list[str], place: int) -> dict[str, Any]:
     }
 
 
-def _row(panels: list[str]) -> Any:
+def _panel_row(panels: list[str]) -> Any:
     """Return a mosaic of panels of equal width side by side."""
     if len(panels) == 1:
         return panels[0]
-    return {"direction": "row", "first": panels[0], "second": _row(panels[1:]), "splitPercentage": 100 / len(panels)}
+    return {"direction": "row", "first": panels[0], "second": _panel_row(panels[1:]), "splitPercentage": 100 / len(panels)}

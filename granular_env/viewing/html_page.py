@@ -27,7 +27,7 @@ _ENVIRONMENT.globals["is_number"] = lambda value: isinstance(value, (int, float)
 parts: Any = _ENVIRONMENT.get_template("parts.html").module
 
 
-def page(title: str, lead: Markup, sections: Sequence[tuple[str, Markup]]) -> str:
+def render_page(title: str, lead: Markup, sections: Sequence[tuple[str, Markup]]) -> str:
     """Return the whole page.
 
     Args:

@@ -20,36 +20,36 @@ class Plot:
     curves: tuple[Curve, ...]
 
 
-def plots(scene_data: SceneData) -> list[Plot]:
+def make_plots(scene_data: SceneData) -> list[Plot]:
     """Return all plots of scene data: energy first, zero curves last."""
     balances, known = list[Plot](), set[str]()
     for balance in scene_data.balances:
         words = balance.quantity.replace("_", " ").capitalize()
         residuals = [name for name in scene_data.curves if name.startswith(balance.residual)]
         known |= {*balance.entries, *residuals}
-        balances.append(Plot(f"{words} [{balance.unit}]", balance.quantity, _moving(scene_data, balance.entries)))
-        curves = _moving(scene_data, residuals)
+        balances.append(Plot(f"{words} [{balance.unit}]", balance.quantity, _changing_curves(scene_data, balance.entries)))
+        curves = _changing_curves(scene_data, residuals)
         # The axis of a small residual would have a single label, which shows no scale.
         largest = max((np.abs(curve.values).max() for curve in curves if len(curve.values) > 1), default=0.0)
         title = f"{words} residual [{balance.unit}]: the error of the numerics"
         balances.append(Plot(f"{title}; at most {largest:.2g}" if largest else title, balance.residual, curves))
     outputs = [curve for name, curve in scene_data.curves.items() if name not in known]
-    found = [*balances[:2], *_by_unit("Inputs", scene_data.inputs.values()), *_by_unit("Outputs", outputs), *balances[2:]]
+    found = [*balances[:2], *_unit_plots("Inputs", scene_data.inputs.values()), *_unit_plots("Outputs", outputs), *balances[2:]]
     return sorted((plot for plot in found if plot.curves), key=_is_quiet)
 
 
 def select_plots(scene_data: SceneData, most: int) -> list[Plot]:
     """Return the plots that get a pane: at most `most`, and none that stays zero in a finished run."""
-    return [plot for plot in plots(scene_data) if not _is_quiet(plot) or len(plot.curves[0].values) < 2][:most]
+    return [plot for plot in make_plots(scene_data) if not _is_quiet(plot) or len(plot.curves[0].values) < 2][:most]
 
 
-def _by_unit(title: str, curves: Iterable[Curve]) -> list[Plot]:
+def _unit_plots(title: str, curves: Iterable[Curve]) -> list[Plot]:
     curves = list(curves)
     units = list(dict.fromkeys(curve.unit for curve in curves))
     return [Plot(f"{title} [{unit}]", title.lower(), tuple(curve for curve in curves if curve.unit == unit)) for unit in units]
 
 
-def _moving(scene_data: SceneData, names: Iterable[str]) -> tuple[Curve, ...]:
+def _changing_curves(scene_data: SceneData, names: Iterable[str]) -> tuple[Curve, ...]:
     """Return the curves of a balance that are not always zero, and those with a single sample (live run)."""
     found = (scene_data.curves[name] for name in names if name in scene_data.curves)
     return tuple(one for one in found if len(one.values) < 2 or np.any(one.values != 0.0))

@@ -16,7 +16,7 @@ from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.variables import Variable
 
 from . import curves
-from .curves import acting_stretches, component_names, pick_with_extremes, values_at
+from .curves import acting_intervals, component_names, pick_with_extremes, sample_intervals
 from .scene_data import MAXIMUM_POINTS, MAXIMUM_SHOWN_PARTICLES, Motion
 from .unit_labels import label_with_unit
 from .visible_drawables import colour_name, colouring_outputs, is_hidden, with_colour
@@ -26,7 +26,7 @@ _READ_AT_ONCE = 50_000_000
 _AXES = "xyz"
 
 
-def validity_of(log: Any) -> tuple[float, str]:
+def validity_limit(log: Any) -> tuple[float, str]:
     """Return the time at which results cease to be valid [s], and a sentence on it; infinity and "" if they stay valid."""
     details = log.event_details
     for event in (*(log.earlier_events() or ()), *log.events()):
@@ -76,7 +76,7 @@ def curve_names(variable: Variable) -> list[str]:
     return []
 
 
-def frame_at(times: FloatArray, time: float) -> int:
+def nearest_frame(times: FloatArray, time: float) -> int:
     """Return the index of the frame nearest to a time [s]; `ParameterError` outside the recorded span."""
     first, last = float(times[0]), float(times[-1])
     slack = 1e-9 * max(abs(first), abs(last))
@@ -85,14 +85,14 @@ def frame_at(times: FloatArray, time: float) -> int:
     return int(np.argmin(np.abs(times - time)))
 
 
-def evenly_picked(available: int, wanted: int) -> npt.NDArray[np.int64]:
+def pick_evenly(available: int, wanted: int) -> npt.NDArray[np.int64]:
     """Return indices of evenly spaced frames, including the first and the last."""
     if available <= wanted:
         return np.arange(available)
     return np.unique(np.rint(np.linspace(0, available - 1, wanted)).astype(np.int64))
 
 
-def cuts_of(log: Any, name: str, picked: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+def segment_starts(log: Any, name: str, picked: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
     """Return the indices, among the picked frames, of the first frames of later segments."""
     ticks, lengths = np.asarray(log.ticks(name)), [segment.end - segment.start for segment in log.segments]
     bounds = log.start_tick + np.cumsum(lengths[:-1], dtype=np.int64)
@@ -111,14 +111,14 @@ def sample_frames(log: Any, name: str, picked: npt.NDArray[np.int64]) -> tuple[F
     return times[picked], np.stack([np.asarray(log.get(name, float(time)), dtype=np.float64) for time in times[picked]])
 
 
-def curves_of(log: Any, name: str) -> Iterator[curves.Curve]:
+def load_curves(log: Any, name: str) -> Iterator[curves.Curve]:
     """Yield a recorded scalar, or each component of a short vector, as a curve thinned without losing peaks."""
     variable = log.variables[name]
     times, values = sample_frames(log, name, np.arange(len(log.times(name))))
     for column, shown in enumerate(curve_names(variable)):
         own = values if values.ndim == 1 else values[:, column]
         picked = pick_with_extremes(own)
-        ticks, cuts = np.asarray(log.ticks(name))[picked], cuts_of(log, name, picked)
+        ticks, cuts = np.asarray(log.ticks(name))[picked], segment_starts(log, name, picked)
         yield curves.Curve(shown, variable.unit, variable.description, times[picked], ticks, own[picked], cuts)
 
 
@@ -149,7 +149,7 @@ class Field:
     coordinate: FloatArray | None = None
 
     @property
-    def across(self) -> FloatArray | npt.NDArray[np.int64]:
+    def coordinates(self) -> FloatArray | npt.NDArray[np.int64]:
         """The coordinates of the places or, if unknown, their numbers."""
         return np.arange(self.values.shape[1]) * self.every if self.coordinate is None else self.coordinate
 
@@ -161,12 +161,12 @@ class Field:
     @property
     def ends(self) -> tuple[float, float]:
         """The start of the first place and the end of the last place."""
-        across = self.across
+        across = self.coordinates
         half = 0.5 * (float(across[1] - across[0]) if len(across) > 1 else float(self.every))
         return float(across[0]) - half, float(across[-1]) + half
 
 
-def as_field(shown: Motion | Field) -> Field:
+def to_field(shown: Motion | Field) -> Field:
     """Return a field unchanged, or the colour of a motion as a field; `ParameterError` if it was not recorded."""
     if isinstance(shown, Field):
         return shown
@@ -175,7 +175,7 @@ def as_field(shown: Motion | Field) -> Field:
         raise ParameterError(
             f"{name!r} was not recorded, so it cannot be drawn", hint="add it to the recorded variables", at="variables"
         )
-    place, axis = _axis(shown.colour_variable, 0 if _is_row(shown.reference) else None, shown.every)
+    place, axis = _axis_labels(shown.colour_variable, 0 if _is_row(shown.reference) else None, shown.every)
     return Field(shown.colour_variable, shown.times, shown.colour, place, axis, shown.every, shown.total, shown.cuts)
 
 
@@ -197,19 +197,19 @@ def load_fields(log: Any, name: str, frames: int) -> list[Field]:
     most = max(2, min(frames, MAXIMUM_POINTS // -(-total // every)))
     cuts = np.zeros(0, np.int64)
     if is_input:
-        held = acting_stretches(log, name)
+        held = acting_intervals(log, name)
         first, last = held[0].begin + held[0].shift, held[-1].end + held[-1].shift
         ticks = np.unique(np.linspace(first, last, most).astype(np.int64))
         times = ticks * log.step_size
-        rows = (np.reshape(value, (total, len(names)))[::every] for value in values_at(held, ticks.tolist()))
+        rows = (np.reshape(value, (total, len(names)))[::every] for value in sample_intervals(held, ticks.tolist()))
         values = np.stack(list(rows))
     else:
-        picked = evenly_picked(len(log.times(name)), most)
+        picked = pick_evenly(len(log.times(name)), most)
         times, whole = sample_frames(log, name, picked)
-        values, cuts = whole.reshape(len(times), total, len(names))[:, ::every], cuts_of(log, name, picked)
+        values, cuts = whole.reshape(len(times), total, len(names))[:, ::every], segment_starts(log, name, picked)
     points = main_points(log.drawables)
     surplus = total - len(points.radius) if points is not None and _is_row(points.reference) else None
-    place, axis = _axis(variable, surplus, every, points.name.removesuffix("s") if points is not None else "")
+    place, axis = _axis_labels(variable, surplus, every, points.name.removesuffix("s") if points is not None else "")
     coordinate = _coordinate(log, variable)
     if coordinate is not None:
         axis, coordinate = "x [m]", coordinate[::every]
@@ -237,7 +237,7 @@ def _is_row(reference: FloatArray) -> bool:
     return not np.ptp(reference[:, 1:], axis=0).any()
 
 
-def _axis(variable: Variable, surplus: int | None, every: int, point: str = "") -> tuple[str, str]:
+def _axis_labels(variable: Variable, surplus: int | None, every: int, point: str = "") -> tuple[str, str]:
     """Return the name of a place, and the label of the axis along the places.
 
     Args:

@@ -16,20 +16,20 @@ from granular_env.components.drawables import Curve as DrawnCurve
 from granular_env.components.errors import ParameterError
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.variables import Variable
-from granular_env.domains import domain_of
-from granular_env.recording.header import BalanceNames, balance_facts, balance_names_from
+from granular_env.domains import find_domain
+from granular_env.recording.header import BalanceNames, balance_facts, parse_balance_names
 
-from .curves import MAXIMUM_CURVE_POINTS, Curve, load_input, present_input
+from .curves import MAXIMUM_CURVE_POINTS, Curve, load_input_curves, present_input_curves
 from .recorded_fields import (
     coloured_drawables,
     curve_names,
-    curves_of,
-    cuts_of,
-    evenly_picked,
-    frame_at,
+    load_curves,
+    nearest_frame,
+    pick_evenly,
     recorded_outputs,
     sample_frames,
-    validity_of,
+    segment_starts,
+    validity_limit,
 )
 from .scene_data import (
     MAXIMUM_FRAMES,
@@ -63,7 +63,7 @@ class Frames(NamedTuple):
     read: Callable[[str], FloatArray]
 
 
-class Source(NamedTuple):
+class SceneSource(NamedTuple):
     """The displayed log or component.
 
     Attributes:
@@ -81,23 +81,23 @@ class Source(NamedTuple):
     frames: Callable[[str, int], Frames]
 
 
-def _log_source(log: Any, colour: str | None, pick: Callable[[FloatArray, int], npt.NDArray[np.int64]]) -> Source:
+def _log_source(log: Any, colour: str | None, pick: Callable[[FloatArray, int], npt.NDArray[np.int64]]) -> SceneSource:
     """Return a log as a source; `pick` chooses frames from their times [s] and the number of values per frame."""
 
     def frames(name: str, size: int) -> Frames:
         picked = pick(np.asarray(log.times(name), dtype=np.float64), size)
         times, ticks = np.asarray(log.times(name), dtype=np.float64)[picked], np.asarray(log.ticks(name))[picked]
-        return Frames(times, ticks, cuts_of(log, name, picked), lambda name: sample_frames(log, name, picked)[1])
+        return Frames(times, ticks, segment_starts(log, name, picked), lambda name: sample_frames(log, name, picked)[1])
 
     component, recorded = str(log.metadata.get("component")), recorded_outputs(log)
-    return Source(component, log.variables, coloured_drawables(log, colour), recorded.__contains__, frames)
+    return SceneSource(component, log.variables, coloured_drawables(log, colour), recorded.__contains__, frames)
 
 
-def _present_source(component: Component, times: FloatArray, ticks: npt.NDArray[np.int64]) -> Source:
+def _present_source(component: Component, times: FloatArray, ticks: npt.NDArray[np.int64]) -> SceneSource:
     """Return the present state of a component as a source with one frame."""
     now = Frames(times, ticks, np.zeros(0, np.int64), lambda name: np.asarray(component.get(name))[None])
     known = component.variables
-    return Source(component.name, known, component.drawables(), known.__contains__, lambda name, size: now)
+    return SceneSource(component.name, known, component.drawables(), known.__contains__, lambda name, size: now)
 
 
 def require_log(log: Any) -> None:
@@ -106,7 +106,7 @@ def require_log(log: Any) -> None:
         raise ParameterError(f"got {type(log).__name__}", expected="an open log: open_log(path)", at="log")
 
 
-def from_log(
+def load_scene(
     log: Any, frames: int = MAXIMUM_FRAMES, progress: Callable[[float], None] | None = None, colour: str | None = None
 ) -> SceneData:
     """Return at most `frames` frames of a log, and all its scalar outputs and inputs, thinned.
@@ -118,45 +118,43 @@ def from_log(
         colour: a recorded output that colours the shapes; default: the output that the component names.
     """
     progress = progress or (lambda part: None)
-    source = _log_source(
-        log, colour, lambda clock, size: evenly_picked(len(clock), max(2, min(frames, MAXIMUM_POINTS // size)))
-    )
-    shapes = _shapes(source)
+    source = _log_source(log, colour, lambda clock, size: pick_evenly(len(clock), max(2, min(frames, MAXIMUM_POINTS // size))))
+    shapes = _read_shapes(source)
     progress(0.5)
     outputs = recorded_outputs(log)
     vectors = {name for balance in log.balances for name in (*balance.entries, balance.residual)}
     shown = [name for name, one in outputs.items() if one.shape in ((), (1,)) or name in vectors]
-    acted = [one for name in log.input_variables if (one := load_input(log, name)) is not None]
+    acted = [one for name in log.input_variables if (one := load_input_curves(log, name)) is not None]
     profiles = (one for one in log.drawables if isinstance(one, DrawnCurve) and len(one.coordinate) > 1)
-    until, invalid = validity_of(log)
+    until, invalid = validity_limit(log)
     scene_data = SceneData(
-        title_of(log),
+        log_title(log),
         *shapes,
-        curves={curve.name: curve for name in shown for curve in curves_of(log, name)},
+        curves={curve.name: curve for name in shown for curve in load_curves(log, name)},
         inputs={curve.name: curve for one in acted for curve in one.curves},
         balances=_balances_to_show(log.balances, log.variables),
-        profiles=tuple(_profile(source, one) for one in profiles if source.has(one.field)),
-        remark=f"{remark_of(source.component, log.metadata.get('parameters'))} {invalid}".strip(),
+        profiles=tuple(_read_profile(source, one) for one in profiles if source.has(one.field)),
+        remark=f"{picture_remark(source.component, log.metadata.get('parameters'))} {invalid}".strip(),
         conclusions=tuple(log.metadata["conclusions"]),
         focus_normal=focus_normal(log, source.drawables),
         valid_until=until,
     )
     progress(1.0)
-    return replace(scene_data, notes=(*_notes(log, scene_data), *_notes_on_colours(log, source.drawables, scene_data)))
+    return replace(scene_data, notes=(*_scene_notes(log, scene_data), *_colour_notes(log, source.drawables, scene_data)))
 
 
-def shapes_at(log: Any, times: Sequence[float], colour: str | None = None) -> SceneData:
+def load_shapes(log: Any, times: Sequence[float], colour: str | None = None) -> SceneData:
     """Return the shapes of a log in the frames nearest to given times [s].
 
     Raises:
         ParameterError: a time outside the recorded span, or an output `colour` that can colour no shape.
     """
-    source = _log_source(log, colour, lambda clock, size: np.unique([frame_at(clock, time) for time in times]))
-    focus, until = focus_normal(log, source.drawables), validity_of(log)[0]
-    return SceneData(title_of(log), *_shapes(source), focus_normal=focus, valid_until=until)
+    source = _log_source(log, colour, lambda clock, size: np.unique([nearest_frame(clock, time) for time in times]))
+    focus, until = focus_normal(log, source.drawables), validity_limit(log)[0]
+    return SceneData(log_title(log), *_read_shapes(source), focus_normal=focus, valid_until=until)
 
 
-def from_component(component: Component, title: str | None = None, earlier: int = 0) -> SceneData:
+def make_scene(component: Component, title: str | None = None, earlier: int = 0) -> SceneData:
     """Return the present state of a component as one frame; `earlier` is the number of ticks before its last reset."""
     tick, time = component.tick + earlier, component.time + earlier * component.step_size
     now, ticks = np.array([time]), np.array([tick], dtype=np.int64)
@@ -170,25 +168,25 @@ def from_component(component: Component, title: str | None = None, earlier: int 
     outputs = [one for one in variables if one.causality == "output"]
     scalars = [one for one in outputs if one.shape in ((), (1,)) or one.name in component.balance_names]
     given = (one for one in variables if one.causality == "input")
-    inputs = [curve for one in given for curve in present_input(one, component.get(one.name), time, tick)]
-    balances = balance_names_from([balance_facts(balance) for balance in component.balances()])
+    inputs = [curve for one in given for curve in present_input_curves(one, component.get(one.name), time, tick)]
+    balances = parse_balance_names([balance_facts(balance) for balance in component.balances()])
     return SceneData(
         title or component.name,
-        *_shapes(source),
+        *_read_shapes(source),
         curves={curve.name: curve for variable in scalars for curve in curves(variable)},
         inputs={curve.name: curve for curve in inputs},
         balances=_balances_to_show(balances, component.variables),
-        remark=remark_of(component.name, component.parameters.model_dump()),
+        remark=picture_remark(component.name, component.parameters.model_dump()),
     )
 
 
-def remark_of(component: Any, parameters: Any) -> str:
+def picture_remark(component: Any, parameters: Any) -> str:
     """Return the remark of a component's domain on its pictures; "" for none."""
-    remark = domain_of(str(component)).load("remark")
+    remark = find_domain(str(component)).load_offer("remark")
     return "" if remark is None or not isinstance(parameters, Mapping) else str(remark(parameters))
 
 
-def title_of(log: Any) -> str:
+def log_title(log: Any) -> str:
     """Return the experiment's name or, for a log recorded by a script, the names of the file and the component."""
     experiment = log.metadata.get("experiment")
     named = experiment.get("name") if isinstance(experiment, dict) else None
@@ -209,14 +207,14 @@ def _balances_to_show(balances: Iterable[BalanceNames], variables: Mapping[str, 
 # -- shapes --------------------------------------------------------------------------------------------------------------
 
 
-def _shapes(source: Source) -> tuple[tuple[Motion, ...], tuple[MeshFrames, ...]]:
+def _read_shapes(source: SceneSource) -> tuple[tuple[Motion, ...], tuple[MeshFrames, ...]]:
     """Return the particles and cells for which an output can be read."""
-    motions = (_motion(source, points) for points in visible_points(source.drawables))
-    meshes = (_mesh(source, cells) for cells in visible_cells(source.drawables))
+    motions = (_read_motion(source, points) for points in visible_points(source.drawables))
+    meshes = (_read_mesh(source, cells) for cells in visible_cells(source.drawables))
     return tuple(filter(None, motions)), tuple(filter(None, meshes))
 
 
-def _motion(source: Source, points: Points) -> Motion | None:
+def _read_motion(source: SceneSource, points: Points) -> Motion | None:
     # Without displacements, the output that colours the particles supplies the times.
     clock = next((name for name in (points.displacement, points.colour) if source.has(name)), None)
     if clock is None:
@@ -231,15 +229,15 @@ def _motion(source: Source, points: Points) -> Motion | None:
     def read(name: str) -> FloatArray | None:
         return frames.read(name) if source.has(name) else None
 
-    moved = _as_vectors(read(points.displacement))
+    moved = _to_vectors(read(points.displacement))
     displacement = np.zeros((len(frames.times), total, 3)) if moved is None else moved
     colour = read(points.colour)
     contacts: tuple[FloatArray | None, str, str] = None, "", ""
-    if every == 1 and (contacts_of := domain_of(source.component).load("contacts")) is not None:
-        contacts = contacts_of(particles, moved, read)
+    if every == 1 and (contact_quantity := find_domain(source.component).load_offer("contacts")) is not None:
+        contacts = contact_quantity(particles, moved, read)
     return Motion(
         frames.times, frames.ticks, particles.reference[shown], particles.radius[shown], displacement[:, shown],
-        None if colour is None else colour[:, shown], _variable(source, points.colour), *contacts, every, total,
+        None if colour is None else colour[:, shown], _find_variable(source, points.colour), *contacts, every, total,
         moved is not None, frames.cuts, is_plane(particles.reference, source.variables.get(points.displacement)),
         tuple(_link_frames(points, one, frames.read(one.state)) for one in joined),
         points.name, read(points.rotation) if every == 1 else None,
@@ -252,30 +250,30 @@ def _link_frames(points: Points, links: Links, state: FloatArray) -> LinkFrames:
     return LinkFrames(links.name, links.pairs[inside], state[:, inside], links.state)
 
 
-def _links_to_show(source: Source, points: Points) -> list[Links]:
+def _links_to_show(source: SceneSource, points: Points) -> list[Links]:
     """Return the links between these points with a known state, unless there are too many to draw."""
     links = (one for one in source.drawables if isinstance(one, Links) and one.points == points.name)
     return [one for one in links if 0 < len(one.pairs) <= MAXIMUM_SHOWN_LINKS and source.has(one.state)]
 
 
-def _mesh(source: Source, cells: Cells) -> MeshFrames | None:
+def _read_mesh(source: SceneSource, cells: Cells) -> MeshFrames | None:
     clock = next((name for name in (cells.displacement, cells.field) if source.has(name)), None)
     count = len(cells.nodes)
     if clock is None or count > MAXIMUM_SHOWN_NODES:
         return None
     frames = source.frames(clock, count)
-    moved = _as_vectors(frames.read(cells.displacement)) if source.has(cells.displacement) else None
+    moved = _to_vectors(frames.read(cells.displacement)) if source.has(cells.displacement) else None
     displacement = np.zeros((len(frames.times), count, 3)) if moved is None else moved
     nodes = to_three_columns(cells.nodes)
     return MeshFrames(
         cells.name, frames.times, frames.ticks, nodes, cells.connectivity, displacement,
-        frames.read(cells.field) if source.has(cells.field) else None, _variable(source, cells.field),
+        frames.read(cells.field) if source.has(cells.field) else None, _find_variable(source, cells.field),
         moved is not None, is_plane(nodes, source.variables.get(cells.displacement)), not cells.displacement,
         frames.read(cells.state) != 0.0 if source.has(cells.state) else None,
     )  # fmt: skip
 
 
-def _profile(source: Source, curve: DrawnCurve) -> ProfileFrames:
+def _read_profile(source: SceneSource, curve: DrawnCurve) -> ProfileFrames:
     every = -(-len(curve.coordinate) // MAXIMUM_CURVE_POINTS)
     x = curve.coordinate[::every]
     frames = source.frames(curve.field, len(x))
@@ -283,11 +281,11 @@ def _profile(source: Source, curve: DrawnCurve) -> ProfileFrames:
     return ProfileFrames(curve.name, frames.times, frames.ticks, x, values, source.variables[curve.field])
 
 
-def _variable(source: Source, name: str) -> Variable:
+def _find_variable(source: SceneSource, name: str) -> Variable:
     return source.variables.get(name) or Variable(name, "output", "", (), name)
 
 
-def _as_vectors(moved: FloatArray | None) -> FloatArray | None:
+def _to_vectors(moved: FloatArray | None) -> FloatArray | None:
     """Return displacements along x, shape (frames, n), or vectors as 3D vectors (frames, n, 3); None for None."""
     return None if moved is None else to_three_columns(moved if moved.ndim == 3 else moved[..., np.newaxis])
 
@@ -295,14 +293,14 @@ def _as_vectors(moved: FloatArray | None) -> FloatArray | None:
 # -- notes ------------------------------------------------------------------------------------------------------------------
 
 
-def _notes(log: Any, scene_data: SceneData) -> Iterator[str]:
+def _scene_notes(log: Any, scene_data: SceneData) -> Iterator[str]:
     motion, recorded = scene_data.motion, recorded_outputs(log)
     if not log.complete:
         yield "The log is incomplete: the run was interrupted, what was written until then is shown."
     if motion is None and visible_points(log.drawables):
         yield "The motion of the particles was not recorded; record displacements to see them."
-    if scene_data.unmoved:
-        yield f"Drawn at the positions at the start, as no displacements were recorded: {', '.join(scene_data.unmoved)}."
+    if scene_data.unmoved_shapes:
+        yield f"Drawn at the positions at the start, as no displacements were recorded: {', '.join(scene_data.unmoved_shapes)}."
     if motion is not None and motion.every > 1:
         yield f"Only each {motion.every}th of {motion.total} particles is shown, without links."
     # Links do not break without events.
@@ -320,7 +318,7 @@ def _notes(log: Any, scene_data: SceneData) -> Iterator[str]:
             yield f"{cells.state} was not recorded: cracks of the {cells.name} are not seen. Record it as well."
 
 
-def _notes_on_colours(log: Any, drawn: Sequence[Drawable], scene_data: SceneData) -> Iterator[str]:
+def _colour_notes(log: Any, drawn: Sequence[Drawable], scene_data: SceneData) -> Iterator[str]:
     """Yield a sentence for each drawable whose output was not recorded: the output that colours it, or all recorded ones."""
     recorded, shown = recorded_outputs(log), {one.name for one in scene_data.shapes}
     balanced = {name for balance in log.balances for name in (*balance.entries, balance.residual)}

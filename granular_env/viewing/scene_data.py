@@ -123,12 +123,12 @@ class MeshFrames:
         return is_solid(self.nodes)
 
     @property
-    def is_of_cells(self) -> bool:
+    def has_cell_values(self) -> bool:
         """Whether the field has one value per cell; otherwise it has one per node."""
         return self.field is not None and self.field.shape[1] == len(self.connectivity) != len(self.nodes)
 
 
-def drawn_places(shape: Motion | MeshFrames, factor: float, frames: int | slice = slice(None)) -> FloatArray:
+def drawn_positions(shape: Motion | MeshFrames, factor: float, frames: int | slice = slice(None)) -> FloatArray:
     """Return the drawn positions of points or nodes, with displacements stretched by a factor, shape (..., n, 3) [m]."""
     rest = shape.reference if isinstance(shape, Motion) else shape.nodes
     return rest + factor * shape.displacement[frames]
@@ -211,16 +211,16 @@ class SceneData:
         return viewpoint(self.focus_normal)
 
     @property
-    def movable(self) -> list[Motion | MeshFrames]:
+    def movable_shapes(self) -> list[Motion | MeshFrames]:
         """All shapes that can move."""
         return [shape for shape in self.shapes if isinstance(shape, Motion) or not shape.is_fixed]
 
     @property
-    def unmoved(self) -> list[str]:
+    def unmoved_shapes(self) -> list[str]:
         """The names of the shapes drawn at their initial positions because no displacements were recorded."""
-        return [shape.name.replace("_", " ") for shape in self.movable if not shape.located]
+        return [shape.name.replace("_", " ") for shape in self.movable_shapes if not shape.located]
 
-    def coloured(self) -> Iterator[tuple[Variable, FloatArray]]:
+    def coloured_outputs(self) -> Iterator[tuple[Variable, FloatArray]]:
         """Yield each output that colours a shape, with its values in all frames."""
         for motion in self.motions:
             if motion.colour is not None:
@@ -229,6 +229,6 @@ class SceneData:
             if mesh.field is not None:
                 yield mesh.field_variable, mesh.field
 
-    def group(self, names: Iterable[str]) -> list[Curve]:
+    def named_curves(self, names: Iterable[str]) -> list[Curve]:
         """Return the existing curves with these names, without curves that stay zero."""
         return [self.curves[name] for name in names if name in self.curves and np.any(self.curves[name].values != 0.0)]

@@ -13,12 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.colours import diverging, symmetric_limit
+from granular_env.colours import diverging_colours, symmetric_limit
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.variables import Variable
 from granular_env.recording.preview.displacement_scale import common_exaggeration
 
-from .scene_data import Motion, SceneData, drawn_places
+from .scene_data import Motion, SceneData, drawn_positions
 from .unit_labels import label_with_unit
 
 # In a plane, a few values larger than nearly all others by this factor do not set the colour limit; otherwise the values at a
@@ -63,10 +63,10 @@ def colour_scales(shown: Iterable[tuple[Variable, FloatArray]], is_plane: bool =
     groups: dict[str, list[tuple[Variable, FloatArray]]] = {}
     for variable, values in shown:
         groups.setdefault(variable.name if variable.unit == "1" else variable.unit, []).append((variable, values))
-    return tuple(_scale(group, is_plane) for group in groups.values())
+    return tuple(_make_scale(group, is_plane) for group in groups.values())
 
 
-def _scale(group: Sequence[tuple[Variable, FloatArray]], is_plane: bool) -> ColourScale:
+def _make_scale(group: Sequence[tuple[Variable, FloatArray]], is_plane: bool) -> ColourScale:
     values = np.concatenate([np.ravel(values) for _, values in group])
     values, unit = values[np.isfinite(values)], group[0][0].unit
     magnitudes = np.abs(values)
@@ -108,21 +108,21 @@ class Scales:
         return 1.0 if length >= _LEAST_LENGTH else 10.0 ** math.ceil(math.log10(_LEAST_LENGTH / length))
 
     @property
-    def stretch(self) -> str:
+    def stretch_text(self) -> str:
         """The displacement factor as text for titles."""
         if not self.settled:
             return "larger than they are (how much: see the text)"
         return "true to scale" if self.exaggeration == 1.0 else f"{self.exaggeration:g} x larger"
 
-    def colours_of(self, variable: Variable, values: FloatArray | None, count: int) -> npt.NDArray[np.uint8]:
+    def value_colours(self, variable: Variable, values: FloatArray | None, count: int) -> npt.NDArray[np.uint8]:
         """Return the colours of an output's values, or `count` greys if they are unknown, shape (..., 3)."""
         scale = next((one for one in self.colours if variable.name in one.names), None)
         if values is None or scale is None:
             return np.broadcast_to(np.array(REST_COLOUR, np.uint8), (count, 3)).copy()
-        return diverging(values, scale.limit)
+        return diverging_colours(values, scale.limit)
 
 
-def scales_of(scene_data: SceneData, exaggerate: float | None = None) -> Scales | None:
+def make_scales(scene_data: SceneData, exaggerate: float | None = None) -> Scales | None:
     """Return scales that fit the shapes, or None without shapes; `exaggerate` overrides the automatic factor."""
     if not scene_data.shapes:
         return None
@@ -132,33 +132,33 @@ def scales_of(scene_data: SceneData, exaggerate: float | None = None) -> Scales 
     )
     corners = []
     for shape in scene_data.shapes:
-        drawn, radius = drawn_places(shape, factor), shape.radius[:, None] if isinstance(shape, Motion) else 0.0
+        drawn, radius = drawn_positions(shape, factor), shape.radius[:, None] if isinstance(shape, Motion) else 0.0
         corners += [(drawn - radius).min(axis=(0, 1)), (drawn + radius).max(axis=(0, 1))]
     low, high = np.min(corners, axis=0), np.max(corners, axis=0)
-    colours = colour_scales(scene_data.coloured(), scene_data.is_plane)
+    colours = colour_scales(scene_data.coloured_outputs(), scene_data.is_plane)
     return Scales(factor, colours, tuple(low.tolist()), tuple(high.tolist()))
 
 
 def enlarge_scales(scales: Scales, scene_data: SceneData, exaggerate: float | None = None) -> Scales:
     """Return the scales with limits enlarged to include the present frame, unchanged if it is within the limits."""
-    now = scales_of(scene_data, exaggerate)
+    now = make_scales(scene_data, exaggerate)
     if now is None:
         return scales
     factor = scales.exaggeration
     if any(np.any(shape.displacement) for shape in scene_data.shapes) and (factor == 1.0 or now.exaggeration < factor):
         factor = now.exaggeration
-    values = {variable.name: values for variable, values in scene_data.coloured()}
+    values = {variable.name: values for variable, values in scene_data.coloured_outputs()}
 
-    def larger(scale: ColourScale) -> ColourScale:
+    def enlarge_scale(scale: ColourScale) -> ColourScale:
         own = [values[name] for name in scale.names if name in values]
         largest = max((float(np.abs(one).max(initial=0.0)) for one in own), default=0.0)
         has_sign = scale.has_sign or any(bool(np.any(one < 0.0)) for one in own)
-        return dataclasses.replace(scale, limit=roomy_limit(scale.limit, largest), has_sign=has_sign, is_exceeded=False)
+        return dataclasses.replace(scale, limit=enlarge_limit(scale.limit, largest), has_sign=has_sign, is_exceeded=False)
 
-    return dataclasses.replace(scales, exaggeration=factor, colours=tuple(larger(scale) for scale in scales.colours))
+    return dataclasses.replace(scales, exaggeration=factor, colours=tuple(enlarge_scale(scale) for scale in scales.colours))
 
 
-def roomy_limit(limit: float, value: float) -> float:
+def enlarge_limit(limit: float, value: float) -> float:
     """Return the limit if it includes the value, else the next 1, 2 or 5 x 10^k, so that it changes rarely."""
     if value <= limit or not math.isfinite(value):
         return limit

@@ -9,7 +9,7 @@ import numpy as np
 
 from granular_env.components.drawables import Cells, Drawable
 from granular_env.components.support.float_arrays import FloatArray
-from granular_env.recording.event_places import place_of
+from granular_env.recording.event_places import event_place
 
 from .visible_drawables import area_vectors, is_solid, visible_cells
 
@@ -65,5 +65,5 @@ def _event_places(log: Any) -> list[tuple[float, ...]]:
     details, drawn = log.event_details, {one.name for one in log.drawables if not isinstance(one, Cells) or is_solid(one.nodes)}
     events = [event for event in log.events() if event.kind in details and details[event.kind].counts in drawn]
     picked = np.unique(np.linspace(0, len(events) - 1, min(len(events), _MOST_EVENTS)).astype(np.int64))
-    places = (place_of(events[one].index, details[events[one].kind], log.drawables) for one in picked)
+    places = (event_place(events[one].index, details[events[one].kind], log.drawables) for one in picked)
     return [place.position for place in places if place is not None and len(place.position) == 3]

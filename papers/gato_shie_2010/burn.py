@@ -18,7 +18,7 @@ LAWS = {
 def main(page: Page) -> None:
     """Run both burns on two meshes, at three steps given as fractions of the front's time to cross a cell."""
     for law, (words, known) in LAWS.items():
-        page.head(f"Speed of the front over that of Chapman and Jouguet: {words}")
+        page.add_heading(f"Speed of the front over that of Chapman and Jouguet: {words}")
         for ratio, expected in known.items():
             for cells, found in zip((380, 760), expected, strict=True):
                 document = gas_tube(1e5, cells=cells, length=LENGTH, reaction=law)
@@ -27,7 +27,7 @@ def main(page: Page) -> None:
                 what = f"cells of {1e3 * LENGTH / cells:.0f} mm, D h / dx = {speed * ratio:.2f}"
                 ours = front_speed(record(document)) / speed
                 page.compare(what, "correct", ours, near=1.0, within=0.01, reading="within 1 %", found=found)
-    page.say("""In a closed tube of 1.52 m at 100 kPa; D h / dx are the cells that a front of Chapman and Jouguet crosses in a
+    page.text("""In a closed tube of 1.52 m at 100 kPa; D h / dx are the cells that a front of Chapman and Jouguet crosses in a
         step h. The recipe writes the pressure over that of the flow, which does not conserve energy. Its front advances by one
         cell in six steps, two in seven, or one in three: its speed depends on D h / dx and not on the mesh, and no finer mesh
         brings it nearer to that of Chapman and Jouguet. The other scripts use a burn that starts where the pressure has risen

@@ -8,25 +8,27 @@ import numpy as np
 
 from granular_env.components.support.float_arrays import FloatArray
 from pages import Page
-from tubes import DRAWN_OUT, FACTOR, INCH, LATE, PRINTED, RADIUS, WALL, Outcome, burst, outcome, saturation
+from tubes import DRAWN_OUT, FACTOR, INCH, LATE, PRINTED, RADIUS, WALL, Outcome, burst_log, outcome, saturation
 
 
-def as_printed(page: Page, inches: int, printed: str, strain: str, end: str) -> None:
+def compare_printed_factor(page: Page, inches: int, printed: str, strain: str, end: str) -> None:
     """Compare the outcome for the paper's factor; `strain` and `end` are our known numbers."""
-    one = outcome(burst(inches, PRINTED))
-    page.head(f"The {inches} in notch with the paper's factor {PRINTED:g}")
+    one = outcome(burst_log(inches, PRINTED))
+    page.add_heading(f"The {inches} in notch with the paper's factor {PRINTED:g}")
     page.compare("outcome", printed, one.word, found="whole")
-    page.value("points that have parted", int(one.parted), found="0")
-    page.value("place of the largest principal stress", "in the notch" if one.in_notch else "elsewhere", found="in the notch")
-    page.value("largest plastic strain", one.strain, found=strain)
-    page.value("the run ends, after the front", 1e3 * one.time, "ms", end)
-    page.say(f"""The flow stress of the printed material is {saturation():.2f} times the yield stress at a plastic strain of 1,
+    page.add_value("points that have parted", int(one.parted), found="0")
+    page.add_value(
+        "place of the largest principal stress", "in the notch" if one.in_notch else "elsewhere", found="in the notch"
+    )
+    page.add_value("largest plastic strain", one.strain, found=strain)
+    page.add_value("the run ends, after the front", 1e3 * one.time, "ms", end)
+    page.text(f"""The flow stress of the printed material is {saturation():.2f} times the yield stress at a plastic strain of 1,
         and the largest principal stress was {PRINTED * one.ratio:.1f} times it. The ligament flows instead, until aluminium
         would tear; the run ends where a point has flowed by {DRAWN_OUT:g}. Either the material or the factor of the paper's
         computation was another one. A tube is whole where no two neighbouring columns of nodes are parted.""")
 
 
-def with_our_factor(
+def compare_our_factor(
     page: Page, inches: int, statements: Sequence[tuple[str, str, bool, bool]], known: Sequence[str]
 ) -> Outcome:
     """Compare the paper's statements with our result for our factor.
@@ -37,30 +39,30 @@ def with_our_factor(
         statements: (subject, the paper's words, whether our result agrees, whether it is known to agree).
         known: our outcome, reach along [in], around [%], at one place [%], pieces, valid until [ms].
     """
-    one = outcome(burst(inches))
-    page.head(f"Cracks from the {inches} in notch with the factor {FACTOR:g}")
+    one = outcome(burst_log(inches))
+    page.add_heading(f"Cracks from the {inches} in notch with the factor {FACTOR:g}")
     for what, words, ours, expected in statements:
         page.compare(what, words, words if ours else "does not", reading="from where columns are parted",
                      found=words if expected else "does not")  # fmt: skip
-    page.value("outcome", one.word, found=known[0])
-    page.value("reach of cracks along the tube", one.along / INCH, "in", known[1])
-    page.value("part of the circumference over which cracks reach", 100.0 * one.reach, "%", known[2])
-    page.value("largest part of it at one place", 100.0 * one.around, "%", known[3])
-    page.value("pieces", one.pieces, found=known[4])
-    page.value("valid until, after the front", one.valid, found=f"{known[5]} ms")
-    page.say(f"""Read {1e3 * LATE:g} ms after the front has passed the notch, from neighbouring columns of nodes on the outer
+    page.add_value("outcome", one.word, found=known[0])
+    page.add_value("reach of cracks along the tube", one.along / INCH, "in", known[1])
+    page.add_value("part of the circumference over which cracks reach", 100.0 * one.reach, "%", known[2])
+    page.add_value("largest part of it at one place", 100.0 * one.around, "%", known[3])
+    page.add_value("pieces", one.pieces, found=known[4])
+    page.add_value("valid until, after the front", one.valid, found=f"{known[5]} ms")
+    page.text(f"""Read {1e3 * LATE:g} ms after the front has passed the notch, from neighbouring columns of nodes on the outer
         surface. Valid until a cross-section has grown by more than half: the gas of one-way coupling flows as in a rigid tube
         and loads flaps with its full pressure. The piece of the tube is 6.3 in long. Cracks part columns, so that an angle of
         45° shows as steps and is not judged. The factor is ours, and the outcome depends on it and on the mesh.""")
     return one
 
 
-def runs_beyond(one: Outcome, inches: int) -> bool:
+def is_beyond_notch(one: Outcome, inches: int) -> bool:
     """Return whether cracks along the tube reach beyond the notch."""
     return one.along > (inches + 0.05) * INCH
 
 
-def turns(one: Outcome) -> bool:
+def has_turned(one: Outcome) -> bool:
     """Return whether cracks extend around the tube over more than a tenth of its circumference."""
     return one.reach > 0.1
 
@@ -78,9 +80,9 @@ def crack_lines(one: Outcome) -> tuple[FloatArray, FloatArray]:
     return np.concatenate([ends_x, ends_x]), np.concatenate([ends_y, -ends_y])
 
 
-def draw_rolled_out(page: Page, title: str, inches: int, after: float) -> None:
+def draw_unrolled_tube(page: Page, title: str, inches: int, after: float) -> None:
     """Draw the unrolled tube at a time `after` the front has passed the notch [s]: equivalent stress, cracks, notch."""
-    one = outcome(burst(inches), after)
+    one = outcome(burst_log(inches), after)
     invalid = "" if one.valid == "the end" else f" Not valid: a cross-section had grown by half after {one.valid}."
     caption = (
         f"{title}: notch of {inches} in, {1e3 * after:g} ms after the front, factor {FACTOR:g}. The outer surface, rolled out; "

@@ -23,7 +23,7 @@ def main(page: Page) -> None:
     for pressure, (printed, ours, taylor) in CASES.items():
         document = gas_tube(pressure)
         log, tube = record(document), gas_component(document)
-        page.head(f"Filled to {pressure / 1e3:.0f} kPa")
+        page.add_heading(f"Filled to {pressure / 1e3:.0f} kPa")
         if printed and ours:
             page.compare("speed of the front", printed[0], front_speed(log), "m/s", near=float(printed[0]),
                          within=0.03 * float(printed[0]), reading="within 3 %", found=ours[0])  # fmt: skip
@@ -36,12 +36,12 @@ def main(page: Page) -> None:
         passed = (times < MIDDLE / wave.resting_sound_speed) & (times > arrival + 1.5e-5)
         exact = wave.state(np.full(int(passed.sum()), MIDDLE), times[passed])[2]
         gap = float(np.abs(gauges[passed, -1] - exact).max()) / wave.front.burnt.pressure
-        page.value("largest gap to Taylor's wave, over the peak", 100.0 * gap, "%", taylor[0])
-        page.value("decay time", 1e6 * wave.decay_time(MIDDLE), "µs", taylor[1])
+        page.add_value("largest gap to Taylor's wave, over the peak", 100.0 * gap, "%", taylor[0])
+        page.add_value("decay time", 1e6 * wave.decay_time(MIDDLE), "µs", taylor[1])
         shown = (times > arrival - 5e-5) & (times < arrival + 3e-4)
         exact = wave.state(np.full(int(shown.sum()), MIDDLE), times[shown])[2]
         curves.append((f"{pressure / 1e3:.0f} kPa", 1e6 * times[shown], gauges[shown, -1] / 1e6, exact / 1e6))
-    page.say("""By chemical equilibrium (GRI-Mech 3.0) at 295 K, on cells of 3 mm. The paper rounds the numbers of the
+    page.text("""By chemical equilibrium (GRI-Mech 3.0) at 295 K, on cells of 3 mm. The paper rounds the numbers of the
         experiments and states no error. It prints the profile without numbers that can be read off the scan; Taylor's wave is
         the exact solution for a front that starts at a closed end, compared from some 15 µs behind the front on.""")
     with page.plot("Figure 1: pressure at the middle of the notch over time. Dashed: the exact solution for a front that "

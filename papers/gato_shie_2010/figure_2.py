@@ -8,9 +8,9 @@ import math
 
 import numpy as np
 
-from cracks import as_printed, draw_rolled_out, runs_beyond, turns, with_our_factor
+from cracks import compare_our_factor, compare_printed_factor, draw_unrolled_tube, has_turned, is_beyond_notch
 from pages import Page, show
-from tubes import EARLY, GAUGES, LATE, burst, outcome, reach_history
+from tubes import EARLY, GAUGES, LATE, burst_log, outcome, reach_history
 
 # Largest strain of a gauge, and time without advance after which a crack counts as arrested [s].
 LIMIT, STOPPED = 0.05, 5e-5
@@ -18,19 +18,19 @@ LIMIT, STOPPED = 0.05, 5e-5
 
 def main(page: Page) -> None:
     """Run the notch with the paper's factor and with our factor."""
-    as_printed(page, 1, "hoop crack", "1.0", "0.07")
-    one = outcome(burst(1))
-    times, reach = reach_history(burst(1))
+    compare_printed_factor(page, 1, "hoop crack", "1.0", "0.07")
+    one = outcome(burst_log(1))
+    times, reach = reach_history(burst_log(1))
     stopped = bool((reach[times > times[-1] - STOPPED] == reach[-1]).all())
     statements = [
-        ("first", "straight on", runs_beyond(one, 1), True),
-        ("then", "around the tube", turns(one), True),
+        ("first", "straight on", is_beyond_notch(one, 1), True),
+        ("then", "around the tube", has_turned(one), True),
         ("end", "stops at about 3/4 around", stopped and 0.6 < one.reach < 0.9, False),
     ]
-    with_our_factor(page, 1, statements, ("hoop crack", "6.3", "100", "45", "2", "0.14"))
+    compare_our_factor(page, 1, statements, ("hoop crack", "6.3", "100", "45", "2", "0.14"))
     for after in (EARLY, LATE):
-        draw_rolled_out(page, "Figure 2", 1, after)
-    times, strains = burst(1).series("shell_gauge_strain")
+        draw_unrolled_tube(page, "Figure 2", 1, after)
+    times, strains = burst_log(1).series("shell_gauge_strain")
     # Drop the readings of a gauge after a crack has passed it.
     strains = np.where(np.maximum.accumulate(np.abs(strains), axis=0) > LIMIT, np.nan, strains)
     with page.plot("Hoop strain at gauges on the outer surface; a curve ends at a strain of 5 %, where a gauge would fail. "

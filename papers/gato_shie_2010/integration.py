@@ -16,8 +16,8 @@ def main(page: Page) -> None:
     for layers, rule, through, known in RULES:
         points = "one point a column" if rule == "column" else "2 x 2 points a cell"
         count = int(zero_mode_count(layers, rule, through, "linear", 1.7))
-        page.value(f"{layers} layers, {points}, {through} through the wall: modes without energy", count, found=known)
-    page.say("""The paper does not print its rule; nodal integration, which it cites, has one point at each node and needs a
+        page.add_value(f"{layers} layers, {points}, {through} through the wall: modes without energy", count, found=known)
+    page.text("""The paper does not print its rule; nodal integration, which it cites, has one point at each node and needs a
         stabilisation of its own. The component refuses every rule that has more than six.""")
 
 

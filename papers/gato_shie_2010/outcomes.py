@@ -5,7 +5,7 @@ computation, and one that severs it in both.
 """
 
 from pages import Page, show
-from tubes import ARRIVAL, DRAWN_OUT, EARLY, FACTOR, HEAD, LATE, PRINTED, REACH, burst, cells, outcome, reach_history
+from tubes import ARRIVAL, DRAWN_OUT, EARLY, FACTOR, HEAD, LATE, PRINTED, REACH, burst_log, outcome, outcome_row, reach_history
 
 # Notch [in] -> the paper's words on computation and experiment, our outcomes, change of the cross-section.
 NOTCHES = {
@@ -20,30 +20,35 @@ NOTCHES = {
 def main(page: Page) -> None:
     """Compare the three notches at an early and at the final time."""
     words, rows = [], []
-    page.head(f'"t = 0.4 ms": does the outcome depend on the time, {1e3 * EARLY:g} or {1e3 * LATE:g} ms?')
+    page.add_heading(f'"t = 0.4 ms": does the outcome depend on the time, {1e3 * EARLY:g} or {1e3 * LATE:g} ms?')
     for inches, (computed, experiment, known, change) in NOTCHES.items():
-        printed, early, late = outcome(burst(inches, PRINTED)), outcome(burst(inches), EARLY), outcome(burst(inches))
+        printed, early, late = (
+            outcome(burst_log(inches, PRINTED)),
+            outcome(burst_log(inches), EARLY),
+            outcome(burst_log(inches)),
+        )
         both = f"{late.word} at both" if early.word == late.word else f"{early.word}, then {late.word}"
-        page.value(f"{inches} in: outcome", both, found=known)
-        grown = 100.0 * float(burst(inches).metadata["report"]["largest change of the cross-section now"])
-        page.value(f"{inches} in: largest change of the cross-section", grown, "%", change)
+        page.add_value(f"{inches} in: outcome", both, found=known)
+        grown = 100.0 * float(burst_log(inches).metadata["report"]["largest change of the cross-section now"])
+        page.add_value(f"{inches} in: largest change of the cross-section", grown, "%", change)
         words.append([f"{inches} in", computed, experiment, late.word])
         rows += [
-            [f"{inches} in", f"{PRINTED:g}, as printed", f"{1e3 * printed.time:.2g} ms", *cells(printed)],
-            [f"{inches} in", f"{FACTOR:g}", f"{1e3 * EARLY:g} ms", *cells(early)],
-            [f"{inches} in", f"{FACTOR:g}", f"{1e3 * LATE:g} ms", *cells(late)],
+            [f"{inches} in", f"{PRINTED:g}, as printed", f"{1e3 * printed.time:.2g} ms", *outcome_row(printed)],
+            [f"{inches} in", f"{FACTOR:g}", f"{1e3 * EARLY:g} ms", *outcome_row(early)],
+            [f"{inches} in", f"{FACTOR:g}", f"{1e3 * LATE:g} ms", *outcome_row(late)],
         ]
-    page.say("""The paper does not say from when it counts; we count from when the front passes the middle of the notch. Where
+    page.text("""The paper does not say from when it counts; we count from when the front passes the middle of the notch. Where
         flaps have opened the cross-section by more than a tenth, the pressure of a gas in a rigid tube is too large: late times
         are those of the paper's coupling, not of a tube.""")
-    page.table("Axial crack: cracks along the tube that take less than 5 % of the circumference. Hoop crack: more. Severed: "
-               "nothing joins the ends.", ("notch", "the paper's computation", "the experiment", "here"), words)  # fmt: skip
-    page.table(f"Runs with the paper's factor end where a point has flowed by {DRAWN_OUT:g}. {REACH}",
+    page.add_table("Axial crack: cracks along the tube that take less than 5 % of the circumference. Hoop crack: more. "
+               "Severed: nothing joins the ends.", ("notch", "the paper's computation", "the experiment", "here"),
+               words)  # fmt: skip
+    page.add_table(f"Runs with the paper's factor end where a point has flowed by {DRAWN_OUT:g}. {REACH}",
                ("notch", "factor", "time", *HEAD), rows)  # fmt: skip
     with page.plot("How far cracks reach around the tube, over time from the front's passing the notch. Dotted: 3/4, where "
                    "the crack of 1 in stops in the paper.", "time, µs", "part of the circumference, %") as axes:  # fmt: skip
         for inches in NOTCHES:
-            times, part = reach_history(burst(inches))
+            times, part = reach_history(burst_log(inches))
             axes.plot(1e6 * (times - ARRIVAL), 100.0 * part, label=f"{inches} in")
         axes.axhline(75.0, color="0.4", linestyle=":")
         axes.set_xlim(-50.0)

@@ -5,7 +5,7 @@ proportion. The paper does not say at which pressure each figure was made.
 """
 
 from pages import Page, show
-from tubes import COARSER, FACTOR, HEAD, LATE, REACH, burst, cells, outcome
+from tubes import COARSER, FACTOR, HEAD, LATE, REACH, burst_log, outcome, outcome_row
 
 # Notch [in], filling [kPa] -> our outcome, and circumferential reach [%].
 RUNS = {
@@ -19,12 +19,12 @@ def main(page: Page) -> None:
     """Run each notch with each filling, on a coarser mesh."""
     rows, reach = [], {}
     for (inches, pressure), (word, around) in RUNS.items():
-        one = outcome(burst(inches, nodes=COARSER, pressure=1e3 * pressure))
-        page.value(f"{inches} in, {pressure} kPa: outcome", one.word, found=word)
-        page.value(f"{inches} in, {pressure} kPa: reach around", 100.0 * one.reach, "%", around)
-        rows.append([f"{inches} in", f"{pressure} kPa", *cells(one)])
+        one = outcome(burst_log(inches, nodes=COARSER, pressure=1e3 * pressure))
+        page.add_value(f"{inches} in, {pressure} kPa: outcome", one.word, found=word)
+        page.add_value(f"{inches} in, {pressure} kPa: reach around", 100.0 * one.reach, "%", around)
+        rows.append([f"{inches} in", f"{pressure} kPa", *outcome_row(one)])
         reach[inches, pressure] = 100.0 * one.reach
-    page.table(
+    page.add_table(
         f"Factor {FACTOR:g}, {COARSER:.0f} nodes, coarser than in the figures. {REACH}", ("notch", "filling", *HEAD), rows
     )
     with page.plot(f"How far cracks reach around the tube, {1e3 * LATE:g} ms after the front; of three points side by side "

@@ -51,7 +51,7 @@ def saturation() -> float:
 
 
 @functools.cache
-def burst(
+def burst_log(
     inches: int,
     factor: float = FACTOR,
     nodes: float = NODES,
@@ -166,7 +166,7 @@ def outcome(log: Any, after: float | None = None) -> Outcome:
         word=OUTCOMES[int(log.get("shell_outcome", time))],
         along=float(log.get("shell_crack_along", time)),
         around=float(log.get("shell_crack_around", time)),
-        reach=float(reaches(arc, pairs)[cut].max(initial=0.0)),
+        reach=float(crack_reaches(arc, pairs)[cut].max(initial=0.0)),
         pieces=int(log.get("shell_pieces", time)),
         time=time - ARRIVAL,
         valid_until=grown[0].tick * log.step_size - ARRIVAL if grown else math.inf,
@@ -178,7 +178,7 @@ def outcome(log: Any, after: float | None = None) -> Outcome:
     )  # fmt: skip
 
 
-def reaches(arc: FloatArray, pairs: npt.NDArray[np.int64]) -> FloatArray:
+def crack_reaches(arc: FloatArray, pairs: npt.NDArray[np.int64]) -> FloatArray:
     """Return the distance from the notch reached by a crack between each pair, for half the circumference (by symmetry).
 
     A crack between two columns of nodes lies halfway between them; a crack across a column passes through its strip.
@@ -193,7 +193,7 @@ def reach_history(log: Any) -> tuple[FloatArray, FloatArray]:
     """Return the times of a log [s], and at each the fraction of the circumference reached by cracks."""
     end = outcome(log)
     times, links = log.series("shell_surface_links")
-    return times, np.where(links == 0.0, reaches(end.arc, end.pairs), 0.0).max(axis=1)
+    return times, np.where(links == 0.0, crack_reaches(end.arc, end.pairs), 0.0).max(axis=1)
 
 
 # The columns of a table of outcomes.
@@ -205,7 +205,7 @@ REACH = (
 )
 
 
-def cells(one: Outcome) -> list[str]:
+def outcome_row(one: Outcome) -> list[str]:
     """Return the columns of a table of outcomes."""
     return [
         one.word,

@@ -46,7 +46,7 @@ warnings.simplefilter("ignore", ge.GranularWarning)
 
 
 @functools.cache
-def run(name: str, duration: float | None = None, every: float = EVERY, **component: Any) -> History:
+def run_experiment(name: str, duration: float | None = None, every: float = EVERY, **component: Any) -> History:
     """Return the motion of a shipped experiment.
 
     Args:
@@ -64,7 +64,9 @@ def run(name: str, duration: float | None = None, every: float = EVERY, **compon
 
 
 @functools.cache
-def strike(moving: Sequence[int], duration: float = 8e-4, every: float = EVERY, speed: float = SPEED, **chain: Any) -> History:
+def run_struck_chain(
+    moving: Sequence[int], duration: float = 8e-4, every: float = EVERY, speed: float = SPEED, **chain: Any
+) -> History:
     """Return the motion of a chain in which the grains `moving` start at a speed [m/s]; `chain` are its parameters."""
     parameters: dict[str, Any] = {"grains": 100} | STEEL | chain
     component = ge.Chain(**parameters)
@@ -72,12 +74,12 @@ def strike(moving: Sequence[int], duration: float = 8e-4, every: float = EVERY, 
     return measurement.observe(component, duration, every)
 
 
-def piston(grains: int = 200) -> History:
+def run_piston(grains: int = 200) -> History:
     """Return the motion of a piston-driven chain until the last grain has left (section 3.4)."""
-    return run("3.4-piston", duration=1.2e-3 if grains == 200 else 6e-6 * grains + 1e-4, grains=grains)
+    return run_experiment("3.4-piston", duration=1.2e-3 if grains == 200 else 6e-6 * grains + 1e-4, grains=grains)
 
 
-def waves(chain: History, grain: int, above: float = FAINT, direction: Any = "right") -> list[Wave]:
+def waves_at_grain(chain: History, grain: int, above: float = FAINT, direction: Any = "right") -> list[Wave]:
     """Return the waves that pass a grain (counted from 1), in the order of arrival.
 
     Args:
@@ -93,20 +95,22 @@ def waves(chain: History, grain: int, above: float = FAINT, direction: Any = "ri
     return [wave for wave in found if wave.amplitude > above * tallest]
 
 
-def count(chain: History, grain: int) -> dict[str, int]:
+def wave_counts(chain: History, grain: int) -> dict[str, int]:
     """Return the number of waves at a grain (counted from 1) for both thresholds."""
-    return {f"above {100 * above:.0f} %": len(waves(chain, grain, above)) for above in (CLEAR, FAINT)}
+    return {f"above {100 * above:.0f} %": len(waves_at_grain(chain, grain, above)) for above in (CLEAR, FAINT)}
 
 
-def heights(found: Sequence[Wave], scale: float = SPEED, digits: int = 4) -> str:
+def heights_text(found: Sequence[Wave], scale: float = SPEED, digits: int = 4) -> str:
     """Return the heights of waves in units of `scale`, as text."""
     return ", ".join(f"{wave.amplitude / scale:.{digits}g}" for wave in found)
 
 
-def before_return(chain: History, grain: int) -> History:
+def cut_before_return(chain: History, grain: int) -> History:
     """Return the part of a history before a reflection from the right end reaches a grain (counted from 1)."""
     arrived = measurement.arrivals(chain, FAINT * float(chain.velocity[:, grain - 1].max()))[grain - 1]
-    last = chain.frame(min(float(arrived) * 0.95 * (2 * chain.grains - grain + 1) / (grain - 1), float(chain.time[-1]))) + 1
+    last = (
+        chain.frame_number(min(float(arrived) * 0.95 * (2 * chain.grains - grain + 1) / (grain - 1), float(chain.time[-1]))) + 1
+    )
     assert chain.displacement is not None
     parts = {name: getattr(chain, name)[:last] for name in ("time", "velocity", "displacement")}
     return dataclasses.replace(chain, **parts)

@@ -6,7 +6,7 @@ speed.
 
 import numpy as np
 
-from chains import DIAMETER, SATISFACTORY, A, run, waves
+from chains import DIAMETER, SATISFACTORY, A, run_experiment, waves_at_grain
 from granular_env.components.chain import theory
 from granular_env.domains.chain import measurement
 from pages import Page, show
@@ -14,8 +14,8 @@ from pages import Page, show
 
 def main(page: Page) -> None:
     """Compare strain over time, its crest and its width."""
-    chain = run("3.1-two-grains")
-    wave = waves(chain, 61)[0]
+    chain = run_experiment("3.1-two-grains")
+    wave = waves_at_grain(chain, 61)[0]
     crest = measurement.overlap_of(chain, wave)
     speed = wave.speed / theory.contact_speed(A, DIAMETER)
     own = np.abs(chain.time - crest.time) < 3.2e-5
@@ -27,14 +27,14 @@ def main(page: Page) -> None:
     near = np.abs(time) <= 1e-5
     page.compare("largest difference for |t| <= 10 µs", "satisfactory", gap[near].max(), "%", near=0.0, within=SATISFACTORY,
                  reading="within 10 %", found="6.6")  # fmt: skip
-    page.value("largest difference beyond", gap[~near].max(), "%", "1.1")
-    page.value("strain at the crest, continuum / chain", theory.largest_strain(speed) / height, found="1.0505")
-    page.value("strain ξm at the crest", height, found="0.0042703")
+    page.add_value("largest difference beyond", gap[~near].max(), "%", "1.1")
+    page.add_value("strain at the crest, continuum / chain", theory.largest_strain(speed) / height, found="1.0505")
+    page.add_value("strain ξm at the crest", height, found="0.0042703")
     width = crest.duration * wave.speed / DIAMETER
-    page.value("full width at half height, chain", width, "a", "1.7257")
-    page.value("full width at half height, continuum", theory.HALF_WIDTH, "a", "1.8084")
-    page.say(f"""Differences are in parts of the strain at the crest; beyond 10 µs against one hump of (2.7), which is periodic.
-        The wave of the chain is {100.0 * (1.0 - width / theory.HALF_WIDTH):.1f} % narrower.""")
+    page.add_value("full width at half height, chain", width, "a", "1.7257")
+    page.add_value("full width at half height, continuum", theory.HALF_WIDTH, "a", "1.8084")
+    page.text(f"""Differences are in parts of the strain at the crest; beyond 10 µs against one hump of (2.7), which is
+        periodic. The wave of the chain is {100.0 * (1.0 - width / theory.HALF_WIDTH):.1f} % narrower.""")
 
     with page.plot("Figure 3: strain δ/2R between grains 60 and 61.", "time from the crest, µs", "δ / 2R, 10⁻³") as axes:
         axes.plot(1e6 * time, 1e3 * strain, label="chain (curve 1)")

@@ -3,27 +3,27 @@
 A force on the first grain of 100 falls from 2e6 m/s² times its mass to zero in 100 µs, or in 10 µs.
 """
 
-from chains import COUNTED, count, heights, run, waves
+from chains import COUNTED, heights_text, run_experiment, wave_counts, waves_at_grain
 from pages import Page, show
 
 
 def main(page: Page) -> None:
     """Count the waves of a long and of a short force pulse."""
-    long, short = run("3.3-triangle-100us"), run("3.3-triangle-10us")
-    page.head("Number of waves of a push of 100 µs")
+    long, short = run_experiment("3.3-triangle-100us"), run_experiment("3.3-triangle-10us")
+    page.add_heading("Number of waves of a push of 100 µs")
     for grain, (clear, faint), found in (
         (35, ("7", "7"), "16.4, 13, 10.1, 7.48, 5.06, 2.8, 0.824"),
         (60, ("7", "8"), "16.4, 13, 10.1, 7.56, 5.19, 3.03, 1.19, 0.485"),
     ):
-        for (threshold, number), known in zip(count(long, grain).items(), (clear, faint), strict=True):
+        for (threshold, number), known in zip(wave_counts(long, grain).items(), (clear, faint), strict=True):
             page.compare(f"grain {grain}, {threshold}", "7", number, found=known)
-        page.value("their v_m", heights(waves(long, grain), 1.0, 3), "m/s", found)
-    page.say(f"""{COUNTED} Between grains 35 and 60 an eighth, low wave separates from the seventh. In the paper's figure it
+        page.add_value("their v_m", heights_text(waves_at_grain(long, grain), 1.0, 3), "m/s", found)
+    page.text(f"""{COUNTED} Between grains 35 and 60 an eighth, low wave separates from the seventh. In the paper's figure it
         would be a hump of a few percent of the first.""")
-    page.head("Number of waves of a push of 10 µs, at grain 35")
-    for threshold, number in count(short, 35).items():
+    page.add_heading("Number of waves of a push of 10 µs, at grain 35")
+    for threshold, number in wave_counts(short, 35).items():
         page.compare(f"waves {threshold}", "1", number)
-    page.value("its v_m", waves(short, 35)[0].amplitude, "m/s", "6.4296")
+    page.add_value("its v_m", waves_at_grain(short, 35)[0].amplitude, "m/s", "6.4296")
 
     for chain, caption in (
         (

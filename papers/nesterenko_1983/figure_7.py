@@ -9,7 +9,7 @@ import numpy as np
 from chains import SPEED
 from granular_env.domains.chain.measurement import History
 from pages import Page, show
-from random_chains import FRONT, OUTSIDE, UNEVEN, arrival, draw_strips, histories
+from random_chains import FRONT, OUTSIDE, UNEVEN, arrival_time, draw_strips, histories
 
 LOOK = 3.8e-4
 # name of the number -> (quantity, as printed, mean of ours)
@@ -21,10 +21,10 @@ EXTREMES = {
 }
 
 
-def numbers(chain: History) -> dict[str, float]:
+def sample_numbers(chain: History) -> dict[str, float]:
     """Return the numbers of a sample: extremes until the front is at grain 170, and first maxima behind it at 3.8e-4 s."""
-    frame = chain.frame(LOOK)
-    until = chain.velocity[: chain.frame(min(arrival(chain, 170), LOOK)) + 1]
+    frame = chain.frame_number(LOOK)
+    until = chain.velocity[: chain.frame_number(min(arrival_time(chain, 170), LOOK)) + 1]
     # First decrease of the velocity after it exceeds the front's threshold, ignoring the ends.
     falls = (np.diff(chain.velocity, axis=0) < 0.0) & (chain.velocity[:-1] > FRONT)
     first = np.where(falls.any(axis=0), chain.velocity[np.argmax(falls, axis=0), np.arange(chain.grains)], np.nan)
@@ -51,24 +51,24 @@ def main(page: Page) -> None:
     found: list[dict[str, float]] = []
     profiles, curves = [], []
     for chain in histories(0.5, 200, "piston", LOOK, grain_25=7.82465e-4):
-        found.append(numbers(chain))
+        found.append(sample_numbers(chain))
         profiles.append(chain.velocity[-1])
         curves.append(chain.velocity[::5, 24])
     time = np.arange(len(curves[0])) * 1e-6
     draws = {name: np.array([one[name] for one in found]) for name in found[0]}
 
-    page.head("Extreme velocities behind the front, R0 = 0.5, until the front is at grain 170")
+    page.add_heading("Extreme velocities behind the front, R0 = 0.5, until the front is at grain 170")
     for name, (what, printed, known) in EXTREMES.items():
-        page.draws(what, printed, draws[name], "m/s", known)
+        page.compare_samples(what, printed, draws[name], "m/s", known)
     strips = page.rows[-4:]
-    page.say(f"""Mean ± standard deviation [5 %, 95 %] over {len(found)} draws, each with the paper's radius of grain 25,
+    page.text(f"""Mean ± standard deviation [5 %, 95 %] over {len(found)} draws, each with the paper's radius of grain 25,
         0.782465 mm, which was the fastest of its draw. Of all grains the largest velocity is above 11.76 m/s in every draw, at
         least {draws["largest"].min():.1f} m/s. {OUTSIDE}""")
 
-    page.head("Sentences on the front, at 3.8e-4 s")
+    page.add_heading("Sentences on the front, at 3.8e-4 s")
     uneven = "uneven" if np.percentile(draws["unevenness"], 5) > 5.0 else "even"
     page.compare("velocities of grains 2 to 11", "uneven", uneven, reading=UNEVEN)
-    page.draws("their standard deviation over v0", None, draws["unevenness"], "%", "37.5")
+    page.compare_samples("their standard deviation over v0", None, draws["unevenness"], "%", "37.5")
     for what, name, bad, share, reading in (
         ("front lower than what follows", "front over behind", draws["front over behind"] >= 1.0, "100", ""),
         ("a first maximum below v0", "least", draws["least"] >= 1.0, "100", ""),
@@ -76,15 +76,15 @@ def main(page: Page) -> None:
     ):
         part = 100.0 * float(1.0 - bad.mean())
         page.compare(what, "may be", "may be" if part > 0.0 else "is never", reading=reading)
-        page.value(f"part of the draws ({name})", part, "%", share)
-    page.draws("least first maximum, v/v0", None, draws["least"], found="0.588")
-    page.draws("greatest first maximum, v/v0", None, draws["greatest"], found="2.146")
+        page.add_value(f"part of the draws ({name})", part, "%", share)
+    page.compare_samples("least first maximum, v/v0", None, draws["least"], found="0.588")
+    page.compare_samples("greatest first maximum, v/v0", None, draws["greatest"], found="2.146")
     for what, name, known in (("first maximum falls from a grain to the next", "falling", "48.0"),
                               ("a lighter grain is slower", "lighter and slower", "58.2")):  # fmt: skip
         page.compare(what, "may be", "may be" if draws[name].mean() > 0.0 else "is never")
-        page.draws("for this part of the grains", None, draws[name], "%", known)
-    page.draws("place of the front", None, draws["front"], "grains", "191.1")
-    page.say("In the paper the front was at grain 148 when grain 25 was slowest, and at 170 when it was fastest.")
+        page.compare_samples("for this part of the grains", None, draws[name], "%", known)
+    page.compare_samples("place of the front", None, draws["front"], "grains", "191.1")
+    page.text("In the paper the front was at grain 148 when grain 25 was slowest, and at 170 when it was fastest.")
 
     for caption, label, x, lines in (
         ("Figure 7 a: velocities at 3.8e-4 s, R0 = 0.5.", "grain", np.arange(1, 201), np.array(profiles)),

@@ -71,15 +71,15 @@ def last_velocities(chain: History) -> tuple[float, float]:
     return float(velocity[np.argmax(left)]), float(velocity.max())
 
 
-def arrival(chain: History, grain: int) -> float:
+def arrival_time(chain: History, grain: int) -> float:
     """Return the arrival time of the front at a grain (counted from 1) [s]; infinity if it does not arrive."""
     passed = chain.velocity[:, grain - 1] > FRONT
     return float(chain.time[np.argmax(passed)]) if passed.any() else np.inf
 
 
-def energy_while(chain: History, first: int, last: int) -> measurement.EnergyRatio:
+def front_energy_ratio(chain: History, first: int, last: int) -> measurement.EnergyRatio:
     """Return Ek/Ep while the front runs between two grains (counted from 1)."""
-    return measurement.energy_ratio(chain, arrival(chain, first), arrival(chain, last))
+    return measurement.energy_ratio(chain, arrival_time(chain, first), arrival_time(chain, last))
 
 
 def draw_strips(axes: Axes, rows: list[Row]) -> None:

@@ -16,7 +16,7 @@ PLACES = np.arange(-1.0, 2.0)
 SMALL = 0.1 / 2.0 ** np.arange(4)
 
 
-def on_polynomial(*coefficients: float) -> float:
+def polynomial_acceleration(*coefficients: float) -> float:
     """Return (2.2) at x = 0 with A = δ0 = R = 1 and c0² = 6 for a polynomial displacement u(x)."""
     return float(theory.anharmonic_acceleration(np.polynomial.Polynomial(coefficients)(2.0 * PLACES), 1.0, 1.0)[0])
 
@@ -54,26 +54,28 @@ def main(page: Page) -> None:
     # The coefficients are identities, up to finite-difference errors.
     size, identity = 1e-3, 1e-6
     up, down = (theory.lattice_acceleration(sign * np.array([0.0, 0.0, size]), 1.0, 1.0)[0] for sign in (1.0, -1.0))
-    page.head("Coefficients of (2.2), from the forces of (2.1) by central differences")
+    page.add_heading("Coefficients of (2.2), from the forces of (2.1) by central differences")
     page.compare("α / A δ0^(1/2)", "3/2", (up - down) / (2.0 * size), near=1.5, within=identity)
     page.compare("β / A δ0^(-1/2)", "3/8", -(up + down) / (2.0 * size**2), near=0.375, within=identity)
-    page.head("Coefficients of (2.3), from (2.2) on polynomials")
-    bulk = on_polynomial(0.0, 0.0, 0.5)
+    page.add_heading("Coefficients of (2.3), from (2.2) on polynomials")
+    bulk = polynomial_acceleration(0.0, 0.0, 0.5)
     page.compare("c0² / A δ0^(1/2) R²", "6", bulk, within=identity)
-    page.compare("γ / c0 R²", "1/6", on_polynomial(0.0, 0.0, 0.0, 0.0, 1.0 / 24.0) / 12.0, near=1.0 / 6.0, within=identity)
-    page.compare("ε δ0 / c0² R", "1", (bulk - on_polynomial(0.0, 1.0, 0.5)) / 6.0, within=identity)
+    page.compare(
+        "γ / c0 R²", "1/6", polynomial_acceleration(0.0, 0.0, 0.0, 0.0, 1.0 / 24.0) / 12.0, near=1.0 / 6.0, within=identity
+    )
+    page.compare("ε δ0 / c0² R", "1", (bulk - polynomial_acceleration(0.0, 1.0, 0.5)) / 6.0, within=identity)
 
-    page.head("Order of what the equations leave out")
+    page.add_heading("Order of what the equations leave out")
     errors = {}
     for name, error, order in (("(2.2) of (2.1)", anharmonic_error, 2), ("(2.4) of (2.1)", long_wave_error, 4),
                                ("(2.3) of (2.4)", reduction_error, 4)):  # fmt: skip
         errors[name] = np.array([error(small) for small in SMALL])
         slopes = np.log2(errors[name][:-1] / errors[name][1:])
         page.compare(name, str(order), float(2.0 * slopes[2] - slopes[1]), near=order, within=0.05)
-    page.say("""Errors are relative to the first term, for an approach of neighbours that is small against δ0 in (2.2), for
+    page.text("""Errors are relative to the first term, for an approach of neighbours that is small against δ0 in (2.2), for
         waves that are long against a grain in (2.4), and for weak long waves of a compressed chain in (2.3).""")
 
-    page.head("Near y1 the solitary wave is that of the Korteweg-de Vries equation")
+    page.add_heading("Near y1 the solitary wave is that of the Korteweg-de Vries equation")
     found = {}
     for rise in (0.1, 0.01, 0.001):
         speed = (theory.korteweg_de_vries_speed_ratio(rise) - 1.0) / (theory.speed_ratio(1.0 + rise) - 1.0) - 1.0
@@ -82,8 +84,8 @@ def main(page: Page) -> None:
         found[rise] = np.array([abs(float(speed)), float(np.abs(shape).max())])
     falls = (found[0.01] < 0.2 * found[0.1]).all() and (found[0.001] < 0.2 * found[0.01]).all()
     page.compare("as y tends to y1", "coincides", "coincides" if falls else "differs")
-    page.value("difference of V/c0 - 1 at ξm/ξ0 = 1.01", 100.0 * found[0.01][0], "%", found="0.125")
-    page.value("difference of the shape at ξm/ξ0 = 1.01", 100.0 * found[0.01][1], "%", found="0.195")
+    page.add_value("difference of V/c0 - 1 at ξm/ξ0 = 1.01", 100.0 * found[0.01][0], "%", found="0.125")
+    page.add_value("difference of the shape at ξm/ξ0 = 1.01", 100.0 * found[0.01][1], "%", found="0.195")
 
     with page.plot(
         "What the approximations leave out: straight lines of slopes 2, 4 and 4.", "smallness", "relative error"

@@ -31,7 +31,7 @@ def main(page: Page) -> None:
     # W has extremes at s² - s³ = 4 C3/5 with s = y^(2/5), so the largest C3 is at the maximum of the left side.
     hill = np.polynomial.Polynomial([0.0, 0.0, 1.25, -1.25])
     root = float(hill.deriv().roots().real.max())
-    page.head("W(y) has two extremes, and V > c0, up to a largest C3 (C3 = (5/4) C2 is not stated)")
+    page.add_heading("W(y) has two extremes, and V > c0, up to a largest C3 (C3 = (5/4) C2 is not stated)")
     page.compare("C3", "5/27", float(hill(root)), near=5 / 27, within=1e-12, found="0.18519")
     page.compare("y1 there", "(2/3)^(5/2)", root**2.5, near=(2 / 3) ** 2.5, within=1e-12, found="0.36289")
     largest = theory.LARGEST_C3 * (1.0 - 1e-12)
@@ -39,17 +39,17 @@ def main(page: Page) -> None:
                                      ("0.1", 0.1, None, "1.3779")):  # fmt: skip
         page.compare(f"V/c0 at C3 = {name}", printed, theory.extremes(c3).y1 ** -0.2 / 1.5**0.5, within=1e-5, found=found)
 
-    page.head("The wave (2.7), and the front of a shock with weak dissipation over the state behind it")
+    page.add_heading("The wave (2.7), and the front of a shock with weak dissipation over the state behind it")
     page.compare("length L/a, L = (5a/√10) π", "5", theory.PERIOD, found="4.9673")
     crest = float(theory.solitary_wave(1e-12).strain.max())
     page.compare("strain at the crest, ξm c⁴/V⁴", "(5/4)^2", crest, near=1.5625, within=1e-5, found="1.5625")
     ratio = theory.ratio_of_c3(1e-12) / theory.shock_ratio(1e-12)
     page.compare("ξm/ξc", "1.56", ratio, found="1.5625")
     page.compare("pm/pc", "1.95", ratio**1.5, found="1.9531")
-    page.value("ξm/ξc of the chain itself", theory.LATTICE_STRAIN_OVERSHOOT, found="1.4874")
-    page.value("pm/pc of the chain itself", theory.LATTICE_PRESSURE_OVERSHOOT, found="1.8139")
+    page.add_value("ξm/ξc of the chain itself", theory.LATTICE_STRAIN_OVERSHOOT, found="1.4874")
+    page.add_value("pm/pc of the chain itself", theory.LATTICE_PRESSURE_OVERSHOOT, found="1.8139")
 
-    page.head("Misprints of section 2")
+    page.add_heading("Misprints of section 2")
     left = {name: residual(power) for name, power in {"1/5": 0.2, "2/5": 0.4, "1": 1.0, "2": 2.0}.items()}
     stretched = {"-5/2": residual(2.0, -2.5), "0": residual(2.0)}
     best = min(left, key=lambda name: left[name])
@@ -61,17 +61,17 @@ def main(page: Page) -> None:
     low, high = theory.extremes(0.1)
     lowest = "y1" if theory.W(low, 0.1) < theory.W(high, 0.1) else "y2"
     page.compare("minimum of W, behind a shock", "y1", lowest, found="y2")
-    page.say(f"""Put into (2.4), (2.7) leaves {left["2/5"]:.2g} of the largest term with the printed power and {left[best]:.0e}
+    page.text(f"""Put into (2.4), (2.7) leaves {left["2/5"]:.2g} of the largest term with the printed power and {left[best]:.0e}
         with {best}; the paper's own 1.56 and L = 5a need {best} and √10. With the printed factor (V/c)^(-5/2) in x
         {stretched["-5/2"]:.2g} of the largest term is left. W is highest at y1 and lowest at y2, the state behind a shock.
         dx/dt in (1.2) and (V²/c²) ξx in (2.5) are misprinted too.""")
 
-    page.head("The continuum against the chain itself")
+    page.add_heading("The continuum against the chain itself")
     chain = {ratio: theory.lattice_wave(1.0 / (ratio - 1.0)).speed_ratio for ratio in RATIOS}
     errors = {ratio: 100.0 * (theory.speed_ratio(ratio) / speed - 1.0) for ratio, speed in chain.items()}
     page.compare("V/c0, largest difference", "satisfactory", max(map(abs, errors.values())), "%", near=0.0, within=SATISFACTORY,
                  reading="10 %", found="1.18")  # fmt: skip
-    page.say(f"By compression r = ξm/ξ0: {', '.join(f'{error:+.2f} % at {ratio:g}' for ratio, error in errors.items())}.")
+    page.text(f"By compression r = ξm/ξ0: {', '.join(f'{error:+.2f} % at {ratio:g}' for ratio, error in errors.items())}.")
 
     with page.plot("Figure 1: the potential W(y). A solitary wave leaves the maximum y1, passes the minimum y2 and returns; "
                    "with losses it comes to rest in y2. Dots: y1 and y2 of curve 2.", "y", "W") as axes:  # fmt: skip

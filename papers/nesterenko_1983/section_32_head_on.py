@@ -4,7 +4,7 @@ Two grains at each end move inwards at 5 m/s. Each end sends two solitary waves;
 other.
 """
 
-from chains import FAINT, SPEED, UNCHANGED, run
+from chains import FAINT, SPEED, UNCHANGED, run_experiment
 from granular_env.domains.chain import measurement
 from granular_env.domains.chain.measurement import Shift
 from pages import Page, show
@@ -12,29 +12,29 @@ from pages import Page, show
 
 def shifts(integrator: str) -> list[Shift]:
     """Return the changes of arrival and height of each wave at grain 75 relative to the same wave alone."""
-    met, alone = (run(name, integrator=integrator) for name in ("3.2a-head-on", "3.1-two-grains"))
+    met, alone = (run_experiment(name, integrator=integrator) for name in ("3.2a-head-on", "3.1-two-grains"))
     return measurement.phase_shifts(met, alone, 74, FAINT * SPEED)
 
 
 def main(page: Page) -> None:
     """Compare arrival and height at grain 75 with the run without the other pair of waves."""
     first, second = shifts("pefrl")[:2]
-    page.head("Earlier arrival of the first maximum at grain 75")
+    page.add_heading("Earlier arrival of the first maximum at grain 75")
     page.compare("first wave", "about 10", 1e6 * first.advance, "µs", found="4.273")
-    page.value("second wave", 1e6 * second.advance, "µs", "6.870")
+    page.add_value("second wave", 1e6 * second.advance, "µs", "6.870")
     spread = max(abs(shifts(name)[0].advance - first.advance) for name in ("rk4", "hamming"))
-    page.say(f"""Runge-Kutta and Hamming give the same within {1e6 * spread:.1g} µs, so the integration is not the reason. The
+    page.text(f"""Runge-Kutta and Hamming give the same within {1e6 * spread:.1g} µs, so the integration is not the reason. The
         printed 10 µs were probably read off figure 2, whose time axis spans some 800 µs.""")
 
-    page.head("The waves keep their form")
+    page.add_heading("The waves keep their form")
     for name, shift, found in (("first", first, "-1.15"), ("second", second, "-1.34")):
         change = 100.0 * shift.amplitude_change
         page.compare(f"change of v_m, {name} wave", "unchanged", change, "%", near=0.0, within=UNCHANGED, reading="within 5 %",
                      found=found)  # fmt: skip
-    met, alone = run("3.2a-head-on"), run("3.1-two-grains")
+    met, alone = run_experiment("3.2a-head-on"), run_experiment("3.1-two-grains")
     small = [wave.amplitude / SPEED for wave in measurement.waves_at(met, 74, 0.005 * SPEED) if wave.amplitude < 0.2 * SPEED]
-    page.value("largest new wave, v/v0", max(small, default=0.0), found="0.0450")
-    page.say("""The waves lose about a hundredth of their height to small secondary waves, which stay behind: they are not
+    page.add_value("largest new wave, v/v0", max(small, default=0.0), found="0.0450")
+    page.text("""The waves lose about a hundredth of their height to small secondary waves, which stay behind: they are not
         solitons in the strict sense. A figure does not show it.""")
 
     with page.plot("Figure 2: grain 75 before and after the collision. First the other pair of waves passes, moving left; "

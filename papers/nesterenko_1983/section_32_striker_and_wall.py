@@ -4,7 +4,7 @@ A striker of five grain masses hits a chain of 80 grains at 5 m/s that ends at a
 """
 
 import granular_env as ge
-from chains import COUNTED, EVERY, MASS, SPEED, STEEL, UNCHANGED, count, heights, run, waves
+from chains import COUNTED, EVERY, MASS, SPEED, STEEL, UNCHANGED, heights_text, run_experiment, wave_counts, waves_at_grain
 from granular_env.domains.chain import measurement
 from granular_env.domains.chain.measurement import History
 from pages import Page, show
@@ -12,7 +12,7 @@ from pages import Page, show
 EXPECTED = {4: (None, "5", "7"), 5: ("6", "6", "8"), 6: (None, "7", "10")}
 
 
-def strike_long(masses: int) -> History:
+def run_long_chain(masses: int) -> History:
     """Return the motion in a chain so long that no reflection reaches grain 60 before all waves have passed."""
     chain = ge.Chain(grains=160, mass={0: masses * MASS}, **STEEL)
     chain.reset(velocity={0: SPEED})
@@ -21,24 +21,24 @@ def strike_long(masses: int) -> History:
 
 def main(page: Page) -> None:
     """Count the waves of strikers in a chain without a wall, and compare the first wave before and after the wall."""
-    long = {masses: strike_long(masses) for masses in EXPECTED}
-    page.head("Number of waves of a heavy striker, at grain 60 of a long chain")
+    long = {masses: run_long_chain(masses) for masses in EXPECTED}
+    page.add_heading("Number of waves of a heavy striker, at grain 60 of a long chain")
     for masses, (printed, *known) in EXPECTED.items():
-        for (threshold, number), found in zip(count(long[masses], 60).items(), known, strict=True):
+        for (threshold, number), found in zip(wave_counts(long[masses], 60).items(), known, strict=True):
             page.compare(f"{masses} masses, {threshold}", printed, number, found=found)
-    page.value("v_m/v0 of 5 masses", heights(waves(long[5], 60)),
+    page.add_value("v_m/v0 of 5 masses", heights_text(waves_at_grain(long[5], 60)),
                found="1.292, 0.6764, 0.3752, 0.2137, 0.124, 0.07326, 0.0432, 0.03449")  # fmt: skip
-    page.say(f"""{COUNTED} "A piston of 5 t" is read as one of five grain masses. Lower and lower waves follow the sixth without
-        an end; how many are counted depends on the least height. Above 5 % neither 4 nor 6 masses give the paper's six, and
-        above 2 % none of the three does.""")
+    page.text(f"""{COUNTED} "A piston of 5 t" is read as one of five grain masses. Lower and lower waves follow the sixth
+        without an end; how many are counted depends on the least height. Above 5 % neither 4 nor 6 masses give the paper's
+        six, and above 2 % none of the three does.""")
 
-    page.head("The wall reflects the waves with their form kept, at grain 60")
-    wall = run("3.2-wall-striker")
-    before, after = waves(wall, 60)[0], waves(wall, 60, direction="left")[0]
+    page.add_heading("The wall reflects the waves with their form kept, at grain 60")
+    wall = run_experiment("3.2-wall-striker")
+    before, after = waves_at_grain(wall, 60)[0], waves_at_grain(wall, 60, direction="left")[0]
     change = 100.0 * (after.amplitude / before.amplitude - 1.0)
     page.compare("change of the first wave's v_m", "unchanged", change, "%", near=0.0, within=UNCHANGED, reading="within 5 %",
                  found="-2.85")  # fmt: skip
-    page.say(
+    page.text(
         "On its way back it has met waves that still came; each collision costs a little height, as in the head-on collision."
     )
 

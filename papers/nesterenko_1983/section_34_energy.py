@@ -6,7 +6,7 @@ the mean over a long time.
 
 import numpy as np
 
-from chains import CLEAR, FAINT, SPEED, UNCHANGED, piston, run
+from chains import CLEAR, FAINT, SPEED, UNCHANGED, run_experiment, run_piston
 from granular_env.components.chain import theory
 from granular_env.domains.chain import measurement
 from granular_env.domains.chain.measurement import History
@@ -46,41 +46,41 @@ def wave_ratio(chain: History, begin: float, end: float) -> float:
 
 def main(page: Page) -> None:
     """Compare Ek/Ep before a piston, of a solitary wave, and in the other problems."""
-    chain = piston()
+    chain = run_piston()
     means = {begin: measurement.energy_ratio(chain, begin, END).mean for begin in WINDOWS}
-    page.head("Ek/Ep before the piston, from 30 µs until the front reaches the end")
+    page.add_heading("Ek/Ep before the piston, from 30 µs until the front reaches the end")
     read = {"within": DEVIATION * RATIO, "reading": "within the 0.8 % by which the paper lets the ratio deviate"}
     page.compare("mean", "1.249", means[SETTLED], **read, found="1.2531")
     page.compare(
         "at 3e-5 s, where it settles", "1.249", measurement.energy_ratio(chain, SETTLED, SETTLED).mean, **read, found="1.368"
     )
-    page.value(
+    page.add_value(
         "mean without the piston's own energy", measurement.energy_ratio(chain, SETTLED, END, piston=False).mean, found="1.2294"
     )
     page.compare("largest deviation from 1.249", "at most 0.8", deviation(chain, SETTLED, RATIO), "%", most=0.8, found="9.7")
-    page.value("largest deviation from our own mean", deviation(chain, SETTLED, means[SETTLED]), "%", "9.3")
+    page.add_value("largest deviation from our own mean", deviation(chain, SETTLED, means[SETTLED]), "%", "9.3")
     later = ", ".join(
         f"{means[begin]:.4f} ± {deviation(chain, begin, means[begin]):.2g} % from {1e6 * begin:g} µs" for begin in WINDOWS[1:]
     )
-    page.say(f"""The ratio still oscillates at 30 µs and then falls slowly, so its mean depends on the window, whose end the
+    page.text(f"""The ratio still oscillates at 30 µs and then falls slowly, so its mean depends on the window, whose end the
         paper does not give; it oscillates with each grain that the front takes in. Mean and largest deviation in other windows:
         {later}; none keeps to 0.8 %. The paper does not say which energies it counts.""")
-    velocity = chain.velocity[chain.frame(SETTLED)]
+    velocity = chain.velocity[chain.frame_number(SETTLED)]
     for least in (CLEAR, FAINT):
         moving = int(np.count_nonzero(velocity > least * SPEED))
         page.compare(f"grains faster than {100 * least:.0f} % of v0 at 3e-5 s", "6", moving)
 
-    page.head("Ek/Ep of a solitary wave, and in sections 3.1 and 3.2 while waves run freely")
+    page.add_heading("Ek/Ep of a solitary wave, and in sections 3.1 and 3.2 while waves run freely")
     wave = theory.lattice_wave(0.0)
     page.compare("mean energies, by the virial theorem", "1.25", wave.kinetic_energy / wave.potential_energy, found="1.2500")
-    page.value("mean of the ratio", wave.energy_ratio, found="1.2508")
+    page.add_value("mean of the ratio", wave.energy_ratio, found="1.2508")
     for name, (experiment, begin, end, known, alone) in OTHERS.items():
-        other = run(experiment)
+        other = run_experiment(experiment)
         page.compare(f"{name}", "similar", measurement.energy_ratio(other, begin, end).mean, near=RATIO,
                      within=0.01 * UNCHANGED * RATIO, reading="within 5 %", found=known)  # fmt: skip
         if alone:
-            page.value(f"{name}, of the waves alone", wave_ratio(other, begin, end), found=alone)
-    page.say("The excess belongs to grains that have bounced back and move alone, with nothing stored.")
+            page.add_value(f"{name}, of the waves alone", wave_ratio(other, begin, end), found=alone)
+    page.text("The excess belongs to grains that have bounced back and move alone, with nothing stored.")
 
     with page.plot(
         "Kinetic over potential energy before the piston. Dotted: the printed mean and its 0.8 %.", "time, µs", "Ek / Ep"

@@ -47,8 +47,8 @@ def main(page: Page) -> None:
     expected = theory.front_velocity_ratio(theory.SOLITARY_SPEED)
     page.compare("V/D1, weakest losses", "1", speed, near=1.0, within=0.01 * UNCHANGED, reading="within 5 %", found="1.0002")
     page.compare("v_m1/v0, losses to 0", "1.56", limit, found="1.628")
-    page.value("v_m1/v0 of a solitary wave as fast as D1", expected, found="1.6249")
-    page.say(f"""At grains 340 to 390 of {GRAINS}. Heights for the dashpot's constant over a grain's mass and unit of time:
+    page.add_value("v_m1/v0 of a solitary wave as fast as D1", expected, found="1.6249")
+    page.text(f"""At grains 340 to 390 of {GRAINS}. Heights for the dashpot's constant over a grain's mass and unit of time:
         {", ".join(f"{one:.4f} at {loss:g}" for loss, one in zip(LOSSES, heights, strict=True))}. V is D1, but for
         {speed - 1.0:.1g}, which is more than the paper's error of {ERROR:g}. The argument holds, its number does not: 1.56
         follows from the continuum's 0.915, and the computed fronts tend to that of the chain's own waves within

@@ -6,7 +6,7 @@ The speed of a solitary wave for its height, the speed of the piston's front, an
 import numpy as np
 
 import granular_env as ge
-from chains import DENSITY, DIAMETER, ERROR, RADIUS, SPEED, UNCHANGED, A, piston, run, waves
+from chains import DENSITY, DIAMETER, ERROR, RADIUS, SPEED, UNCHANGED, A, run_experiment, run_piston, waves_at_grain
 from granular_env.components.chain import theory
 from granular_env.domains.chain import measurement
 from pages import Page, show
@@ -26,17 +26,17 @@ def front_and_shock(radius: float) -> tuple[float, float]:
 
 def main(page: Page) -> None:
     """Compute C, V, D1, derived values, and the pressure in the first maximum."""
-    single, chain = run("3.1-one-grain"), piston()
-    early, late = (waves(single, grain)[0] for grain in (30, 80))
+    single, chain = run_experiment("3.1-one-grain"), run_piston()
+    early, late = (waves_at_grain(single, grain)[0] for grain in (30, 80))
     speed = (late.grain - early.grain) * DIAMETER / (late.time - early.time)
     coefficient = speed / (theory.contact_speed(A, DIAMETER) ** 0.8 * late.amplitude**0.2)
-    page.head("C of V = C (2E/((1-ν²)πρ))^(2/5) v_m^(1/5), from the arrivals of a single wave at grains 30 and 80")
+    page.add_heading("C of V = C (2E/((1-ν²)πρ))^(2/5) v_m^(1/5), from the arrivals of a single wave at grains 30 and 80")
     page.compare("C", "0.915", coefficient, found="0.907470")
-    page.value("the continuum's (16/25)^(1/5)", theory.CONTINUUM_SOLITARY_SPEED, found="0.914610")
-    page.say(f"""The printed number is the continuum's, from (2.7). The waves of the chain are slower; the theory of the
+    page.add_value("the continuum's (16/25)^(1/5)", theory.CONTINUUM_SOLITARY_SPEED, found="0.914610")
+    page.text(f"""The printed number is the continuum's, from (2.7). The waves of the chain are slower; the theory of the
         discrete wave gives {theory.SOLITARY_SPEED:.6f}.""")
 
-    page.head("The front against a stationary shock, D1")
+    page.add_heading("The front against a stationary shock, D1")
     shock = theory.shock_speed(A, DIAMETER, SPEED)
     seen = measurement.arrivals(chain, 0.5 * SPEED)
     fronts = {}
@@ -47,12 +47,12 @@ def main(page: Page) -> None:
     page.compare("V/D1", "1.05", front / shock, found="1.0425")
     page.compare("V/D1 - 1", "about 5", 100.0 * (front / shock - 1.0), "%", found="4.25")
     page.compare("v_m1/v0 of a solitary wave as fast as D1", "1.56", theory.front_velocity_ratio(coefficient), found="1.6249")
-    page.value("V at the last grains", front, "m/s", "1084.7")
-    page.value("D1", shock, "m/s", "1040.4")
-    page.say("""V is the speed with which 0.5 v0 arrives. The ratios follow from C, as 2^(1/5) C and C^(-5): the printed ones
+    page.add_value("V at the last grains", front, "m/s", "1084.7")
+    page.add_value("D1", shock, "m/s", "1040.4")
+    page.text("""V is the speed with which 0.5 v0 arrives. The ratios follow from C, as 2^(1/5) C and C^(-5): the printed ones
         from the continuum's 0.915.""")
 
-    page.head("The front's speed is that of the settled wave")
+    page.add_heading("The front's speed is that of the settled wave")
     grains, off = np.array(list(fronts)), np.abs(np.array(list(fronts.values())) / front - 1.0)
     page.compare("within 1 % from grain", "the first tens", int(grains[np.flatnonzero(off > 0.01)[-1] + 1]), most=50,
                  reading="grain 50", found="30")  # fmt: skip
@@ -60,7 +60,7 @@ def main(page: Page) -> None:
     page.compare("difference at grain 20", "practically none", at_20, "%", near=0.0, within=UNCHANGED, reading="within 5 %",
                  found="1.63")  # fmt: skip
 
-    page.head("V and D1 do not depend on the radius: 1, 3 and 5 mm")
+    page.add_heading("V and D1 do not depend on the radius: 1, 3 and 5 mm")
     for name, values in zip(
         ("V", "D1"), zip(*(front_and_shock(radius) for radius in (1e-3, 3e-3, 5e-3)), strict=True), strict=True
     ):
@@ -68,15 +68,15 @@ def main(page: Page) -> None:
             f"spread of {name}", "none", 100.0 * (max(values) / min(values) - 1.0), "%", near=0.0, within=100.0 * ERROR
         )
 
-    page.head("Pressure in the first maximum over that near the piston, pm/pc, front at grain 50")
+    page.add_heading("Pressure in the first maximum over that near the piston, pm/pc, front at grain 50")
     page.compare("pc the mean from then on", "2.24", measurement.pressure_ratio(chain, 49).ratio, found="2.2535")
     force = chain.contact_force
     first = measurement.crests(chain.time, force[:, 49], 0.5 * float(force[:, 49].max()))[0]
     own = slice(*np.searchsorted(chain.time, (first.time - 4e-6, first.time + 4e-6)))
     for contact, known in ((1, "2.260"), (2, "2.235"), (3, "2.285")):
         curve = np.polynomial.Polynomial.fit(chain.time[own], force[own, contact], 4)
-        page.value(f"pc at that instant in contact {contact}", first.height / float(curve(first.time)), found=known)
-    page.say("""The paper does not say where and when it takes pc, and near the piston the pressure still oscillates: the
+        page.add_value(f"pc at that instant in contact {contact}", first.height / float(curve(first.time)), found=known)
+    page.text("""The paper does not say where and when it takes pc, and near the piston the pressure still oscillates: the
         printed 2.24 lies between our numbers. A stationary shock has at most 1.95.""")
 
     with page.plot("Speed of the front along the chain. Dotted: the printed 1.05, and D1.", "grain", "V / D1") as axes:

@@ -6,9 +6,9 @@ number for each, of one draw.
 
 import numpy as np
 
-from chains import SPEED, piston
+from chains import SPEED, run_piston
 from pages import Page, show
-from random_chains import OUTSIDE, UNEVEN, draw_strips, energy_while, histories, last_velocities
+from random_chains import OUTSIDE, UNEVEN, draw_strips, front_energy_ratio, histories, last_velocities
 
 # Name -> R0 -> as printed, and the mean of our samples.
 PRINTED = {
@@ -21,12 +21,12 @@ PRINTED = {
 }
 
 
-def draws(smallest: float) -> dict[str, np.ndarray]:
+def sample_numbers(smallest: float) -> dict[str, np.ndarray]:
     """Return the numbers of all samples with a smallest radius R0 [mm]."""
     rows = []
     for chain in histories(smallest, 100, "piston"):
-        energy = energy_while(chain, 70, 90)
-        near = chain.velocity[chain.frame(0.9 * float(chain.time[-1])), 1:11] / SPEED
+        energy = front_energy_ratio(chain, 70, 90)
+        near = chain.velocity[chain.frame_number(0.9 * float(chain.time[-1])), 1:11] / SPEED
         rows.append((*last_velocities(chain), energy.mean, 100.0 * energy.deviation,
                      float(chain.velocity[:, 1:-1].max()) / SPEED, 100.0 * float(np.std(near))))  # fmt: skip
     return dict(zip(("first", "last", "ratio", "deviation", "largest", "unevenness"), np.array(rows).T, strict=True))
@@ -34,39 +34,39 @@ def draws(smallest: float) -> dict[str, np.ndarray]:
 
 def main(page: Page) -> None:
     """Compare last grains, energies and largest velocities with many samples."""
-    found = {smallest: draws(smallest) for smallest in (0.5, 2.0, 3.0)}
-    equal, chain = float(piston(100).velocity[-1, -1]) / SPEED, piston()
-    even = energy_while(chain, 70, 90)
+    found = {smallest: sample_numbers(smallest) for smallest in (0.5, 2.0, 3.0)}
+    equal, chain = float(run_piston(100).velocity[-1, -1]) / SPEED, run_piston()
+    even = front_energy_ratio(chain, 70, 90)
 
-    def rows(name: str, what: str, unit: str = "") -> None:
+    def add_rows(name: str, what: str, unit: str = "") -> None:
         for smallest, (printed, known) in PRINTED[name].items():
-            page.draws(f"{what}, R0 = {smallest:g}", printed, found[smallest][name], unit, known)
+            page.compare_samples(f"{what}, R0 = {smallest:g}", printed, found[smallest][name], unit, known)
 
-    page.head("Final velocity of the last of 100 random grains")
-    rows("last", "v100/v0")
+    page.add_heading("Final velocity of the last of 100 random grains")
+    add_rows("last", "v100/v0")
     strips = [page.rows[-3:]]
-    rows("first", "v100/v0 at first")
-    page.say(f"""Mean ± standard deviation [5 %, 95 %] over 100 draws. {OUTSIDE} "At first" is when the grain leaves its
+    add_rows("first", "v100/v0 at first")
+    page.text(f"""Mean ± standard deviation [5 %, 95 %] over 100 draws. {OUTSIDE} "At first" is when the grain leaves its
         neighbour; later waves may hit it once more.""")
     for smallest, printed, known in ((0.5, "more", "less"), (2.0, "less", "less")):
         side = "more" if found[smallest]["last"].mean() > equal else "less"
         page.compare(f"than that of equal grains, R0 = {smallest:g}", printed, side, found=known)
-    page.say(f"""Means over the draws against v100/v0 = {equal:.3f} of equal grains. That random grains of R0 = 0.5 leave faster
-        is one draw: they do in {100.0 * float(np.mean(found[0.5]["last"] > equal)):.0f} % of ours.""")
+    page.text(f"""Means over the draws against v100/v0 = {equal:.3f} of equal grains. That random grains of R0 = 0.5 leave
+        faster is one draw: they do in {100.0 * float(np.mean(found[0.5]["last"] > equal)):.0f} % of ours.""")
 
-    page.head("Ek/Ep while the front goes from grain 70 to 90")
-    rows("ratio", "mean")
+    page.add_heading("Ek/Ep while the front goes from grain 70 to 90")
+    add_rows("ratio", "mean")
     strips.append(page.rows[-3:])
-    rows("deviation", "largest deviation from the mean", "%")
+    add_rows("deviation", "largest deviation from the mean", "%")
     for smallest, one in found.items():
         much = "much larger" if one["deviation"].mean() > 200.0 * even.deviation else "not much larger"
         page.compare(f"deviations against equal grains, R0 = {smallest:g}", "much larger", much, reading="more than twice")
         far = float(np.abs(one["ratio"] - 1.25).mean()) > abs(even.mean - 1.25)
         page.compare(f"mean from 1.25, R0 = {smallest:g}", "farther", "farther" if far else "nearer")
-    page.say(f"With the piston's energy. Equal grains: {even.mean:.3f}, deviation {100.0 * even.deviation:.1f} %.")
+    page.text(f"With the piston's energy. Equal grains: {even.mean:.3f}, deviation {100.0 * even.deviation:.1f} %.")
 
-    page.head("Largest velocities, and the motion near the piston")
-    rows("largest", "largest v/v0")
+    page.add_heading("Largest velocities, and the motion near the piston")
+    add_rows("largest", "largest v/v0")
     for smallest, one in found.items():
         share = float(np.mean(one["largest"] > 2.0))
         page.compare(
@@ -78,7 +78,7 @@ def main(page: Page) -> None:
     for smallest, one in found.items():
         uneven = "uneven" if np.percentile(one["unevenness"], 5) > 5.0 else "even"
         page.compare(f"velocities of grains 2 to 11, R0 = {smallest:g}", "uneven", uneven, reading=UNEVEN)
-    rows("unevenness", "their standard deviation over v0", "%")
+    add_rows("unevenness", "their standard deviation over v0", "%")
 
     for strip, caption, label in zip(strips, ("Last of 100 random grains before a piston", "Ek/Ep in random chains"),
                                      ("v100 / v0", "Ek / Ep"), strict=True):  # fmt: skip

@@ -7,7 +7,7 @@ has an exact solution, and uses that all velocities scale with the first one.
 import numpy as np
 
 import granular_env as ge
-from chains import DIAMETER, ERROR, MASS, SPEED, STEEL, A, run
+from chains import DIAMETER, ERROR, MASS, SPEED, STEEL, A, run_experiment
 from granular_env.components.chain import theory
 from granular_env.domains.chain import measurement
 from pages import Page, record, show
@@ -17,7 +17,7 @@ STEP, TAU = 2e-7, 60.0
 BOUND = "Bounds that any correct program keeps with short steps: they check this program and are no results of the paper."
 
 
-def profile(speed: float, stiffness: float = A * MASS) -> np.ndarray:
+def velocity_profile(speed: float, stiffness: float = A * MASS) -> np.ndarray:
     """Return v/v0 of 100 piston-driven grains at τ = 60, for a piston speed [m/s] and a stiffness [N/m^1.5]."""
     tick = 0.02 * theory.time_scale(MASS, stiffness, speed)
     parameters = STEEL | {
@@ -34,12 +34,12 @@ def profile(speed: float, stiffness: float = A * MASS) -> np.ndarray:
 
 def main(page: Page) -> None:
     """Compare the chain with gaps, the paper's integrators, and the scaling (3.1)."""
-    last = run("gap-chain").velocity[-1, -1] / SPEED
-    page.head("Grains with gaps pass one velocity on, exactly")
+    last = run_experiment("gap-chain").velocity[-1, -1] / SPEED
+    page.add_heading("Grains with gaps pass one velocity on, exactly")
     page.compare("|v_N/v0 - 1|", "at most 0.01", 100.0 * abs(last - 1.0), "%", most=0.01)
 
-    page.head(f"Two moving grains of section 3.1, steps of {1e6 * STEP:g} µs")
-    reference = run("3.1-two-grains")
+    page.add_heading(f"Two moving grains of section 3.1, steps of {1e6 * STEP:g} µs")
+    reference = run_experiment("3.1-two-grains")
     for name, integrator in (("Runge-Kutta", "rk4"), ("Hamming", "hamming")):
         log = record("nesterenko-1983/3.1-two-grains", **{"component.integrator": integrator, "component.step_size": STEP})
         momentum = np.abs(log.series("momentum_residual")[1]).max() / log.series("momentum")[1][0]
@@ -48,17 +48,17 @@ def main(page: Page) -> None:
         page.compare(f"{name}: momentum missing", "at most 1e-5", 100.0 * momentum, "%", most=1e-5)
         page.compare(f"{name}: energy missing", "at most 0.01", 100.0 * energy, "%", most=0.01)
         page.compare(f"{name}: error of velocities", "about 0.01", 100.0 * velocity, "%", most=0.01)
-    page.say(f"{BOUND} Velocities are compared with those of the symplectic integrator PEFRL with a quarter of the step.")
+    page.text(f"{BOUND} Velocities are compared with those of the symplectic integrator PEFRL with a quarter of the step.")
 
-    page.head(f"Velocities v/v0 before a piston depend on τ = t (A² v0)^(1/5) alone, (3.1): profiles at τ = {TAU:g}")
-    speeds = {speed: profile(speed) for speed in (0.05, 5.0, 500.0)}
+    page.add_heading(f"Velocities v/v0 before a piston depend on τ = t (A² v0)^(1/5) alone, (3.1): profiles at τ = {TAU:g}")
+    speeds = {speed: velocity_profile(speed) for speed in (0.05, 5.0, 500.0)}
     worst = max(float(np.abs(one - speeds[5.0]).max()) for one in speeds.values())
     page.compare("largest |Δw|, v0 = 0.05, 5, 500 m/s", "none", worst, most=ERROR)
     # A solitary wave of height 2 v0 has the speed V = C c^(4/5) (2 v0)^(1/5); c scales as the square root of the stiffness.
     wave = theory.SOLITARY_SPEED * theory.contact_speed(A, DIAMETER) ** 0.8 * (2.0 * SPEED) ** 0.2
-    fast, slow = (profile(SPEED, A * MASS / (wave * ratio / SPEED) ** 2.5) for ratio in (0.95, 5e-3))
+    fast, slow = (velocity_profile(SPEED, A * MASS / (wave * ratio / SPEED) ** 2.5) for ratio in (0.95, 5e-3))
     page.compare("largest |Δw|, v0/V = 0.95 and 5e-3 (section 3.4)", "none", float(np.abs(fast - slow).max()), most=ERROR)
-    page.say("""At 500 m/s Hertz's law does not hold, and at v0/V = 0.95 centres approach by more than a radius: these are
+    page.text("""At 500 m/s Hertz's law does not hold, and at v0/V = 0.95 centres approach by more than a radius: these are
         properties of the equations. The differences are rounding.""")
 
     with page.plot("Profiles before the piston at τ = 60: ten thousand times the velocity changes only the unit of time.",

@@ -3,7 +3,7 @@
     python papers/nesterenko_1983/figure_3.py       # prints its rows, and writes its figures into build/papers
 
 A script has a docstring (a title, an empty line, text) and a function ``main(page)``, which compares printed numbers with
-computed ones (`Page.compare`), draws (`Page.plot`) and explains (`Page.say`). Each row states the known result of the script;
+computed ones (`Page.compare`), draws (`Page.plot`) and explains (`Page.text`). Each row states the known result of the script;
 a different number is a failure. With ``FULL=1`` in the environment, scripts use the paper's sizes instead of coarse meshes, and
 known numbers are not checked. ``papers/collect.py`` makes HTML pages of all scripts. The verdicts are:
 
@@ -46,7 +46,7 @@ FULL = os.environ.get("FULL", "0") not in ("", "0")
 _DECIMAL = re.compile(r"(?:about )?([-+]?\d*\.?\d+(?:e[-+]?\d+)?)")
 
 
-def decimals(text: str) -> float:
+def last_digit_unit(text: str) -> float:
     """Return a unit of the last digit of a decimal number such as "2.708" or "5.6e12"."""
     digits, _, power = text.lower().partition("e")
     return 10.0 ** (int(power or 0) - len(digits.partition(".")[2]))
@@ -96,7 +96,7 @@ class Row:
         if self.within is not None:
             return self.within
         exact = isinstance(self.ours, int) or self.near is not None
-        return 0.0 if exact else 0.5 * decimals(str(self.paper).removeprefix("about "))
+        return 0.0 if exact else 0.5 * last_digit_unit(str(self.paper).removeprefix("about "))
 
     @property
     def verdict(self) -> str:
@@ -104,12 +104,12 @@ class Row:
         if self.paper is None:
             return ""
         if isinstance(self.ours, str):
-            return self._judge(self.ours == self.paper, "")
+            return self._verdict_text(self.ours == self.paper, "")
         if len(self.draws):
             share = 100.0 * float(np.mean(np.less(self.draws, self.number)))
             return f"percentile {share:.0f}" if 0.0 < share < 100.0 else "not reproduced: outside all draws"
         if self.most is not None:
-            return self._judge(self.ours <= self.most, f"{_digits(self.ours - self.most)} above")
+            return self._verdict_text(self.ours <= self.most, f"{_digits(self.ours - self.most)} above")
         gap = self.ours - self.number
         away = (
             f"{_digits(100.0 * gap / self.number)} % off"
@@ -118,15 +118,15 @@ class Row:
         )
         if self.number and abs(gap) > 10.0 * abs(self.number):
             away = f"{_digits(self.ours / self.number)} times as large"
-        return self._judge(abs(gap) <= self.tolerance * (1.0 + 1e-9), away)
+        return self._verdict_text(abs(gap) <= self.tolerance * (1.0 + 1e-9), away)
 
-    def _judge(self, agrees: bool, away: str) -> str:
+    def _verdict_text(self, agrees: bool, away: str) -> str:
         if not agrees:
             return f"not reproduced: {away}" if away else "not reproduced"
         return "as read" if self.reading else "bound kept" if self.most is not None else "reproduced"
 
     @property
-    def shown(self) -> str:
+    def display_text(self) -> str:
         """Our displayed result, with the converged digits of `found`."""
         if isinstance(self.ours, str | int):
             return str(self.ours)
@@ -145,7 +145,7 @@ class Row:
             return f"{self.what}: {self.verdict}" if self.verdict.startswith("not") else ""
         if isinstance(self.ours, str):
             return "" if self.ours == self.found else f"{self.what}: got {self.ours!r}, known {self.found!r}"
-        same = abs(self.ours - float(self.found)) <= 1.05 * decimals(self.found) * (not isinstance(self.ours, int))
+        same = abs(self.ours - float(self.found)) <= 1.05 * last_digit_unit(self.found) * (not isinstance(self.ours, int))
         return "" if same else f"{self.what}: got {self.ours!r}, known {self.found}"
 
 
@@ -177,11 +177,11 @@ class Page:
         """The comparisons."""
         return [content for kind, content in self.blocks if kind == "row"]
 
-    def say(self, text: str) -> None:
+    def text(self, text: str) -> None:
         """Add paragraphs, separated by empty lines."""
         self.blocks += [("say", " ".join(part.split())) for part in re.split(r"\n\s*\n", text.strip())]
 
-    def head(self, text: str) -> None:
+    def add_heading(self, text: str) -> None:
         """Add a heading for the following rows."""
         self.blocks.append(("head", text))
 
@@ -192,16 +192,18 @@ class Page:
         if row.failure and not FULL:
             self.failures.append(row.failure)
 
-    def value(self, what: str, ours: float | str, unit: str = "", found: str | None = None) -> None:
+    def add_value(self, what: str, ours: float | str, unit: str = "", found: str | None = None) -> None:
         """Add a row for a number that is not in the paper."""
         self.compare(what, None, ours, unit, found=found)
 
-    def draws(self, what: str, paper: str | None, draws: npt.ArrayLike, unit: str = "", found: str | None = None) -> None:
+    def compare_samples(
+        self, what: str, paper: str | None, draws: npt.ArrayLike, unit: str = "", found: str | None = None
+    ) -> None:
         """Add a row for the result of many random samples, of which the paper has one; `found` is their mean."""
         values = np.asarray(draws, dtype=float)
         self.compare(what, paper, float(values.mean()), unit, found=found, draws=values.tolist())
 
-    def table(self, caption: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    def add_table(self, caption: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
         """Add a table of our own results."""
         self.blocks.append(("table", (caption, head, rows)))
 
@@ -225,23 +227,23 @@ class Page:
 
 def record(experiment: Any, **overrides: Any) -> Any:
     """Run an experiment and return its opened log, which is in a temporary folder."""
-    path = Path(_scratch().name) / f"{time.monotonic_ns()}.mcap"
+    path = Path(_scratch_folder().name) / f"{time.monotonic_ns()}.mcap"
     with warnings.catch_warnings(action="ignore", category=ge.GranularWarning):
         ge.run(experiment, log=path, overrides=overrides)
     return ge.open_log(path)
 
 
 @functools.cache
-def _scratch() -> tempfile.TemporaryDirectory[str]:
+def _scratch_folder() -> tempfile.TemporaryDirectory[str]:
     return tempfile.TemporaryDirectory(prefix="papers-")
 
 
-def compute(main: Callable[[Page], None], path: Path, text: str | None, folder: Path) -> Page:
+def compute_page(main: Callable[[Page], None], path: Path, text: str | None, folder: Path) -> Page:
     """Run the ``main`` of a script."""
     page = Page(path.stem, folder)
     page.title, _, body = (text or path.stem).partition("\n")
     if body.strip():
-        page.say(body)
+        page.text(body)
     main(page)
     return page
 
@@ -249,11 +251,11 @@ def compute(main: Callable[[Page], None], path: Path, text: str | None, folder: 
 def show(main: Callable[[Page], None]) -> None:
     """Run a script: print its rows, and exit with status 1 if a row differs from its known number."""
     path = Path(sys.argv[0]).resolve()
-    page = compute(main, path, sys.modules["__main__"].__doc__, OUT / path.parent.name)
+    page = compute_page(main, path, sys.modules["__main__"].__doc__, OUT / path.parent.name)
     for kind, content in page.blocks:
         if kind == "row":
             paper = "" if content.paper is None else f"paper {content.paper}"
-            print(f"  {content.what:<56} {f'{content.shown} {content.unit}':<28} {paper:<24} {content.verdict}")
+            print(f"  {content.what:<56} {f'{content.display_text} {content.unit}':<28} {paper:<24} {content.verdict}")
         elif kind in ("say", "head"):
             print(content)
         elif kind == "table":

@@ -25,9 +25,9 @@ def main(page: Page) -> None:
             (("grid", square, -1.0), ("square packing", square, 1.0), ("hexagonal packing", hexagonal, 1.0)), known, strict=True
         ):
             # Points on the interface, x = 0, belong to the automata.
-            found[name] = moving.at(side * np.maximum(sine * RADII, 1e-12), -cosine * RADII) * [side, 1.0]
+            found[name] = moving.velocity_at(side * np.maximum(sine * RADII, 1e-12), -cosine * RADII) * [side, 1.0]
             percent = 100.0 * float(np.sqrt(((found[name] - exact) ** 2).sum() / (exact**2).sum()))
-            page.value(f"{name}, at {angle:g}° from the depth", percent, "%", digits)
+            page.add_value(f"{name}, at {angle:g}° from the depth", percent, "%", digits)
         if angle > 0.0:
             with page.plot(f"Velocity along a line at {angle:g}° from the depth, 70 µs; below: across the line, shifted.",
                            "distance from the load, m", "velocity, mm/s") as axes:  # fmt: skip
@@ -40,8 +40,8 @@ def main(page: Page) -> None:
                     axes.plot(
                         RADII, 1e3 * found["square packing"] @ direction + shift, "C1--", label=None if number else "automata"
                     )
-    page.say("""L2 difference of the velocity along lines from the load, 30 to 390 mm, at 70 µs. With cells of twice the size it
-        is three and a half to four times larger.""")
+    page.text("""L2 difference of the velocity along lines from the load, 30 to 390 mm, at 70 µs. With cells of twice the size
+        it is three and a half to four times larger.""")
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ import numpy as np
 from granular_env.components.drawables import Points
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.experiments import load_experiment
-from half_space import BY_EYE, CELLS, NOT_SEEN, P_SPEED, PULSE, ROW, smooth_pulse, step
+from half_space import BY_EYE, CELLS, NOT_SEEN, P_SPEED, PULSE, ROW, internal_step, smooth_pulse
 from pages import Page, record, show
 
 # Length of the grid [m], length [s] and peak [m/s] of the pulse; positions [m] before, at and behind the interface.
@@ -42,7 +42,7 @@ class PlaneWave(NamedTuple):
         exact = self.exact(number)[own]
         return 100.0 * float(np.sqrt(((self.velocity[own, number] - exact) ** 2).sum() / (exact**2).sum()))
 
-    def missing(self, residual: str, amount: str) -> float:
+    def relative_residual(self, residual: str, amount: str) -> float:
         """Return the largest residual divided by the largest amount."""
         return float(np.abs(self.log.series(residual)[1]).max() / np.abs(self.log.series(amount)[1]).max())
 
@@ -66,7 +66,7 @@ def plane_wave(packing: str, coarser: int = 1) -> PlaneWave:
     width, height = ordered(round(LENGTH / spacing) * spacing, ACROSS * size)
     component["automata"]["shape"] |= {"width": width, "height": height}
     component["automata"]["diameter"] = size
-    component["step_size"] = step(size, EVERY)
+    component["step_size"] = internal_step(size, EVERY)
     [driven] = document["input"]
     document["input"] = {driven: smooth_pulse(PEAK, DURATION, ordered(1.0, 0.0))}
     names = ["grid_receiver_velocity", "automata_velocity", "interface_work_on_grid", "interface_work_difference"]
@@ -90,7 +90,7 @@ def main(page: Page) -> None:
         unseen = {"near": 0.0, "within": NOT_SEEN, "reading": f"below {NOT_SEEN:g} %"}
         quiet = (wave.times > 0.15 / P_SPEED + DURATION) & (wave.times < (2.0 * wave.end - 0.15) / P_SPEED)
         left = 100.0 * float(np.abs(wave.velocity[quiet, 1]).max()) / PEAK
-        page.head(f"{packing.capitalize()} packing")
+        page.add_heading(f"{packing.capitalize()} packing")
         page.compare("no reflected wave: velocity left at 0.15 m", "not noticeable", left, "%", **unseen, found=behind)
         page.compare(
             "no distortion at 0.25 m, in the automata", "not noticeable", wave.misfit(3, False), "%", **unseen, found=there
@@ -103,11 +103,11 @@ def main(page: Page) -> None:
             ("works of the two parts: difference", "interface_work_difference", "interface_work_on_grid"),
             ("no loss of energy: missing", "energy_residual", "kinetic_energy"),
         ):
-            page.compare(what, "none", wave.missing(residual, amount), near=0.0, within=1e-10)
+            page.compare(what, "none", wave.relative_residual(residual, amount), near=0.0, within=1e-10)
         larger = plane_wave(packing, coarser=2).misfit(3, False) / wave.misfit(3, False)
         limit = "tends to the continuum" if larger > 1.0 else "does not"
         page.compare("as the size of automata tends to zero", "tends to the continuum", limit)
-        page.value("difference at 0.25 m with twice the size, over this one", larger, found=coarse)
+        page.add_value("difference at 0.25 m with twice the size, over this one", larger, found=coarse)
         with page.plot(f"Figure 6 b, {packing} packing: velocity at five places. A push of 40 µs goes through the interface, "
                        "is reflected by the rigid side, and returns.", "time, µs", "") as axes:  # fmt: skip
             for number in range(len(PLACES)):
@@ -118,7 +118,7 @@ def main(page: Page) -> None:
                 axes.plot(1e6 * wave.times, wave.exact(number) / PEAK + ground, "C1--", label=None if number else "exact")
             names = [f"{'grid' if x < LENGTH else 'interface' if x == LENGTH else 'automata'}, {x:g} m" for x in PLACES]
             axes.set_yticks([-1.5 * number for number in range(len(PLACES))], names)
-    page.say(f"""{BY_EYE} Velocities are over the peak of the wave, differences are L2 differences over time to the solution of
+    page.text(f"""{BY_EYE} Velocities are over the peak of the wave, differences are L2 differences over time to the solution of
         the wave equation, with no shift in time taken out. Residuals of the balances are over the largest amounts; what is
         below 1e-10 is rounding. The energy balance holds the term of leapfrog, -h²/8 Σ F²/m. With twice the size the difference
         is four times larger, which is second order.""")

@@ -6,7 +6,7 @@ acts exactly on the interface. Waves of all kinds run to both sides.
 
 import numpy as np
 
-from half_space import BY_EYE, DEEP, HALF_WIDTH, NOT_SEEN, SLIGHT, Motion, lattice, motion, run
+from half_space import BY_EYE, DEEP, HALF_WIDTH, NOT_SEEN, SLIGHT, Motion, lattice, motion, run_experiment
 from pages import Page, show
 from pictures import Window, draw_speed, draw_vectors
 from rayleigh import surface_crest
@@ -21,7 +21,7 @@ CAPTION = (
 def asymmetry(moving: Motion) -> tuple[float, float]:
     """Return the largest differences from the mirror image, below `DEEP` and everywhere, in percent of the largest velocity."""
     x, y = lattice(0.0, HALF_WIDTH, 1e-3)
-    right, left = moving.at(x, y), moving.at(-x, y) * [-1.0, 1.0]
+    right, left = moving.velocity_at(x, y), moving.velocity_at(-x, y) * [-1.0, 1.0]
     gap = 100.0 * np.linalg.norm(right - left, axis=-1) / np.linalg.norm(left, axis=-1).max()
     return float(gap[y < -DEEP].max()), float(gap.max())
 
@@ -30,29 +30,29 @@ def main(page: Page) -> None:
     """Compare the two sides, the two packings, and the balances."""
     moving = {packing: motion(name) for packing, name in CASES.items()}
     unseen = {"near": 0.0, "within": NOT_SEEN, "reading": f"below {NOT_SEEN:g} %"}
-    page.head('"Both methods give identical results": the velocities left and right of the load')
+    page.add_heading('"Both methods give identical results": the velocities left and right of the load')
     for packing, known in (("square", ("0.62", "9.5")), ("hexagonal", ("1.2", "1.9"))):
         for where, gap, found in zip((f"below {DEEP:g} m", "everywhere"), asymmetry(moving[packing]), known, strict=True):
             page.compare(f"{packing}, {where}", "identical", gap, "%", **unseen, found=found)
     lead = 1e3 * (surface_crest(moving["square"], 1.0) - surface_crest(moving["square"], -1.0))
-    page.say(f"""Largest difference between the velocity and that of its mirror image, over the largest velocity. {BY_EYE} Waves
-        that are short against the cells run a little slower, in each lattice in its own way. The Rayleigh wave has the sharpest
-        peak; in the square packing it is {lead:.2g} mm ahead of that of the grid, which falls with the square of the size of
-cells.""")
-    page.head('"The influence of the packing ... showed itself only in a slight change of the pulses\' shape"')
+    page.text(f"""Largest difference between the velocity and that of its mirror image, over the largest velocity. {BY_EYE}
+        Waves that are short against the cells run a little slower, in each lattice in its own way. The Rayleigh wave has the
+        sharpest peak; in the square packing it is {lead:.2g} mm ahead of that of the grid, which falls with the square of the
+        cell size.""")
+    page.add_heading('"The influence of the packing ... showed itself only in a slight change of the pulses\' shape"')
     x, y = lattice(0.0, HALF_WIDTH)
-    square, hexagonal = (moving[packing].at(x, y) for packing in CASES)
+    square, hexagonal = (moving[packing].velocity_at(x, y) for packing in CASES)
     gap = 100.0 * np.linalg.norm(square - hexagonal, axis=-1) / np.linalg.norm(square, axis=-1).max()
     slight = {"most": SLIGHT, "reading": f"up to {SLIGHT:g} %"}
     page.compare(f"square less hexagonal, below {DEEP:g} m", "slight change", gap[y < -DEEP].max(), "%", **slight, found="0.81")
     page.compare("square less hexagonal, everywhere", "slight change", gap.max(), "%", **slight, found="10.0")
     ahead = 1e3 * (surface_crest(moving["square"], 1.0) - surface_crest(moving["hexagonal"], 1.0))
-    page.say(f"""Near the surface it is the Rayleigh wave of the square packing, which is {ahead:.2g} mm ahead of that of the
+    page.text(f"""Near the surface it is the Rayleigh wave of the square packing, which is {ahead:.2g} mm ahead of that of the
         close packing: the difference is just above {SLIGHT:g} %.""")
 
-    page.head("Momentum and energy, with shear")
+    page.add_heading("Momentum and energy, with shear")
     for packing, name in CASES.items():
-        log = run(name)
+        log = run_experiment(name)
         missing = {what: float(np.abs(log.series(what)[1]).max()) for what in
                    ("momentum_residual", "impulse", "energy_residual", "input_work")}  # fmt: skip
         page.compare(
@@ -60,7 +60,7 @@ cells.""")
         )
         energy = 100.0 * missing["energy_residual"] / missing["input_work"]
         page.compare(f"{packing}: energy missing", "none", energy, "%", near=0.0, within=1e-2)
-    page.say("""Over the impulse and the work of the load, which is known to the square of the step. The paper claims the
+    page.text("""Over the impulse and the work of the load, which is known to the square of the step. The paper claims the
         complete transfer of momentum without shear.""")
 
     for packing, which in (

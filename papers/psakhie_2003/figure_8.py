@@ -23,9 +23,13 @@ def main(page: Page) -> None:
     unseen = {"near": 0.0, "within": NOT_SEEN, "reading": f"below {NOT_SEEN:g} %"}
     slight = {"most": SLIGHT, "reading": f"up to {SLIGHT:g} %"}
     for packing, (back, back_surface, on, on_surface) in FOUND.items():
-        gap = 100.0 * np.linalg.norm(motion(CASES[packing]).at(x, y) - alone.at(x, y), axis=-1) / alone.left.largest
+        gap = (
+            100.0
+            * np.linalg.norm(motion(CASES[packing]).velocity_at(x, y) - alone.velocity_at(x, y), axis=-1)
+            / alone.left.largest
+        )
         deep, left = y < -DEEP, x < 0.0
-        page.head(f"{packing.capitalize()} packing: largest difference to a grid throughout, over its largest velocity")
+        page.add_heading(f"{packing.capitalize()} packing: largest difference to a grid throughout, over its largest velocity")
         for where, own, found in ((f"below {DEEP:g} m", deep, back), ("near the surface", ~deep, back_surface)):
             page.compare(
                 f"secondary waves: in the grid, {where}",
@@ -38,7 +42,7 @@ def main(page: Page) -> None:
         for where, own, found in ((f"below {DEEP:g} m", deep, on), ("near the surface", ~deep, on_surface)):
             most = gap[~left & own].max()
             page.compare(f"pulses in the automata, {where}", "insignificant difference", most, "%", **slight, found=found)
-    page.say(f""""No noticeable secondary (reflected, refracted and conical) waves arose", "only an insignificant difference in
+    page.text(f""""No noticeable secondary (reflected, refracted and conical) waves arose", "only an insignificant difference in
         the shape of the pulses". {BY_EYE} The difference in the automata is no wave of the interface but their dispersion,
         which is not that of the grid; it is largest where the Rayleigh wave has its sharp peak.""")
 
@@ -48,7 +52,9 @@ def main(page: Page) -> None:
     draw_speed(page, f"Figure 8 below: speed. {CAPTION}", motion("asymmetric"), WINDOW)
     for packing, name in CASES.items():
         places = WINDOW.samples(160)
-        gap = 100.0 * np.linalg.norm(motion(name).at(*places) - alone.at(*places), axis=-1) / alone.left.largest
+        gap = (
+            100.0 * np.linalg.norm(motion(name).velocity_at(*places) - alone.velocity_at(*places), axis=-1) / alone.left.largest
+        )
         draw_shade(page, f"What the interface adds, {packing} packing: the motion less that of a grid throughout. A reflected "
                    "wave would be to the left of the interface.", "difference, %", gap, WINDOW)  # fmt: skip
 

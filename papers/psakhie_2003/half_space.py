@@ -41,7 +41,7 @@ NOT_SEEN, SLIGHT = 2.0, 10.0
 BY_EYE = f'The paper judges by eye: below {NOT_SEEN:g} % is read as "not noticeable", up to {SLIGHT:g} % as "slight".'
 
 
-def step(size: float, every: float) -> float:
+def internal_step(size: float, every: float) -> float:
     """Return the internal step for a cell size [m]: about 0.42 of the P wave's time per cell, dividing `every` [s]."""
     return every / math.ceil(every * P_SPEED / (0.42 * size))
 
@@ -53,7 +53,7 @@ def smooth_pulse(peak: float, duration: float, pattern: Sequence[Any]) -> dict[s
 
 
 @functools.cache
-def run(name: str) -> Any:
+def run_experiment(name: str) -> Any:
     """Return the log of the shipped experiment ``psakhie-2003/lamb-NAME`` with finer cells and a smooth load."""
     document = load_experiment(f"psakhie-2003/lamb-{name}").to_dict()
     component = document["component"]
@@ -66,7 +66,7 @@ def run(name: str) -> Any:
         component["automata"]["diameter"] = SIZE
         if component["automata"]["packing"] == "hexagonal":
             component["automata"]["shape"]["height"] = round(DEPTH / (ROW * SIZE)) * ROW * SIZE
-    component["step_size"] = step(SIZE, 1e-5)
+    component["step_size"] = internal_step(SIZE, 1e-5)
     [(key, load)] = document["input"].items()
     document["input"] = {key: smooth_pulse(PEAK, LOAD, load["pattern"])}
     names = ["grid_velocity", "automata_velocity"] if "automata" in component else ["velocity"]
@@ -95,7 +95,7 @@ class Part:
         self.largest = float(np.linalg.norm(velocity, axis=1).max())
         self._splines = [RectBivariateSpline(y, x + shift, table[..., axis]) for axis in (0, 1)]
 
-    def at(self, x: FloatArray, y: FloatArray) -> FloatArray:
+    def velocity_at(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Return the velocity at points, shape (*x.shape, 2) [m/s]."""
         return np.stack([spline.ev(y, x) for spline in self._splines], axis=-1)
 
@@ -106,23 +106,23 @@ class Motion(NamedTuple):
     left: Part
     right: Part
 
-    def at(self, x: FloatArray, y: FloatArray) -> FloatArray:
+    def velocity_at(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Return the velocity at points, shape (*x.shape, 2) [m/s]."""
         x, y = np.broadcast_arrays(x, y)
-        return np.where((x < 0.0)[..., None], self.left.at(x, y), self.right.at(x, y))
+        return np.where((x < 0.0)[..., None], self.left.velocity_at(x, y), self.right.velocity_at(x, y))
 
     def spin(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Return the rate of rotation (dv_y/dx - dv_x/dy) / 2 at points, positive anticlockwise [1/s]."""
         half = 0.5 * SIZE
-        across = self.at(x + half, y)[..., 1] - self.at(x - half, y)[..., 1]
-        up = self.at(x, y + half)[..., 0] - self.at(x, y - half)[..., 0]
+        across = self.velocity_at(x + half, y)[..., 1] - self.velocity_at(x - half, y)[..., 1]
+        up = self.velocity_at(x, y + half)[..., 0] - self.velocity_at(x, y - half)[..., 0]
         return 0.5 * (across - up) / (2.0 * half)
 
 
 @functools.cache
 def motion(name: str, time: float = LATE) -> Motion:
     """Return the velocities in a run at a time [s]; a grid alone is shifted so that its load is at the position of figure 8."""
-    log = run(name)
+    log = run_experiment(name)
     [nodes] = [np.array(one.nodes) for one in log.drawables if isinstance(one, Cells)]
     if name == "grid":
         part = Part(nodes, log.get("velocity", time), -BESIDE)
@@ -130,15 +130,15 @@ def motion(name: str, time: float = LATE) -> Motion:
     [automata] = [np.array(one.reference) for one in log.drawables if isinstance(one, Points) and one.name == "automata"]
     parts = [(nodes, log.get("grid_velocity", time)), (automata, log.get("automata_velocity", time))]
     if "hexagonal" in name:  # The surface is x = 0; a clockwise rotation by 90 degrees moves it to the top.
-        parts = [(_turn(places), _turn(velocity)) for places, velocity in parts]
+        parts = [(_rotate_vectors(places), _rotate_vectors(velocity)) for places, velocity in parts]
     return Motion(*(Part(*part) for part in parts))
 
 
-def _turn(vectors: FloatArray) -> FloatArray:
+def _rotate_vectors(vectors: FloatArray) -> FloatArray:
     return np.stack([vectors[:, 1], -vectors[:, 0]], axis=1)
 
 
-def crest(places: FloatArray, values: FloatArray) -> float:
+def crest_position(places: FloatArray, values: FloatArray) -> float:
     """Return the position of the largest magnitude, with parabolic interpolation."""
     size = np.abs(values)
     i = int(np.clip(np.argmax(size), 1, len(size) - 2))

@@ -70,22 +70,24 @@ def main(page: Page) -> None:
     """Run both schemes from a noisy start, insert a homogeneous stress into (18), and run smaller automata with sub-steps."""
     logs = [record(noisy_block(scheme, 1e-7, 400)) for scheme in ("force", "momentum")]
     ends = [np.concatenate([log.series(f"{part}_velocity")[1][-1] for part in ("grid", "automata")]) for log in logs]
-    page.head('"Two approaches are possible": momenta of node and automaton are added, or the forces of both')
+    page.add_heading('"Two approaches are possible": momenta of node and automaton are added, or the forces of both')
     gap = float(np.abs(ends[0] - ends[1]).max() / np.abs(ends[0]).max())
     page.compare("difference of the velocities after 400 steps", "both ensure continuity", gap, near=0.0, within=1e-10)
-    page.say("They are the same algebra: m V = m_a V_a + m_c V_c after each part's own kick is one kick by the sum.")
+    page.text("They are the same algebra: m V = m_a V_a + m_c V_c after each part's own kick is one kick by the sum.")
 
-    page.head("(15) to (18): force on an interface node under homogeneous stress σ, cells of side Δ")
+    page.add_heading("(15) to (18): force on an interface node under homogeneous stress σ, cells of side Δ")
     page.compare("mass that these sums move, over φ", "2", contour(0.5, 0.5, -0.5, -0.5), near=2.0, within=1e-12)
     below = contour(0.0, 0.0, 1.0, 1.0)
     page.compare("force with F'", "none", abs(below + 1.0), "σΔ", near=0.0, within=1e-12, found="1.0")
-    page.value("force with 2 F'", abs(below + 2.0), "σΔ", "0.0")
-    page.value("force in our interface", interface_force(), "σΔ", "0.0000000000")
-    page.say("""The sums of (15) to (18) lack the factor 1/2 of (11), so that the mass on their left is 2φ, twice that of the
+    page.add_value("force with 2 F'", abs(below + 2.0), "σΔ", "0.0")
+    page.add_value("force in our interface", interface_force(), "σΔ", "0.0000000000")
+    page.text("""The sums of (15) to (18) lack the factor 1/2 of (11), so that the mass on their left is 2φ, twice that of the
         node. The force of the automata enters them undivided and would have to be doubled: with F' as printed a body under
         homogeneous stress does not stay at rest. The paper's figures show no such motion: the text is wrong, not its
 program.""")
-    page.head("Sub-steps of n times smaller automata: neither loss nor generation of energy, complete transfer of momentum")
+    page.add_heading(
+        "Sub-steps of n times smaller automata: neither loss nor generation of energy, complete transfer of momentum"
+    )
     curves = {}
     for n, energy_known, momentum_known in ((2, "3.8e2", "11"), (3, "1.1e5", "105")):
         # Impulses use half the grid step, because a longer step is refused for automata of a third of a cell.
@@ -102,9 +104,9 @@ program.""")
                              within=1e-8, found=momentum_known)  # fmt: skip
             else:
                 change = 100.0 * float(np.abs(energy / energy[0] - 1.0).max())
-                page.value(f"n = {n}, impulses: largest change of energy", change, "%", "0.07")
-                page.value(f"n = {n}, impulses: momentum missing", 100.0 * missing / momentum, "%", "0.00000000")
-    page.say("""A small block in noisy motion that nothing drives, 2000 steps of the grid; n automata are as long as a cell.
+                page.add_value(f"n = {n}, impulses: largest change of energy", change, "%", "0.07")
+                page.add_value(f"n = {n}, impulses: momentum missing", 100.0 * missing / momentum, "%", "0.00000000")
+    page.text("""A small block in noisy motion that nothing drives, 2000 steps of the grid; n automata are as long as a cell.
         Steps 2 to 4 of the algorithm give the automata the velocities of the previous step and the grid the mean of their
         forces. An old velocity and an old force do work, and noise grows without bound. The paper's own runs have automata of
         the size of cells (section 3), where nothing is held. Impulses are stable: the nodes of the interface move with the

@@ -57,7 +57,7 @@ def draw_vectors(page: Page, caption: str, moving: Motion, window: Window) -> No
     """Draw velocity vectors with lengths proportional to the root of the speed."""
     with picture(page, caption, window) as axes:
         x, y = window.samples(28)
-        velocity = moving.at(x, y)
+        velocity = moving.velocity_at(x, y)
         speed = np.hypot(velocity[..., 0], velocity[..., 1])
         length = (speed / np.quantile(speed, MOST)).clip(0.0, 1.0) ** POWER * 2.2 * -window.bottom / 28
         u, v = (length * velocity[..., axis] / np.maximum(speed, 1e-30) for axis in (0, 1))
@@ -76,5 +76,5 @@ def draw_shade(page: Page, caption: str, label: str, values: FloatArray, window:
 
 def draw_speed(page: Page, caption: str, moving: Motion, window: Window) -> None:
     """Draw the speed as shading."""
-    velocity = 1e3 * moving.at(*window.samples(160))
+    velocity = 1e3 * moving.velocity_at(*window.samples(160))
     draw_shade(page, caption, "speed, mm/s", np.hypot(velocity[..., 0], velocity[..., 1]), window)

@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from granular_env.components.support.float_arrays import FloatArray
-from half_space import EARLY, LATE, LOAD, P_SPEED, S_SPEED, Motion, crest, exact_velocity, motion
+from half_space import EARLY, LATE, LOAD, P_SPEED, S_SPEED, Motion, crest_position, exact_velocity, motion
 from pages import Page, show
 from pictures import Window, draw_shade, draw_vectors
 
@@ -18,14 +18,14 @@ SINE = S_SPEED / P_SPEED
 ROOT = math.sqrt(0.5)
 
 
-def within(speed: float, time: float, samples: int = 4001) -> FloatArray:
+def distances_within_wave(speed: float, time: float, samples: int = 4001) -> FloatArray:
     """Return distances from the load within a wave: behind its front, over the duration of the load [m]."""
     return np.linspace(speed * (time - LOAD), speed * time, samples)
 
 
-def on_ray(moving: Motion, r: FloatArray, side: float) -> FloatArray:
+def ray_velocities(moving: Motion, r: FloatArray, side: float) -> FloatArray:
     """Return velocities along and across a ray at 45°, to the right (side 1) or left, shape (samples, 2)."""
-    velocity = moving.at(side * ROOT * r, -ROOT * r) * [side, 1.0]
+    velocity = moving.velocity_at(side * ROOT * r, -ROOT * r) * [side, 1.0]
     return np.stack([velocity @ [ROOT, -ROOT], velocity @ [ROOT, ROOT]], axis=1)
 
 
@@ -36,7 +36,7 @@ def head_wave(last: Motion, side: float) -> tuple[float, float]:
         front = (S_SPEED * LATE - depth * math.sqrt(1.0 - SINE * SINE)) / SINE
         x = np.linspace(front - 0.6 * P_SPEED * LOAD, front, 4001)
         # The first half of the wave rotates the medium towards the direction of travel.
-        found.append(crest(x, np.minimum(side * last.spin(side * x, np.full_like(x, -depth)), 0.0)))
+        found.append(crest_position(x, np.minimum(side * last.spin(side * x, np.full_like(x, -depth)), 0.0)))
     slope, start = np.polyfit(depths, found, 1)
     return math.degrees(math.atan2(1.0, -slope)), float(start)
 
@@ -44,7 +44,7 @@ def head_wave(last: Motion, side: float) -> tuple[float, float]:
 def vortices(last: Motion, side: float) -> list[str]:
     """Return points between head wave and S around which the velocity turns once in the sense of its rotation."""
     x, y = np.arange(0.12, 0.26, 1e-3), np.arange(-0.16, -0.03, 1e-3)
-    velocity = last.at(*np.meshgrid(side * x, y))
+    velocity = last.velocity_at(*np.meshgrid(side * x, y))
     angle = np.arctan2(velocity[..., 1], side * velocity[..., 0])
     corners = [angle[:-1, :-1], angle[:-1, 1:], angle[1:, 1:], angle[1:, :-1]]
     turns = sum((b - a + math.pi) % (2.0 * math.pi) - math.pi for a, b in zip(corners, corners[1:] + corners[:1], strict=True))
@@ -60,38 +60,38 @@ def vortices(last: Motion, side: float) -> list[str]:
 def main(page: Page) -> None:
     """Measure speeds and directions of P and S, the head wave, and the vortex."""
     early, last = motion("symmetric", EARLY), motion("symmetric")
-    page.head(
+    page.add_heading(
         "P and S propagate with speeds that follow from the elastic constants: their crests, 40 to 70 µs, on a ray at 45°"
     )
     for number, (name, formula, speed, known) in enumerate((
         ("P", "√((K + 4μ/3)/ρ)", P_SPEED, ("5202", "5196", "5202")), ("S", "√(μ/ρ)", S_SPEED, ("3016", "3019", "3020")),
     )):  # fmt: skip
         for (part, side), found in zip(SIDES.items(), known[:2], strict=True):
-            places = [crest(r, on_ray(moving, r, side)[:, number]) for moving, r in
-                      ((early, within(speed, EARLY)), (last, within(speed, LATE)))]  # fmt: skip
+            places = [crest_position(r, ray_velocities(moving, r, side)[:, number]) for moving, r in
+                      ((early, distances_within_wave(speed, EARLY)), (last, distances_within_wave(speed, LATE)))]  # fmt: skip
             ours = (places[1] - places[0]) / (LATE - EARLY)
             page.compare(f"{name} in the {part}", f"{formula} = {speed:.0f} m/s", ours, "m/s", near=speed, within=0.02 * speed,
                          reading="within 2 %", found=found)  # fmt: skip
         places = []
         for time in (EARLY, LATE):
-            r = within(speed, time, 121)
-            places.append(crest(r, exact_velocity(ROOT * r, ROOT * r, time) @ ([ROOT, -ROOT], [ROOT, ROOT])[number]))
-        page.value(f"{name} in the exact solution", (places[1] - places[0]) / (LATE - EARLY), "m/s", known[2])
-    page.say("""The crest of a cylindrical wave changes its shape near the source and is a little faster than its front; the
+            r = distances_within_wave(speed, time, 121)
+            places.append(crest_position(r, exact_velocity(ROOT * r, ROOT * r, time) @ ([ROOT, -ROOT], [ROOT, ROOT])[number]))
+        page.add_value(f"{name} in the exact solution", (places[1] - places[0]) / (LATE - EARLY), "m/s", known[2])
+    page.text("""The crest of a cylindrical wave changes its shape near the source and is a little faster than its front; the
         exact solution does the same.""")
 
-    page.head("In P the motion is along the ray, in S across it: part of the kinetic energy in this direction")
+    page.add_heading("In P the motion is along the ray, in S across it: part of the kinetic energy in this direction")
     for part, side in SIDES.items():
         for number, (name, speed, words, found) in enumerate(
             (("P", P_SPEED, "along", "96.5"), ("S", S_SPEED, "across", "99.4"))
         ):
-            velocity = on_ray(last, within(speed, LATE), side)
+            velocity = ray_velocities(last, distances_within_wave(speed, LATE), side)
             share = 100.0 * float((velocity[:, number] ** 2).sum() / (velocity**2).sum())
             page.compare(
                 f"{name} in the {part}", words, share, "%", near=100.0, within=10.0, reading="90 % of the energy", found=found
             )
 
-    page.head("The conical wave's front runs from the exit of P at the surface along the tangent to the front of S")
+    page.add_heading("The conical wave's front runs from the exit of P at the surface along the tangent to the front of S")
     predicted = math.degrees(math.asin(SINE))
     for (part, side), found in zip(SIDES.items(), ("35.6", "35.5"), strict=True):
         angle, start = head_wave(last, side)
@@ -99,11 +99,11 @@ def main(page: Page) -> None:
                      within=2.0, reading="within 2°", found=found)  # fmt: skip
         at_exit = "at P's exit" if 0.0 < P_SPEED * LATE - start < P_SPEED * LOAD else "elsewhere"
         page.compare(f"where it meets the surface, {part}", "at P's exit", at_exit)
-    page.head("A vortex motion of particles between the fronts of the conical and the transverse waves")
+    page.add_heading("A vortex motion of particles between the fronts of the conical and the transverse waves")
     for part, side in SIDES.items():
         page.compare(f"in the {part}", "vortex", "vortex" if vortices(last, side) else "none")
     places = "; ".join(place for side in SIDES.values() for place in vortices(last, side))
-    page.say(
+    page.text(
         f"A point at rest about which the velocity turns once, ahead of the middle of S and behind the front of C: {places}."
     )
 

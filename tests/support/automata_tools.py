@@ -22,7 +22,7 @@ def block(packing: str = "square", columns: int = 8, rows: int = 8, **parameters
     return Automata(**{"shape": shape, "diameter": 1.0, "packing": packing, "material": SOLID, **parameters})
 
 
-def forces_at(automata: Automata, displacement: np.ndarray, rotation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def forces_and_torques(automata: Automata, displacement: np.ndarray, rotation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the forces and torques on automata at given displacements, shape (n, 2), and rotations, shape (n,)."""
     specimen, place = automata.specimen, automata.body.layout.place
     load_motion(

@@ -20,7 +20,7 @@ FLAGS = (
 )  # fmt: skip
 
 
-def found() -> str | None:
+def find_browser() -> str | None:
     """Return the browser's path, or None if there is no browser."""
     return next((path for path in map(shutil.which, NAMES) if path), None)
 
@@ -40,7 +40,7 @@ class Browser:
         # The browser uses its bundled graphics driver, which VK_DRIVER_FILES would hide.
         environment = {name: value for name, value in os.environ.items() if name != "VK_DRIVER_FILES"}
         self._process = subprocess.Popen(
-            ["bash", "-c", command, str(found()), *FLAGS, f"--user-data-dir={self._folder.name}"],
+            ["bash", "-c", command, str(find_browser()), *FLAGS, f"--user-data-dir={self._folder.name}"],
             env=environment, pass_fds=(ours_in, ours_out), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
         )  # fmt: skip
         os.close(ours_in)
@@ -67,13 +67,13 @@ class Browser:
             message["sessionId"] = self._session
         os.write(self._to, json.dumps(message).encode() + b"\0")
         while True:
-            answer = self._read()
+            answer = self._read_message()
             if answer.get("id") == self._number:
                 assert "error" not in answer, (method, answer["error"])
                 return answer["result"]
             self._events.append(answer)
 
-    def _read(self) -> dict[str, Any]:
+    def _read_message(self) -> dict[str, Any]:
         while b"\0" not in self._buffer:
             piece = os.read(self._from, 1 << 16)
             assert piece, "the browser has ended"
@@ -81,7 +81,7 @@ class Browser:
         text, _, self._buffer = self._buffer.partition(b"\0")
         return json.loads(text)
 
-    def open(self, page: Path, width: int = 1280, height: int = 900, dark: bool = False) -> None:
+    def open_page(self, page: Path, width: int = 1280, height: int = 900, dark: bool = False) -> None:
         """Load a file at a given screen width, in light or dark mode."""
         self._events.clear()
         self.call(
@@ -91,27 +91,27 @@ class Browser:
         self.call("Emulation.setEmulatedMedia", features=[scheme])
         self.call("Page.navigate", url=page.resolve().as_uri())
         while not any(event.get("method") == "Page.loadEventFired" for event in self._events):
-            self._events.append(self._read())
+            self._events.append(self._read_message())
 
-    def evaluate(self, expression: str) -> Any:
+    def evaluate_script(self, expression: str) -> Any:
         """Return the value of a JavaScript expression in the page, although the page may run no scripts."""
         found = self.call("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)
         assert "exceptionDetails" not in found, found
         return found["result"].get("value")
 
-    def complaints(self) -> list[Any]:
+    def console_errors(self) -> list[Any]:
         """Return the errors and warnings in the browser's console and log since the page was opened."""
-        self.evaluate("1")
+        self.evaluate_script("1")
         names = ("Runtime.exceptionThrown", "Runtime.consoleAPICalled", "Log.entryAdded", "Network.loadingFailed")
         return [event["params"] for event in self._events if event.get("method") in names]
 
-    def requests(self) -> list[str]:
+    def requested_addresses(self) -> list[str]:
         """Return the addresses that the page requested."""
-        self.evaluate("1")
+        self.evaluate_script("1")
         sent = (event["params"] for event in self._events if event.get("method") == "Network.requestWillBeSent")
         return [one["request"]["url"] for one in sent]
 
-    def picture(self, path: Path, whole: bool = True) -> None:
+    def take_screenshot(self, path: Path, whole: bool = True) -> None:
         """Return a screenshot."""
         data = self.call("Page.captureScreenshot", captureBeyondViewport=whole)["data"]
         path.write_bytes(base64.b64decode(data))

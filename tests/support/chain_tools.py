@@ -55,13 +55,13 @@ def unit_chain(grains: int = 100, **parameters: object) -> ge.Chain:
     return ge.make("chain", grains=grains, **(given | parameters))
 
 
-def advance(chain: ge.Chain, time: float, **inputs: object) -> ge.Chain:
+def advance_chain(chain: ge.Chain, time: float, **inputs: object) -> ge.Chain:
     """Advance by the number of internal steps nearest to `time`."""
     chain.step(round(time / chain.step_size) * chain.step_size, **inputs)
     return chain
 
 
-def history(chain: ge.Chain, time: float, grains: Sequence[int], **inputs: object) -> np.ndarray:
+def velocity_history(chain: ge.Chain, time: float, grains: Sequence[int], **inputs: object) -> np.ndarray:
     """Return the velocities of given grains after every internal step, shape (steps, grains)."""
     rows = []
     for _ in range(round(time / chain.step_size)):
@@ -83,11 +83,11 @@ def peaks(samples: np.ndarray, above: float) -> list[tuple[float, float]]:
     return found
 
 
-def heights(samples: np.ndarray, above: float) -> list[float]:
+def peak_heights(samples: np.ndarray, above: float) -> list[float]:
     return [height for _, height in peaks(samples, above)]
 
 
-def magnitude(chain: ge.Chain) -> float:
+def momentum_magnitude(chain: ge.Chain) -> float:
     """Return the sum of |p|."""
     return float(np.abs(chain.geometry.mass * chain.get("velocity")).sum())
 
@@ -97,7 +97,7 @@ def state_hash(chain: ge.Chain) -> str:
     return hashlib.sha256(chain.save().to_bytes()).hexdigest()
 
 
-def python(code: str, *, folder: Path = ROOT, **environment: str) -> str:
+def run_python(code: str, *, folder: Path = ROOT, **environment: str) -> str:
     """Run code in a new interpreter, which can import test helpers, and return its output."""
     paths = os.pathsep.join((str(folder), str(ROOT / "tests")))
     done = subprocess.run(
@@ -118,7 +118,7 @@ PUSH = ge.Profile.half_sine(40.0, 3.1e-6, start=0.4e-6)
 MOTION = ge.Profile(np.array([0.0, 2e-6]), np.array([[0.5, 1e5, -2e10], [0.62, -2e4, 0.0]]))
 
 
-def drives(left: str, right: str) -> dict[str, object]:
+def example_drives(left: str, right: str) -> dict[str, object]:
     """Return inputs for a chain: a profile on the left and a number on the right, if the end accepts an input."""
     inputs: dict[str, object] = {}
     if left in ("free", "piston"):
@@ -138,7 +138,7 @@ def bit_cases(schemes: Sequence[str], grains: int, ticks: int) -> Iterator[tuple
                 integrator=scheme, step_size=1e-7, precompression=20.0 * (number % 2),
             )  # fmt: skip
             chain.reset(velocity=random.uniform(-3.0, 3.0, grains))
-            chain.step(ticks * chain.step_size, **drives(left, right))
+            chain.step(ticks * chain.step_size, **example_drives(left, right))
             chain.step(3 * chain.step_size)
             yield f"{scheme} {left} {right}", state_hash(chain)
 

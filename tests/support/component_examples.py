@@ -47,18 +47,18 @@ class Example:
 
     def make(self) -> Component:
         """Return a new component in its default start state."""
-        return self.made_of(self.parameters)
+        return self.make_variant(self.parameters)
 
-    def make_in(self, memory: Any) -> Component:
+    def make_part(self, memory: Any) -> Component:
         """Return a new component in the memory of a parent."""
-        return self.made_of({**self.parameters, "memory": memory})
+        return self.make_variant({**self.parameters, "memory": memory})
 
-    def made_of(self, parameters: Mapping[str, Any]) -> Component:
+    def make_variant(self, parameters: Mapping[str, Any]) -> Component:
         """Return a new component with these parameters."""
         known = isinstance(self.component, str)
         return catalogue.make(self.component, **parameters) if known else self.component(**parameters)  # type: ignore[operator]
 
-    def started(self) -> Component:
+    def make_started(self) -> Component:
         """Return a new component in the example's start state."""
         component = self.make()
         component.reset(**self.start)
@@ -84,7 +84,7 @@ OSCILLATORS = [
 ]
 
 
-def _pulse(name: str, peak: float) -> Callable[[float], Mapping[str, Profile]]:
+def _pulse_profiles(name: str, peak: float) -> Callable[[float], Mapping[str, Profile]]:
     """Return a half-sine, followed by a falling triangle that begins with a jump."""
     return lambda h: {name: Profile.half_sine(peak, 60 * h) + Profile.triangle(0.5 * peak, 50 * h, start=70 * h)}
 
@@ -104,7 +104,7 @@ def _driven_chain(integrator: str, energy_tolerance: float) -> Example:
         },
         {"velocity": {0: 2.0, 3: -1.0}},
         {"left_velocity": 2.0},
-        _pulse("left_velocity", 3.0),
+        _pulse_profiles("left_velocity", 3.0),
         ticks=200,
         energy_tolerance=energy_tolerance,
         breaks=({}, {}, {"left_velocity": 2000.0}),
@@ -135,7 +135,7 @@ CHAINS = [
         {"grains": 8},
         {"velocity": {0: 5.0, 1: 5.0}},
         {"left_force": 200.0, "right_force": -100.0},
-        _pulse("left_force", 500.0),
+        _pulse_profiles("left_force", 500.0),
         ticks=240,
         energy_tolerance=_PEFRL,
         breaks=({}, {}, {"left_force": 1e6}),
@@ -146,7 +146,7 @@ CHAINS = [
         {"grains": 5, "left": "piston", "right": "piston"},
         {"velocity": {0: 2.0}},
         {"left_velocity": 2.0, "right_velocity": -1.0},
-        _pulse("left_velocity", 4.0),
+        _pulse_profiles("left_velocity", 4.0),
         ticks=240,
         energy_tolerance=_PEFRL,
     ),
@@ -173,7 +173,7 @@ CHAINS = [
         {"grains": 7, "precompression": 100.0},
         {"velocity": {3: 0.5}, "displacement": {5: 1e-7}},
         {"left_force": 20.0},
-        _pulse("left_force", 50.0),
+        _pulse_profiles("left_force", 50.0),
         ticks=240,
         energy_tolerance=_PEFRL,
     ),
@@ -183,7 +183,7 @@ CHAINS = [
         {"grains": 6, "left": "piston", "right": "plane", "law": {"name": "kuwabara_kono", "dissipation": 2e3}},
         {"velocity": {0: 2.0, 3: -1.0}},
         {"left_velocity": 2.0},
-        _pulse("left_velocity", 3.0),
+        _pulse_profiles("left_velocity", 3.0),
         ticks=240,
         energy_tolerance=_DISSIPATIVE,
         breaks=({}, {}, {"left_velocity": 2000.0}),
@@ -199,7 +199,7 @@ CHAINS = [
         },
         {"velocity": {0: 0.5}},
         {"left_force": 20.0},
-        _pulse("left_force", 50.0),
+        _pulse_profiles("left_force", 50.0),
         ticks=240,
         energy_tolerance=_DISSIPATIVE,
     ),
@@ -209,7 +209,7 @@ CHAINS = [
         {"grains": 6, "precompression": 5.0, "law": {"name": "elastic_plastic", "yield_pressure": 1e9}},
         {"velocity": {0: 2.0, 4: -1.0}},
         {"left_force": 100.0},
-        _pulse("left_force", 300.0),
+        _pulse_profiles("left_force", 300.0),
         ticks=240,
         energy_tolerance=_PEFRL,
     ),
@@ -247,7 +247,7 @@ PINWHEEL = {
 }
 
 
-def _signals(**patterns: Any) -> Callable[[float], Mapping[str, Profile]]:
+def _signal_profiles(**patterns: Any) -> Callable[[float], Mapping[str, Profile]]:
     """Return a triangle and a half sine, multiplied by an array for each input."""
     return lambda h: {
         name: (Profile.triangle(2.0, 40 * h, rise=10 * h) + Profile.half_sine(1.0, 30 * h, start=20 * h)) * pattern
@@ -277,7 +277,7 @@ GRIDS = [
         },
         {"velocity": {14: (1e-3, -2e-3)}, "displacement": {15: 1e-3}},
         {"left_velocity": np.array([1e-3, 5e-4]), "right_traction": TRACTION, "force": NODE_FORCE},
-        _signals(left_velocity=np.array([1e-3, -1e-3]), right_traction=TRACTION, force=NODE_FORCE),
+        _signal_profiles(left_velocity=np.array([1e-3, -1e-3]), right_traction=TRACTION, force=NODE_FORCE),
         energy_tolerance=_FINITE_STRAINS,
         breaks=({}, {}, {"left_velocity": 1e3}),
     ),
@@ -298,7 +298,7 @@ GRIDS = [
         },
         {"velocity": (0.0, 1e-3)},
         {"top_traction": np.array([1e-3, -2e-3])},
-        _signals(top_traction=np.array([5e-4, 1e-3])),
+        _signal_profiles(top_traction=np.array([5e-4, 1e-3])),
         energy_tolerance=_FINITE_STRAINS,
         breaks=({}, {}, {"top_traction": 1e3}),
     ),
@@ -314,7 +314,7 @@ GRIDS = [
         },
         {"velocity": {6: (1e-2, 0.0)}},
         {"above_velocity": np.array([0.0, -0.01])},
-        _signals(above_velocity=np.array([0.0, 5e-3])),
+        _signal_profiles(above_velocity=np.array([0.0, 5e-3])),
         # Strains of 5e-2.
         energy_tolerance=10 * _FINITE_STRAINS,
         breaks=({}, {}, {"above_velocity": -1e3}),
@@ -422,7 +422,7 @@ COUPLED = [
             "grid_force": np.array([[0.0, 1e-3]]),
         },
         lambda h: {
-            **_signals(grid_left_velocity=np.array([1e-3, 0.0]), automata_force=np.array([[1e-3, 2e-3]]))(h),
+            **_signal_profiles(grid_left_velocity=np.array([1e-3, 0.0]), automata_force=np.array([[1e-3, 2e-3]]))(h),
             "automata_right_velocity": Profile.half_sine(-1e-3, 60 * h) * [1.0, 0.0],
         },
         energy_tolerance=_FINITE_STRAINS,
@@ -451,7 +451,7 @@ COUPLED = [
         },
         {"grid_velocity": {7: (1e-3, -2e-3)}, "grid_displacement": {12: (1e-3, 0.0)}},
         {"grid_bottom_traction": np.array([1e-3, -5e-4]), "automata_top_velocity": np.array([1e-3, -1e-3])},
-        _signals(grid_bottom_traction=np.array([1e-3, 0.0]), automata_top_velocity=np.array([0.0, 1e-3])),
+        _signal_profiles(grid_bottom_traction=np.array([1e-3, 0.0]), automata_top_velocity=np.array([0.0, 1e-3])),
         # Multiple time stepping conserves an energy that differs from the true one by a few percent of the interface's motion.
         energy_tolerance=0.05,
         breaks=({}, {}, {"automata_top_velocity": -10.0}),
@@ -486,7 +486,7 @@ COUPLED = [
         },
         {"grid_velocity": {7: (1e-3, -2e-3)}, "automata_velocity": {12: (1e-3, 1e-3)}},
         {"grid_top_velocity": np.array([0.04, -0.01])},
-        _signals(grid_top_velocity=np.array([0.04, -0.01])),
+        _signal_profiles(grid_top_velocity=np.array([0.04, -0.01])),
         # The energy of a run with fracture and friction closes to 1 %.
         energy_tolerance=0.01,
         breaks=({}, {}, {"grid_top_velocity": -10.0}),
@@ -646,6 +646,6 @@ TUBES = [
 EXAMPLES = [*OSCILLATORS, *CHAINS, DISCS, *GRIDS, *AUTOMATA, *COUPLED, *GASES, *SOLIDS, *TUBES]
 
 
-def of_component(name: str) -> list[Example]:
+def load_examples(name: str) -> list[Example]:
     """Return the examples of a catalogue name."""
     return [example for example in EXAMPLES if example.component == name]

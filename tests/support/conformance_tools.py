@@ -17,12 +17,12 @@ THREE = [example for example in EXAMPLES if example.label in ("oscillator-forced
 on_three_components = pytest.mark.parametrize("example", THREE, ids=lambda example: example.label)
 
 
-def bits(component: Component) -> bytes:
+def state_bits(component: Component) -> bytes:
     """Return the complete changing state as bytes."""
     return component.save().to_bytes()
 
 
-def readings(component: Component) -> dict[str, bytes]:
+def variable_bytes(component: Component) -> dict[str, bytes]:
     """Return all variables except the parameters as bytes."""
     return {
         name: np.asarray(component.get(name)).tobytes()
@@ -31,7 +31,7 @@ def readings(component: Component) -> dict[str, bytes]:
     }
 
 
-def drive(component: Component, example: Example, ticks: int) -> None:
+def drive_component(component: Component, example: Example, ticks: int) -> None:
     """Step one tick at a time with held numbers, then with changed numbers, then with profiles."""
     half = {name: 0.5 * value for name, value in example.inputs.items()}
     profiles = example.all_profiles(component)
@@ -75,7 +75,7 @@ class Watcher:
 
     def on_sample(self, component: Component) -> None:
         self.looks.append(component.tick)
-        readings(component), component.save(), component.report(), component.conclusions(), component.cautions()
+        variable_bytes(component), component.save(), component.report(), component.conclusions(), component.cautions()
         self.next_tick = component.tick + self.every
 
     def on_step(self, component: Component, ticks: int, inputs: dict) -> None:

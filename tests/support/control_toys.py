@@ -22,7 +22,7 @@ class Bowl:
     """
 
     stage: Mapping[str, object] | None = None
-    steps, duration, entries, rate, gradient_runs, code = 20, 1e-6, 1, None, 4.0, ""
+    steps, duration, entries, rate, gradient_runs, task_source = 20, 1e-6, 1, None, 4.0, ""
 
     def __init__(self, broken_at: int | None = None, sent: int | None = None, sent_at: int | None = None) -> None:
         self.asked, self.broken_at, self.sent, self.sent_at = 0, broken_at, sent, sent_at
@@ -43,7 +43,7 @@ class Bowl:
     def baselines(self) -> Mapping[str, OpenLoop]:
         return {"nothing": OpenLoop(np.zeros((self.steps, 1))), "theory": OpenLoop(np.full((self.steps, 1), 0.5 * TARGET))}
 
-    def play(self, actor, seed: int, log: Path | None = None) -> tuple[float, np.ndarray]:
+    def play_episode(self, actor, seed: int, log: Path | None = None) -> tuple[float, np.ndarray]:
         actor.reset()
         actions = np.stack([np.ravel(actor(np.zeros(1), {})) for step in range(self.steps)])
         if log is not None:

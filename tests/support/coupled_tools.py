@@ -23,12 +23,12 @@ TALL = [1.0, 2.0 * ROW]
 SMALL = 1e-13
 
 
-def mesh(columns: int, rows: int, **more: Any) -> dict[str, Any]:
+def cell_mesh(columns: int, rows: int, **more: Any) -> dict[str, Any]:
     """Return a rectangle of unit cells."""
     return {"name": "rectangle", "columns": columns, "rows": rows, "cell_size": 1.0, **more}
 
 
-def coupled(grid: dict[str, Any], automata: dict[str, Any], n: int = 1, **parameters: Any) -> Coupled:
+def make_coupled(grid: dict[str, Any], automata: dict[str, Any], n: int = 1, **parameters: Any) -> Coupled:
     """Return a grid and automata of one material; the automata have diameter 1 / n."""
     return Coupled(
         grid={"material": MEDIUM, **grid},
@@ -46,32 +46,36 @@ def layers(packing: str = "square", n: int = 1, columns: int = 8, **parameters: 
     """Return four rows of cells with about as many rows of automata on top."""
     height = 4.0 if packing == "square" else round(4.0 * n / ROW) * ROW / n
     automata = {"shape": rectangle(float(columns), height), "packing": packing}
-    return coupled({"mesh": mesh(columns, 4)}, automata, n, origin=[0.0, 4.0], **parameters)
+    return make_coupled({"mesh": cell_mesh(columns, 4)}, automata, n, origin=[0.0, 4.0], **parameters)
 
 
 def inclusion(n: int = 1, laws: Mapping[str, Any] | None = None, **parameters: Any) -> Coupled:
     """Return a block of cells with a hole filled by automata with these laws."""
     hole = {"name": "box", "x": [2.0, 5.0], "y": [2.0, 6.0]}
     automata = {"shape": rectangle(3.0, 4.0), **(laws or {})}
-    return coupled({"mesh": mesh(8, 8, holes=[hole])}, automata, n, origin=[2.0, 2.0], **parameters)
+    return make_coupled({"mesh": cell_mesh(8, 8, holes=[hole])}, automata, n, origin=[2.0, 2.0], **parameters)
 
 
 def corner(n: int = 1, **parameters: Any) -> Coupled:
     """Return a block of cells whose upper right quarter consists of automata."""
     hole = {"name": "box", "x": [4.0, 8.0], "y": [3.0, 7.0]}
-    return coupled({"mesh": mesh(8, 7, holes=[hole])}, {"shape": rectangle(4.0, 4.0)}, n, origin=[4.0, 3.0], **parameters)
+    return make_coupled(
+        {"mesh": cell_mesh(8, 7, holes=[hole])}, {"shape": rectangle(4.0, 4.0)}, n, origin=[4.0, 3.0], **parameters
+    )
 
 
 def cradle(n: int = 1, **parameters: Any) -> Coupled:
     """Return a block of cells enclosed by automata on three sides; the automata have three-quarter corners."""
     corners = [[-2, -2], [6, -2], [6, 3], [3, 3], [3, 0], [0, 0], [0, 3], [-2, 3]]
-    return coupled({"mesh": mesh(3, 3)}, {"shape": {"name": "polygon", "corners": corners}}, n, **parameters)
+    return make_coupled({"mesh": cell_mesh(3, 3)}, {"shape": {"name": "polygon", "corners": corners}}, n, **parameters)
 
 
-def between(n: int = 1, **parameters: Any) -> Coupled:
+def make_sandwich(n: int = 1, **parameters: Any) -> Coupled:
     """Return two grids with automata between them, with an interface on each side."""
     gap = {"name": "box", "x": [3.0, 6.0], "y": [-1.0, 5.0]}
-    return coupled({"mesh": mesh(10, 4, holes=[gap])}, {"shape": rectangle(3.0, 4.0)}, n, origin=[3.0, 0.0], **parameters)
+    return make_coupled(
+        {"mesh": cell_mesh(10, 4, holes=[gap])}, {"shape": rectangle(3.0, 4.0)}, n, origin=[3.0, 0.0], **parameters
+    )
 
 
 def positions(medium: Coupled) -> tuple[FloatArray, FloatArray]:
@@ -79,7 +83,7 @@ def positions(medium: Coupled) -> tuple[FloatArray, FloatArray]:
     return medium.grid.mesh.nodes, medium.reference
 
 
-def start(medium: Coupled, field: Any, rotation: float = 0.0) -> None:
+def start_displaced(medium: Coupled, field: Any, rotation: float = 0.0) -> None:
     """Reset with displacements given as a function of position."""
     nodes, centres = positions(medium)
     medium.reset(grid_displacement=field(nodes), automata_displacement=field(centres), automata_rotation=rotation)
@@ -98,7 +102,7 @@ def start_noise(medium: Coupled, seed: int, part: float = 1.0) -> float:
     return medium.get("grid_kinetic_energy") + medium.get("automata_kinetic_energy")
 
 
-def inner(medium: Coupled, margin: float) -> tuple[FloatArray, FloatArray]:
+def inner_masks(medium: Coupled, margin: float) -> tuple[FloatArray, FloatArray]:
     """Return a mask of the nodes and automata farther than a margin [m] from all free surfaces."""
     nodes, centres = positions(medium)
     mesh, shape = medium.grid.mesh, medium.automata.parameters.shape
@@ -108,7 +112,7 @@ def inner(medium: Coupled, margin: float) -> tuple[FloatArray, FloatArray]:
     half = 0.5 * np.ptp(corners, axis=1).max(axis=0)
 
     def is_inside(points: FloatArray) -> Any:
-        return contains_cells(mesh.centres, half, points) | shape.contains(points - origin, 1e-9)
+        return is_inside_cells(mesh.centres, half, points) | shape.contains(points - origin, 1e-9)
 
     found = []
     for points in (nodes, centres):
@@ -117,7 +121,7 @@ def inner(medium: Coupled, margin: float) -> tuple[FloatArray, FloatArray]:
     return found[0], found[1]
 
 
-def contains_cells(middles: FloatArray, half: FloatArray, points: FloatArray) -> Any:
+def is_inside_cells(middles: FloatArray, half: FloatArray, points: FloatArray) -> Any:
     """Return a mask of the points inside any of the equal cells with given centres, half width and half height."""
     inside = np.zeros(len(points), dtype=bool)
     for middle in middles:
@@ -138,13 +142,13 @@ def strip(packing: str, cells: int, automata: int, step: float = 0.2, n: int = 1
     if packing == "square":
         across = {"bottom": "periodic", "top": "periodic"}
         body = {"shape": rectangle(float(automata), 2.0), "boundaries": {**across, "right": "fixed"}}
-        grid = {"mesh": mesh(cells, 2), "boundaries": across}
-        return coupled(grid, body, n, origin=[float(cells), 0.0], step_size=step), 0
+        grid = {"mesh": cell_mesh(cells, 2), "boundaries": across}
+        return make_coupled(grid, body, n, origin=[float(cells), 0.0], step_size=step), 0
     across = {"left": "periodic", "right": "periodic"}
     rows = 2 * round(n * automata / ROW / 2)
     body = {"shape": rectangle(4.0, rows * ROW / n), "packing": packing, "boundaries": {**across, "top": "fixed"}}
-    grid = {"mesh": mesh(4, cells), "boundaries": across}
-    return coupled(grid, body, n, origin=[0.0, float(cells)], step_size=step), 1
+    grid = {"mesh": cell_mesh(4, cells), "boundaries": across}
+    return make_coupled(grid, body, n, origin=[0.0, float(cells)], step_size=step), 1
 
 
 def start_wave(

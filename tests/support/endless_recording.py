@@ -9,7 +9,7 @@ from granular_env.components.catalogue import make
 from granular_env.recording import record
 
 
-def record_for_ever(path: Path, told: Path, idle_at: int) -> None:
+def record_endlessly(path: Path, report_path: Path, idle_at: int) -> None:
     """Step indefinitely, and regularly write the tick and the running time of the process.
 
     Args:
@@ -18,7 +18,7 @@ def record_for_ever(path: Path, told: Path, idle_at: int) -> None:
         idle_at: tick at which stepping stops.
     """
     component = make("oscillator")
-    with told.open("w") as out, record(component, path, every=0.01):
+    with report_path.open("w") as out, record(component, path, every=0.01):
         component.reset(velocity=1.0)
         print("ready", file=out, flush=True)
         while True:

@@ -46,7 +46,7 @@ MAKERS: dict[str, Callable[..., ComponentEnv]] = {
 }
 
 
-def actions(count: int, seed: int = 0) -> np.ndarray:
+def random_actions(count: int, seed: int = 0) -> np.ndarray:
     return np.random.default_rng(seed).uniform(-1.0, 1.0, (count, 1)).astype(np.float32)
 
 
@@ -62,6 +62,6 @@ def transcript(env: ComponentEnv, chosen: np.ndarray) -> list[bytes]:
     return told
 
 
-def bits(state: EnvState) -> tuple:
+def state_parts(state: EnvState) -> tuple:
     """Return the parts of a state for comparison."""
     return state.snapshot.to_bytes(), state.memory, dict(state.counters), state.origin

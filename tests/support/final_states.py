@@ -24,7 +24,7 @@ from granular_env.experiments import Experiment, load_experiment, shipped_experi
 COLUMNS = ("experiment", "variable", "tick", "sha256")
 
 
-def shorten(experiment: Experiment, duration: float | None) -> Experiment:
+def shorten_experiment(experiment: Experiment, duration: float | None) -> Experiment:
     """Return the experiment, limited to about `duration` [s]."""
     if duration is None or experiment.duration <= duration:
         return experiment
@@ -35,7 +35,7 @@ def shorten(experiment: Experiment, duration: float | None) -> Experiment:
 
 def final_state(name: str, duration: float | None = None) -> Iterator[tuple[str, str, str, str]]:
     """Run a shipped experiment and yield a row of the table for each variable of its final state."""
-    component = ge.run(shorten(load_experiment(name), duration)).component
+    component = ge.run(shorten_experiment(load_experiment(name), duration)).component
     for variable in component.variables.values():
         if variable.state:
             values = np.ascontiguousarray(component.get(variable.name), dtype="<f8")
@@ -48,7 +48,7 @@ def read_table(path: Path) -> dict[tuple[str, str], tuple[str, ...]]:
     return {(name, variable): tuple(rest) for name, variable, *rest in rows}
 
 
-def compare(before: Path, after: Path) -> bool:
+def compare_tables(before: Path, after: Path) -> bool:
     """Compare each row of an earlier table with a later table and print the result; return whether all rows are equal."""
     earlier, later = read_table(before), read_table(after)
     verdicts = {key: "same bits" if later.get(key) == row else "DIFFERS" for key, row in earlier.items()}
@@ -67,7 +67,7 @@ def main() -> int:
     parser.add_argument("--compare", nargs=2, type=Path, metavar=("BEFORE", "AFTER"), help="two tables instead of a run")
     given = parser.parse_args()
     if given.compare:
-        return 0 if compare(*given.compare) else 1
+        return 0 if compare_tables(*given.compare) else 1
     warnings.simplefilter("ignore")
     print(*COLUMNS, sep="\t")
     for name in given.names or shipped_experiments():

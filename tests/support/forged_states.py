@@ -28,10 +28,10 @@ _FLOATS = (
 _PATIENCE = 60
 
 
-def forge(component: Component, snapshot: Snapshot, chance: random.Random) -> Snapshot:
+def forge_snapshot(component: Component, snapshot: Snapshot, chance: random.Random) -> Snapshot:
     """Return a snapshot with some numbers of an array replaced, or with rows added to or removed from a list."""
     block = component._block  # noqa: SLF001
-    whole = [block, *_parts(component)]
+    whole = [block, *_all_parts(component)]
     arrays = {
         (number, name): array.copy()
         for number, one in enumerate(whole)
@@ -48,17 +48,17 @@ def forge(component: Component, snapshot: Snapshot, chance: random.Random) -> Sn
         key = chance.choice(whole_numbers if whole_numbers and chance.random() < 0.4 else choices)
         flat = arrays[key].reshape(-1)
         for _ in range(chance.choice((1, 1, 2, 5, 50))):
-            flat[chance.randrange(flat.size)] = _wild(flat.dtype, chance)
-    return _assembled(component, snapshot, whole, arrays, lists, covered)
+            flat[chance.randrange(flat.size)] = _wild_value(flat.dtype, chance)
+    return _assemble_snapshot(component, snapshot, whole, arrays, lists, covered)
 
 
-def _parts(component: Component) -> Iterable[Any]:
+def _all_parts(component: Component) -> Iterable[Any]:
     for part, _, _ in component._included:  # noqa: SLF001
         yield part._block  # noqa: SLF001
-        yield from _parts(part)
+        yield from _all_parts(part)
 
 
-def _wild(dtype: np.dtype, chance: random.Random) -> Any:
+def _wild_value(dtype: np.dtype, chance: random.Random) -> Any:
     if dtype.kind == "i":
         return chance.choice(_WHOLE)
     return float(chance.choice(_WHOLE)) if chance.random() < 0.3 else chance.choice(_FLOATS)
@@ -80,11 +80,11 @@ def _change_length(arrays: dict[Any, np.ndarray], lists: list[Any], chance: rand
         flat = added.reshape(-1)
         for place in range(flat.size):
             if chance.random() < 0.2:
-                flat[place] = chance.randrange(4) if chance.random() < 0.5 else _wild(flat.dtype, chance)
+                flat[place] = chance.randrange(4) if chance.random() < 0.5 else _wild_value(flat.dtype, chance)
         arrays[one] = np.concatenate([rows, added])
 
 
-def _assembled(
+def _assemble_snapshot(
     component: Component,
     snapshot: Snapshot,
     whole: list[Any],
@@ -107,24 +107,24 @@ def _assembled(
     return Snapshot(snapshot.identity, snapshot.tick, data, snapshot.inputs)
 
 
-def try_out(component: Component, snapshot: Snapshot) -> str:
+def try_snapshot(component: Component, snapshot: Snapshot) -> str:
     """Restore a forged state, step, and read all variables; return the outcome "refused", "failed" or "lasted"."""
     try:
         component.restore(Snapshot.from_bytes(snapshot.to_bytes()))
     except GranularError:
         return "refused"
-    _read_all(component)
+    _read_all_variables(component)
     try:
         for ticks in (1, 2, 7, 20):
             component.step(ticks * component.step_size)
     except GranularError:
-        _read_all(component)
+        _read_all_variables(component)
         return "failed"
-    _read_all(component)
+    _read_all_variables(component)
     return "lasted"
 
 
-def _read_all(component: Component) -> None:
+def _read_all_variables(component: Component) -> None:
     """Read all variables; GranularError is allowed for values that the state does not determine."""
     outputs = [name for name, variable in component.variables.items() if variable.causality != "parameter"]
     readings: list[Callable[[], Any]] = [lambda name=name: component.get(name) for name in outputs]
@@ -150,7 +150,7 @@ def outcomes(cases: int, run: Callable[[int], str]) -> tuple[Counter[str], list[
     """
     found, bad, first = Counter[str](), list[str](), 0
     while first < cases:
-        ends, status = _in_child(range(first, cases), run)
+        ends, status = _run_in_child(range(first, cases), run)
         for number, end in ends:
             found[end.partition(":")[0]] += 1
             if end.startswith("escaped"):
@@ -164,7 +164,7 @@ def outcomes(cases: int, run: Callable[[int], str]) -> tuple[Counter[str], list[
     return found, bad
 
 
-def _in_child(numbers: Iterable[int], run: Callable[[int], str]) -> tuple[list[tuple[int, str]], int]:
+def _run_in_child(numbers: Iterable[int], run: Callable[[int], str]) -> tuple[list[tuple[int, str]], int]:
     """Return the outcomes of the cases until the child ended, and its status."""
     here, there = os.pipe()
     sys.stdout.flush()

@@ -26,7 +26,7 @@ def air_tube(cells: int, **parameters: Any) -> DetonationTube:
     return DetonationTube(cells=cells, **{**plain, **parameters})
 
 
-def run_for(tube: DetonationTube, duration: float, **inputs: Any) -> None:
+def advance_tube(tube: DetonationTube, duration: float, **inputs: Any) -> None:
     """Step for about a given time, rounded to a whole number of ticks [s]."""
     tube.step(round(duration / tube.step_size) * tube.step_size, **inputs)
 

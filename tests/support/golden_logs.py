@@ -28,7 +28,7 @@ RANDOM = {"low": 1e-3, "high": 3e-3, "seed": 7}
 Play = Callable[[ge.Component], None]
 
 
-def plain(duration: float, **start: object) -> Play:
+def plain_run(duration: float, **start: object) -> Play:
     """A reset and one long step."""
 
     def play(component: ge.Component) -> None:
@@ -220,7 +220,7 @@ def driven_layers(component: ge.Component) -> None:
     component.step(2e-5, automata_top_velocity=[0.0, 0.25], grid_force=0.0)
 
 
-def make(name: str, **parameters: object) -> Callable[[], ge.Component]:
+def component_maker(name: str, **parameters: object) -> Callable[[], ge.Component]:
     return lambda: ge.make(name, **parameters)
 
 
@@ -312,33 +312,41 @@ def burning_tube(tube: ge.Component) -> None:
 
 # Name -> (component, drive, time between frames [s]).
 CASES: dict[str, tuple[Callable[[], ge.Component], Play, float]] = {
-    "piston": (make("chain", grains=40, left="piston", **PAPER), plain(2.5e-4, velocity={0: 5.0}), 1e-5),
-    "two-grains": (make("chain", grains=40, **PAPER), plain(2.5e-4, velocity={0: 5.0, 1: 5.0}), 1e-5),
+    "piston": (component_maker("chain", grains=40, left="piston", **PAPER), plain_run(2.5e-4, velocity={0: 5.0}), 1e-5),
+    "two-grains": (component_maker("chain", grains=40, **PAPER), plain_run(2.5e-4, velocity={0: 5.0, 1: 5.0}), 1e-5),
     "two-grains-leapfrog": (
-        make("chain", grains=40, integrator="leapfrog", step_size=5e-8, **PAPER),
-        plain(2e-4, velocity={0: 5.0, 1: 5.0}),
+        component_maker("chain", grains=40, integrator="leapfrog", step_size=5e-8, **PAPER),
+        plain_run(2e-4, velocity={0: 5.0, 1: 5.0}),
         2e-5,
     ),
     "wall-striker": (
-        make("chain", grains=30, mass={0: 0.0044107960856400695}, right="rigid_plane", **PAPER_AND_WALLS),
-        plain(4e-4, velocity={0: 5.0}),
+        component_maker("chain", grains=30, mass={0: 0.0044107960856400695}, right="rigid_plane", **PAPER_AND_WALLS),
+        plain_run(4e-4, velocity={0: 5.0}),
         2e-5,
     ),
-    "gaps": (make("chain", grains=20, gap=2e-5, **PAPER), plain(2e-4, velocity={0: 5.0}), 2e-5),
+    "gaps": (component_maker("chain", grains=20, gap=2e-5, **PAPER), plain_run(2e-4, velocity={0: 5.0}), 2e-5),
     "pressed-dimer": (
-        make("chain", grains=30, material=["steel", "aluminium"] * 15, precompression=20.0, right="fixed_grain"),
+        component_maker("chain", grains=30, material=["steel", "aluminium"] * 15, precompression=20.0, right="fixed_grain"),
         pushed_dimer,
         1e-5,
     ),
     "random-right-piston": (
-        make("chain", grains=30, radius=RANDOM, left="plane", left_wall_material="brass", right="piston"),
+        component_maker("chain", grains=30, radius=RANDOM, left="plane", left_wall_material="brass", right="piston"),
         controlled_piston,
         1e-5,
     ),
-    "hamming": (make("chain", grains=30, integrator="hamming", **PAPER), plain(2e-4, velocity={0: 5.0, 1: 5.0}), 2e-5),
-    "rk4": (make("chain", grains=30, integrator="rk4", left="piston", **PAPER), plain(2e-4, velocity={0: 5.0}), 2e-5),
+    "hamming": (
+        component_maker("chain", grains=30, integrator="hamming", **PAPER),
+        plain_run(2e-4, velocity={0: 5.0, 1: 5.0}),
+        2e-5,
+    ),
+    "rk4": (
+        component_maker("chain", grains=30, integrator="rk4", left="piston", **PAPER),
+        plain_run(2e-4, velocity={0: 5.0}),
+        2e-5,
+    ),
     "kuwabara-kono": (
-        make(
+        component_maker(
             "chain",
             grains=30,
             left="piston",
@@ -346,11 +354,11 @@ CASES: dict[str, tuple[Callable[[], ge.Component], Play, float]] = {
             law={"name": "kuwabara_kono", "dissipation": 3e3},
             **PAPER_AND_WALLS,
         ),
-        plain(2e-4, velocity={0: 2.0}),
+        plain_run(2e-4, velocity={0: 2.0}),
         2e-5,
     ),
     "viscous-column": (
-        make(
+        component_maker(
             "chain",
             grains=20,
             left="rigid_plane",
@@ -364,35 +372,35 @@ CASES: dict[str, tuple[Callable[[], ge.Component], Play, float]] = {
         1e-5,
     ),
     "elastic-plastic": (
-        make(
+        component_maker(
             "chain", grains=20, right="fixed_grain", law={"name": "elastic_plastic", "yield_pressure": 1e9}, precompression=5.0
         ),
-        plain(2e-4, velocity={0: 3.0, 10: -1.0}),
+        plain_run(2e-4, velocity={0: 3.0, 10: -1.0}),
         2e-5,
     ),
     "power": (
-        make("chain", grains=20, contact_stiffness=2e10, law={"name": "power", "exponent": 1.7}, precompression=5.0),
-        plain(2e-4, velocity={0: 3.0}),
+        component_maker("chain", grains=20, contact_stiffness=2e10, law={"name": "power", "exponent": 1.7}, precompression=5.0),
+        plain_run(2e-4, velocity={0: 3.0}),
         2e-5,
     ),
-    "oscillator": (make("oscillator", stiffness=2.0), pushed_oscillator, 0.1),
+    "oscillator": (component_maker("oscillator", stiffness=2.0), pushed_oscillator, 0.1),
     "discs": (
-        make("discs", rows=2, columns=3, clearance=0.01, breaking_strain=0.005, step_size=5e-5),
+        component_maker("discs", rows=2, columns=3, clearance=0.01, breaking_strain=0.005, step_size=5e-5),
         breaking_block,
         5e-3,
     ),
-    "grid-edges": (make("grid", **GRID_EDGES), driven_grid, 8e-5),
-    "grid-yielding": (make("grid", **GRID_YIELDING), yielding_grid, 6e-3),
-    "automata-linked": (make("automata", **AUTOMATA_PULLED), pulled_automata, 1e-5),
-    "automata-cracking": (make("automata", **AUTOMATA_CRUSHED), crushed_automata, 1e-5),
-    "coupled-inclusion": (make("coupled", **COUPLED_INCLUSION), driven_inclusion, 3e-5),
-    "coupled-layers": (make("coupled", **COUPLED_LAYERS), driven_layers, 3e-5),
-    "coupled-cracking": (make("coupled", **COUPLED_CRACKING), sheared_core, 5e-5),
-    "detonation-bursting": (make("detonation", **BURSTING), bursting_tube, 1e-5),
-    "detonation-nozzle": (make("detonation", **NOZZLE), driven_nozzle, 1e-5),
-    "shell-bulging": (make("shell", **BULGING), bulging_tube, 5e-7),
-    "shell-cracking": (make("shell", **CRACKING), cracking_plate, 3.6e-6),
-    "tube-burning": (make("tube", **BURNING), burning_tube, 1e-6),
+    "grid-edges": (component_maker("grid", **GRID_EDGES), driven_grid, 8e-5),
+    "grid-yielding": (component_maker("grid", **GRID_YIELDING), yielding_grid, 6e-3),
+    "automata-linked": (component_maker("automata", **AUTOMATA_PULLED), pulled_automata, 1e-5),
+    "automata-cracking": (component_maker("automata", **AUTOMATA_CRUSHED), crushed_automata, 1e-5),
+    "coupled-inclusion": (component_maker("coupled", **COUPLED_INCLUSION), driven_inclusion, 3e-5),
+    "coupled-layers": (component_maker("coupled", **COUPLED_LAYERS), driven_layers, 3e-5),
+    "coupled-cracking": (component_maker("coupled", **COUPLED_CRACKING), sheared_core, 5e-5),
+    "detonation-bursting": (component_maker("detonation", **BURSTING), bursting_tube, 1e-5),
+    "detonation-nozzle": (component_maker("detonation", **NOZZLE), driven_nozzle, 1e-5),
+    "shell-bulging": (component_maker("shell", **BULGING), bulging_tube, 5e-7),
+    "shell-cracking": (component_maker("shell", **CRACKING), cracking_plate, 3.6e-6),
+    "tube-burning": (component_maker("tube", **BURNING), burning_tube, 1e-6),
 }
 # Cases with several thousand ticks.
 MANY_TICKS = ("wall-striker", "discs")
@@ -402,7 +410,7 @@ def log_path(name: str) -> Path:
     return FOLDER / f"{name}.mcap"
 
 
-def played(name: str, path: Path | None = None) -> ge.Component:
+def play_case(name: str, path: Path | None = None) -> ge.Component:
     """Run a case, recorded if a path is given; return the component."""
     build, play, every = CASES[name]
     component = build()
@@ -431,7 +439,7 @@ def main(names: list[str]) -> None:
     FOLDER.mkdir(parents=True, exist_ok=True)
     for name in names or CASES:
         log_path(name).unlink(missing_ok=True)
-        print(f'    "{name}": "{final_hash(played(name, log_path(name)))}",')
+        print(f'    "{name}": "{final_hash(play_case(name, log_path(name)))}",')
 
 
 if __name__ == "__main__":

@@ -30,7 +30,7 @@ def bar(columns: int, **parameters: Any) -> Grid:
     return Grid(**{"mesh": mesh, "material": MEDIUM, "step_size": 0.5, "boundaries": edges, **parameters})
 
 
-def distorted(columns: int, rows: int, seed: int = 1, **parameters: Any) -> Grid:
+def distorted_block(columns: int, rows: int, seed: int = 1, **parameters: Any) -> Grid:
     """Return a rectangle whose inner nodes are shifted by up to a quarter of a cell."""
     grid = block(columns, rows)
     nodes = grid.mesh.nodes.copy()
@@ -68,7 +68,7 @@ def start_pulse(grid: Grid, length: float, begin: float, *, shear: bool = False)
     grid.reset(velocity=velocity, displacement=displacement)
 
 
-def along_axis(grid: Grid, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+def axis_values(grid: Grid, values: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return abscissas and values of the nodes of the lowest row, sorted by abscissa."""
     low = np.flatnonzero(grid.mesh.nodes[:, 1] == grid.mesh.nodes[:, 1].min())
     order = low[np.argsort(grid.mesh.nodes[low, 0])]

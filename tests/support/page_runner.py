@@ -17,13 +17,13 @@ Snippet = tuple[str, str, str, list[str]]
 def run_page(snippets: list[Snippet], folder: Path) -> str:
     """Run a page's snippets (kind or file, place, content, expected lines) in a folder; return the errors, or ""."""
     errors = folder.with_suffix(".errors")
-    process = forkserver.Process(target=_run_all, args=(snippets, folder, errors))
+    process = forkserver.Process(target=_run_snippets, args=(snippets, folder, errors))
     process.start()
     process.join()
     return "" if process.exitcode == 0 else errors.read_text()
 
 
-def _run_all(snippets: list[Snippet], folder: Path, errors: Path) -> None:
+def _run_snippets(snippets: list[Snippet], folder: Path, errors: Path) -> None:
     with errors.open("w") as file:
         os.dup2(file.fileno(), 1)
         os.dup2(file.fileno(), 2)

@@ -16,7 +16,7 @@ from granular_env.components.profiles import Profile
 from granular_env.recording import record
 from granular_env.recording.container import Container, Limits
 from granular_env.recording.preview.film import PreviewMessage, Topic
-from granular_env.recording.records import CLOSED, HEADER, INCIDENTS, Record, decode, kind_of
+from granular_env.recording.records import CLOSED, HEADER, INCIDENTS, Record, decode_record, record_kind
 from granular_env.recording.writer import LogWriter
 
 CHAIN = {"grains": 12, "radius": 3e-3, "material": "steel", "left": "free", "right": "free"}
@@ -44,7 +44,7 @@ def chain_log(path: Path, steps: int = 40, **options: object) -> Component:
     return component
 
 
-def rewrite(
+def rewrite_log(
     path: Path,
     out: Path,
     change: Callable[[Record], Record] = lambda record: record,
@@ -57,12 +57,12 @@ def rewrite(
     writer, container, preview = LogWriter(out, overwrite=True), Container(path, Limits(str(path))), []
     try:
         for _, (topic, message) in container.all_messages():
-            kind = kind_of(topic)
+            kind = record_kind(topic)
             if kind is None:
                 any_topic = Topic(topic, "any", "protobuf", b"")
                 preview.append(PreviewMessage(any_topic, message.log_time, message.publish_time, message.data))
                 continue
-            new = change(decode(message.data, kind))
+            new = change(decode_record(message.data, kind))
             if new.kind == INCIDENTS and new.detail == CLOSED:
                 writer.add_preview(preview)
                 writer.rows = [tuple(row) for row in change_index(np.array(writer.rows, dtype=np.int64)).tolist()]
@@ -71,7 +71,7 @@ def rewrite(
             elif new.kind == HEADER:
                 writer.add_header(new)
             else:
-                writer.add(new, message.log_time)
+                writer.add_record(new, message.log_time)
     finally:
         container.close()
         writer.abandon()
@@ -86,12 +86,12 @@ def film_topics(path: Path) -> dict[str, Topic]:
     return {topic: Topic(topic, schema.name, schema.encoding, schema.data) for topic, schema in found}
 
 
-def changed(record: Record, **arrays: np.ndarray) -> Record:
+def change_arrays(record: Record, **arrays: np.ndarray) -> Record:
     """Return a record with some arrays replaced."""
     return dataclasses.replace(record, arrays={**record.arrays, **arrays})
 
 
-def mutated(data: bytes, other: bytes, chance: random.Random) -> bytes:
+def mutate_bytes(data: bytes, other: bytes, chance: random.Random) -> bytes:
     """Return bytes with one kind of damage: flipped bits, cut, duplicated or exchanged pieces, or inflated sizes."""
     damaged = bytearray(data)
     kind = chance.randrange(7)

@@ -1,7 +1,7 @@
 """A reader for rerun files."""
 
 
-def columns(path):
+def read_columns(path):
     """Return entity -> component -> values of each row, and entity -> timelines, of an .rrd file."""
     from rerun.chunk import RrdReader
 

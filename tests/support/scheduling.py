@@ -33,7 +33,7 @@ LONG = (
 )
 
 
-class ByKernels(LoadFileScheduling):
+class KernelScheduler(LoadFileScheduling):
     """A scheduler that gives each worker the longest file of its kind, then files of no kind, then files of the other kind."""
 
     def _assign_work_unit(self, node: Any) -> None:

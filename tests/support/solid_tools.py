@@ -35,7 +35,7 @@ def frequency(values: np.ndarray, step: float) -> float:
     return (len(at) - 1) / ((at[-1] - at[0]) * step)
 
 
-def follow(solid: Any, node: int, direction: int, steps: int, ticks: int = 1, **inputs: Any) -> np.ndarray:
+def displacement_history(solid: Any, node: int, direction: int, steps: int, ticks: int = 1, **inputs: Any) -> np.ndarray:
     """Return a component of a node's displacement parameter after each of `steps` steps."""
     found = []
     for _ in range(steps):
@@ -44,7 +44,7 @@ def follow(solid: Any, node: int, direction: int, steps: int, ticks: int = 1, **
     return np.array(found)
 
 
-def called(function: Any) -> Any:
+def make_callable(function: Any) -> Any:
     """Return a kernel that calls a function callable only from kernels."""
 
     @jit

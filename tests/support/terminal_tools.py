@@ -49,6 +49,6 @@ def run_in_terminal(arguments: list[str], width: int = 80, cwd: Path = ROOT, tim
         os.close(parent)
 
 
-def seen_lines(written: str) -> list[str]:
+def visible_lines(written: str) -> list[str]:
     """Return the lines, including overwritten states of lines, without colours and cursor movements."""
     return [line for line in re.split(r"[\r\n]+", re.sub(_CONTROLS, "", written)) if line.strip()]

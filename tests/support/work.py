@@ -11,12 +11,12 @@ def count_calls(act: Callable[[], object]) -> int:
     """Return the number of function calls, in Python and in C."""
     calls = 0
 
-    def count(frame: Any, event: str, argument: Any) -> None:
+    def count_event(frame: Any, event: str, argument: Any) -> None:
         nonlocal calls
         calls += event in ("call", "c_call")
 
     before = sys.getprofile()
-    sys.setprofile(count)
+    sys.setprofile(count_event)
     try:
         act()
     finally:

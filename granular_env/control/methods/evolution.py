@@ -27,10 +27,10 @@ class Evolution(MethodTable):
         import cma
 
         lowest, highest = search.shape.lowest, search.shape.highest
-        middle = search.baseline(self.begin) if self.begin else np.full(search.shape.size, self.start)
+        middle = search.baseline_point(self.begin) if self.begin else np.full(search.shape.size, self.start)
         sigma, round_number = self.spread * (highest - lowest), 0
         while True:
-            random = search.random(round_number)
+            random = search.random_generator(round_number)
             here = middle if round_number == 0 else middle + sigma * random.standard_normal(len(middle))
             options = {
                 "popsize": self.population, "bounds": [lowest, highest], "verbose": -9, "verb_log": 0, "verb_disp": 0,

@@ -45,30 +45,30 @@ class Gradient(MethodTable):
         """Search in rounds: the first stage compares the starts, and each stage descends from the best."""
         shape, number = search.shape, 0
         as_tuples = [{key: tuple(one) if isinstance(one, list) else one for key, one in stage.items()} for stage in self.stages]
-        middle = search.baseline(self.begin) if self.begin else np.full(shape.size, self.start)
+        middle = search.baseline_point(self.begin) if self.begin else np.full(shape.size, self.start)
         while self.rounds is None or number < self.rounds:
-            starts = [self._start(search, middle, number * self.starts + place) for place in range(self.starts)]
+            starts = [self._start_point(search, middle, number * self.starts + place) for place in range(self.starts)]
             search.problem.stage = as_tuples[0]
-            found = [self._descend(search, start, self.trial) for start in starts]
+            found = [self._run_lbfgs(search, start, self.trial) for start in starts]
             _, best = min(found, key=lambda pair: pair[0])  # the first of equal values
             for stage in as_tuples:
                 search.problem.stage = stage
-                _, best = self._descend(search, best, self.iterations)
+                _, best = self._run_lbfgs(search, best, self.iterations)
             number += 1
 
-    def _start(self, search: Search, middle: FloatArray, number: int) -> FloatArray:
+    def _start_point(self, search: Search, middle: FloatArray, number: int) -> FloatArray:
         """Return start `number` around the middle; the very first start is the baseline."""
         shape = search.shape
         if self.begin and number == 0:
             return middle
-        drawn = search.random(number).uniform(-1.0, 1.0, (shape.entries, self.draws or shape.knots))
+        drawn = search.random_generator(number).uniform(-1.0, 1.0, (shape.entries, self.draws or shape.knots))
         if self.draws is not None:
             along = np.linspace(0.0, self.draws - 1.0, shape.knots)
             drawn = np.array([np.interp(along, np.arange(self.draws), row) for row in drawn])
         reach = self.spread * (shape.highest - shape.lowest)
         return np.clip(middle + reach * drawn.reshape(-1), shape.lowest, shape.highest)
 
-    def _descend(self, search: Search, start: FloatArray, iterations: int) -> tuple[float, FloatArray]:
+    def _run_lbfgs(self, search: Search, start: FloatArray, iterations: int) -> tuple[float, FloatArray]:
         """Return the smallest value found, and its point."""
         from scipy.optimize import minimize
 

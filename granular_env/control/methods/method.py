@@ -40,11 +40,11 @@ class MethodTable(Table):
         for package in self.packages:
             import_optional(package, f"method {self.label!r}")
 
-    def least_runs(self, problem: Problem) -> float:
+    def first_result_cost(self, problem: Problem) -> float:
         """Return the cost of the first result, in forward runs of an episode."""
         return problem.gradient_runs + 1.0 if self.needs_gradient else 1.0
 
-    def problem(self, problem: Problem) -> Problem:
+    def adapt_problem(self, problem: Problem) -> Problem:
         """Return the task in the form played by the best of a search."""
         return problem
 

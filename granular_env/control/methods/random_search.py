@@ -18,6 +18,6 @@ class RandomSearch(MethodTable):
 
     def run(self, search: Search) -> None:
         """Sample one batch after another."""
-        random, shape = search.random(), search.shape
+        random, shape = search.random_generator(), search.shape
         while True:
             search.returns(random.uniform(shape.lowest, shape.highest, (self.batch, shape.size)))

@@ -44,26 +44,26 @@ class Reinforcement(MethodTable):
         """Train in rounds until the budget is spent."""
         from ..stable_baselines import Sb3VecEnv
 
-        decisions, rounds, problem = self.rollout * self.environments, 0, self.problem(search.problem)
-        with one_thread():
-            model = self.algorithm(Sb3VecEnv(problem.vector(self.environments)), search.seed)
+        decisions, rounds, problem = self.rollout * self.environments, 0, self.adapt_problem(search.problem)
+        with limit_torch_to_one_thread():
+            model = self.algorithm(Sb3VecEnv(problem.make_vector_env(self.environments)), search.seed)
             while True:
                 is_last = search.remaining_steps < decisions * self.hold
                 if is_last or rounds % self.evaluate_every == 0:
-                    self._evaluate(model.policy, problem, search)
+                    self._evaluate_policy(model.policy, problem, search)
                 if is_last:
                     raise BudgetSpentError
                 model.learn(decisions, reset_num_timesteps=False, log_interval=None)
-                search.count(decisions * self.hold)  # an action truncated by the end of an episode counts in full
+                search.count_steps(decisions * self.hold)  # an action truncated by the end of an episode counts in full
                 rounds += 1
 
-    def _evaluate(self, policy: Any, problem: Problem, search: Search) -> None:
+    def _evaluate_policy(self, policy: Any, problem: Problem, search: Search) -> None:
         if search.remaining_steps < problem.steps * len(search.seeds):
             return
         value, steps = problem.policy_return(TrainedPolicy(policy), search.seeds)
-        search.note_return(copy.deepcopy(policy) if value > search.best_return else None, value, steps)
+        search.count_return(copy.deepcopy(policy) if value > search.best_return else None, value, steps)
 
-    def problem(self, problem: Problem) -> Problem:
+    def adapt_problem(self, problem: Problem) -> Problem:
         """Return the task with held actions and a clock."""
         return problem.with_options(hold=self.hold, clock=self.clock)
 
@@ -131,14 +131,14 @@ class TrainedPolicy:
 
     def __call__(self, observation: npt.NDArray[Any], info: Any = None) -> npt.NDArray[Any]:
         """Return the next actions."""
-        with one_thread():
+        with limit_torch_to_one_thread():
             # Evaluate one at a time: in a batch, sums of a network differ in the last bits.
             actions = [self._policy.predict(one, deterministic=True)[0] for one in np.atleast_2d(observation)]
         return np.array(actions) if np.ndim(observation) > 1 else actions[0]
 
 
 @contextmanager
-def one_thread() -> Iterator[None]:
+def limit_torch_to_one_thread() -> Iterator[None]:
     """Restrict torch to one thread: with several threads, small networks are slower and sum in a different order."""
     import torch  # pyright: ignore[reportMissingImports]
 

@@ -65,8 +65,8 @@ class ChainRows:
         if together:
             rows = first.state_rows
             for k, chain in enumerate(chains):
-                self.adopt(k, chain)
-                self.take_back(k)
+                self.replace_chain(k, chain)
+                self.update_batch(k)
             self._kept, self._first_row = np.zeros((rows.stop - rows.start, self.tables.shape[2])), rows.start
 
     # -- for tasks ----------------------------------------------------------------------------------------------------
@@ -80,20 +80,20 @@ class ChainRows:
     @property
     def contact_force(self) -> FloatArray:
         """Return the compressive force in each contact, shape (chains, grains + 1) [N]."""
-        return self.call(_contact_forces, self.grains + 1, 0)
+        return self.call_kernel(_contact_forces, self.grains + 1, 0)
 
     @property
     def right_wall_force(self) -> FloatArray:
         """Return the force of the right wall on the chain, shape (chains,), positive to the right [N]."""
         if not self._together:
             return self.components[0].get("right_wall_force")
-        return 0.0 - self.call(_contact_forces, 1, self.grains)[:, 0]
+        return 0.0 - self.call_kernel(_contact_forces, 1, self.grains)[:, 0]
 
-    def energy_from(self, grain: int) -> FloatArray:
+    def tail_energy(self, grain: int) -> FloatArray:
         """Return the energy above the rest state of grains `grain` to the last and their contacts, shape (chains,) [J]."""
-        return self.call(_energies_between, 1, grain + 1, self.grains)[..., 0]
+        return self.call_kernel(_energies_between, 1, grain + 1, self.grains)[..., 0]
 
-    def call(self, kernel: Callable[..., Any], size: int, *arguments: Any) -> FloatArray:
+    def call_kernel(self, kernel: Callable[..., Any], size: int, *arguments: Any) -> FloatArray:
         """Return the results of a jitted function for each chain, shape (chains, size).
 
         The function receives a law, the tables, the arguments and the output array; ``chain_state(law, tables[k])`` is chain k.
@@ -112,21 +112,21 @@ class ChainRows:
         """Return the time since each chain's reset, shape (chains,) [s]."""
         return np.asarray(self._ticks * self.components[0].step_size, dtype=np.float64)
 
-    def read(self, name: str) -> FloatArray:
+    def read_output(self, name: str) -> FloatArray:
         """Return an output of all chains of a batch, with a leading axis."""
         if name in ("displacement", "velocity", "contact_force", "right_wall_force", "input_work"):
             return getattr(self, name)
         for k in range(len(self.components)):
-            self.hand_out(k)
+            self.update_chain(k)
         return np.array([chain.get(name) for chain in self.components], dtype=np.float64)
 
-    def adopt(self, k: int, chain: Chain) -> Chain:
+    def replace_chain(self, k: int, chain: Chain) -> Chain:
         """Replace chain k by a copy of `chain` in the memory of the batch, and return the copy."""
         self.components[k] = chain.clone(self.tables[k])
         self.components[k].restore(chain.save())
         return self.components[k]
 
-    def take_back(self, k: int) -> None:
+    def update_batch(self, k: int) -> None:
         """Update the batch's time and inputs of chain k after it was used outside the batch.
 
         Raises:
@@ -143,12 +143,12 @@ class ChainRows:
         for side, name in self._names:
             self._inputs[k, _SIDES[side]] = chain.peek(name)
 
-    def hand_out(self, k: int) -> None:
+    def update_chain(self, k: int) -> None:
         """Write the batch's time and held inputs of chain k to the chain."""
         held = {name: float(self._inputs[k, _SIDES[side]]) for side, name in self._names}
         self.components[k].set_progress(int(self._ticks[k]), held)
 
-    def advance(self, inputs: Mapping[str, FloatArray], ticks: int, moving: npt.NDArray[np.bool_]) -> dict[int, str]:
+    def advance_chains(self, inputs: Mapping[str, FloatArray], ticks: int, moving: npt.NDArray[np.bool_]) -> dict[int, str]:
         """Advance the moving chains; return the error messages of chains that failed and kept their states.
 
         Args:
@@ -164,11 +164,11 @@ class ChainRows:
         # The kernel also stops at warnings. The chain itself can then take the step.
         for k in np.flatnonzero(moving & ~done).tolist():
             self._inputs[k] = before[k]
-            self.hand_out(k)
+            self.update_chain(k)
             chain = self.components[k]
             try:
                 chain.step(ticks * chain.step_size, **{name: float(values[k]) for name, values in inputs.items()})
             except StepError as error:
                 errors[k] = str(error)
-            self.take_back(k)
+            self.update_batch(k)
         return errors

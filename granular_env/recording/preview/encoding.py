@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ..records import varint
+from ..records import encode_varint
 
 FRAME = "world"
 CDR_HEAD = b"\x00\x01\x00\x00"
@@ -52,14 +52,14 @@ def point_cloud_schema() -> bytes:
 
     files: dict[str, Any] = {}
 
-    def add(file: Any) -> None:
+    def add_file(file: Any) -> None:
         for needed in file.dependencies:
-            add(needed)
+            add_file(needed)
         if file.name not in files:
             files[file.name] = FileDescriptorProto()
             file.CopyToProto(files[file.name])
 
-    add(PointCloud_pb2.DESCRIPTOR)
+    add_file(PointCloud_pb2.DESCRIPTOR)
     return FileDescriptorSet(file=files.values()).SerializeToString(deterministic=True)
 
 
@@ -91,9 +91,9 @@ def encode_point_cloud(nanoseconds: int, positions: np.ndarray, colours: np.ndar
     points = np.empty(len(positions), dtype=_POINT)
     points["position"], points["colour"] = positions, colours[:, [2, 1, 0, 3]]
     seconds, rest = divmod(nanoseconds, 10**9)
-    stamp = (b"\x08" + varint(seconds) if seconds else b"") + (b"\x10" + varint(rest) if rest else b"")
+    stamp = (b"\x08" + encode_varint(seconds) if seconds else b"") + (b"\x10" + encode_varint(rest) if rest else b"")
     data = points.tobytes()
-    return b"\x0a" + varint(len(stamp)) + stamp + _point_cloud_head() + b"\x32" + varint(len(data)) + data
+    return b"\x0a" + encode_varint(len(stamp)) + stamp + _point_cloud_head() + b"\x32" + encode_varint(len(data)) + data
 
 
 @cache
@@ -115,24 +115,24 @@ def _point_cloud_head() -> bytes:
 
 def encode_text(text: str) -> bytes:
     """Return a ``std_msgs/String``."""
-    return CDR_HEAD + _string(text)
+    return CDR_HEAD + _encode_string(text)
 
 
 def encode_numbers(names: Sequence[str], rows: np.ndarray) -> list[bytes]:
     """Return a ``std_msgs/Float64MultiArray`` with names for each row of `rows`, shape (messages, numbers)."""
-    count, label = rows.shape[1], _string(", ".join(names))
+    count, label = rows.shape[1], _encode_string(", ".join(names))
     body = struct.pack("<I", 1) + label
     body += bytes(-len(body) % 4) + struct.pack("<4I", count, count, 0, count)
     head = CDR_HEAD + body + bytes(-len(body) % 8)
     return [head + row.tobytes() for row in np.ascontiguousarray(rows, dtype="<f8")]
 
 
-def names_of_numbers(data: bytes) -> list[str]:
+def decode_number_names(data: bytes) -> list[str]:
     """Return the names in a message from `encode_numbers`."""
     (length,) = struct.unpack_from("<I", data, 8)
     return data[12 : 12 + length - 1].decode().split(", ")
 
 
-def _string(text: str) -> bytes:
+def _encode_string(text: str) -> bytes:
     data = text.encode() + b"\x00"
     return struct.pack("<I", len(data)) + data

@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...colours import diverging
+from ...colours import diverging_colours
 from ...components.drawables import OUTPUT_FIELDS, Cells, Curve, Drawable, Links, Points, drawn_outputs, to_three_columns
 from ...components.variables import Variable
 from . import encoding
@@ -96,7 +96,7 @@ class Preview:
         self._rows: list[tuple[int, list[float]]] = []
         self._pictures: list[_Picture] = []
 
-    def add(self, nanoseconds: int, values: Mapping[str, Any]) -> None:
+    def add_frame(self, nanoseconds: int, values: Mapping[str, Any]) -> None:
         """Add the next frame: its time since the start of the log, and the recorded values by name."""
         if self._count % self._row_stride == 0:
             self._rows.append((nanoseconds, [float(values[name]) for name in self._scalars]))
@@ -120,7 +120,7 @@ class Preview:
             "Simulated time: the timeline message_publish_time, and the messages' time stamps.", "",
         ]  # fmt: skip
         clouds, found = _Clouds(self._drawables, self._pictures), []
-        text += [*clouds.words(self._units), ""]
+        text += [*clouds.about_lines(self._units), ""]
         rows = np.array([row for _, row in self._rows], dtype=np.float64).reshape(len(self._rows), -1)
         groups: dict[str, list[int]] = {}
         for place in np.flatnonzero((rows != 0.0).any(axis=0)).tolist():
@@ -154,28 +154,28 @@ class _Clouds:
     def __init__(self, drawables: Sequence[Drawable], pictures: Sequence[_Picture]) -> None:
         self._drawables = drawables
         self._points = {one.name: one for one in drawables if isinstance(one, Points)}
-        self._heights = {cloud_topic(one): _height(one) for one in drawables}
-        self._largest = {"": 1.0} | {name: _largest(pictures, name) for name in drawn_outputs(drawables)}
+        self._heights = {cloud_topic(one): _curve_height(one) for one in drawables}
+        self._largest = {"": 1.0} | {name: _largest_magnitude(pictures, name) for name in drawn_outputs(drawables)}
         points, cells = [], []
         for one in drawables:
             if isinstance(one, Points) and one.displacement:
-                some = _some(one.radius)
+                some = _drawn_indices(one.radius)
                 moved = _displacements(pictures, one.displacement, some)
                 points.append((to_three_columns(one.reference)[some], one.radius[some], moved))
             elif isinstance(one, Cells) and one.displacement:
-                some = _some(one.nodes)
+                some = _drawn_indices(one.nodes)
                 cells.append((to_three_columns(one.nodes)[some], _displacements(pictures, one.displacement, some)))
         self._factor = common_exaggeration(points, cells)
 
     def messages(self, nanoseconds: int, drawn: Mapping[str, np.ndarray]) -> Iterator[tuple[Topic, bytes]]:
         """Yield the messages of a picture."""
         for one in self._drawables:
-            places, colours = self._cloud(one, drawn)
-            some = _some(places)
+            places, colours = self._make_cloud(one, drawn)
+            some = _drawn_indices(places)
             topic = Topic(cloud_topic(one), "foxglove.PointCloud", "protobuf", encoding.point_cloud_schema())
             yield topic, encoding.encode_point_cloud(nanoseconds, places[some], colours[some])
 
-    def words(self, units: Mapping[str, str]) -> list[str]:
+    def about_lines(self, units: Mapping[str, str]) -> list[str]:
         """Return the lines of ``/about``."""
         lines = [f"Displacements are {self._factor:g} x as large as they are."] if self._drawables else []
         for one in self._drawables:
@@ -185,37 +185,37 @@ class _Clouds:
                 lines.append(f"{cloud_topic(one)}: {name}, from -{full} (blue) through 0 (grey) to +{full} (red).")
         return lines
 
-    def _cloud(self, one: Drawable, drawn: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    def _make_cloud(self, one: Drawable, drawn: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
         """Return positions and colours of a drawable."""
         if isinstance(one, Points):
-            some, moved = _some(one.radius), drawn.get(one.displacement)
+            some, moved = _drawn_indices(one.radius), drawn.get(one.displacement)
             colour = drawn[one.colour][some] if one.colour else np.zeros(len(one.radius[some]), np.float32)
-            places = self._moved(one.reference[some], None if moved is None else moved[some])
+            places = self._displaced_positions(one.reference[some], None if moved is None else moved[some])
             places[:, 2] += self._heights[cloud_topic(one)] * colour / self._largest[one.colour]
-            return places, colours_of(colour, self._largest[one.colour])
+            return places, value_colours(colour, self._largest[one.colour])
         if isinstance(one, Links):
             points, state = self._points[one.points], drawn[one.state]
-            places = self._moved(points.reference, drawn.get(points.displacement))
+            places = self._displaced_positions(points.reference, drawn.get(points.displacement))
             whole = np.flatnonzero((state != 0.0) & points.is_unwrapped(one.pairs))
             first, second = places[one.pairs[whole, 0]], places[one.pairs[whole, 1]]
             parts = np.linspace(0.0, 1.0, _LINK_DOTS + 2)[1:-1]
             dots = np.concatenate([first + part * (second - first) for part in parts])
-            return dots, colours_of(np.zeros(len(dots)), 1.0)
+            return dots, value_colours(np.zeros(len(dots)), 1.0)
         field = drawn[one.field]
         if isinstance(one, Curve):
             places = to_three_columns(one.coordinate)
             places[:, 2] = self._heights[cloud_topic(one)] * field / self._largest[one.field]
-            return places, colours_of(field, self._largest[one.field])
-        nodes = self._moved(one.nodes, drawn.get(one.displacement))
+            return places, value_colours(field, self._largest[one.field])
+        nodes = self._displaced_positions(one.nodes, drawn.get(one.displacement))
         is_of_nodes = len(field) == len(nodes)
         places = nodes if is_of_nodes else nodes[one.connectivity].mean(axis=1)
         if one.state:
             whole = drawn[one.state] != 0.0
             shown = np.unique(one.connectivity[whole]) if is_of_nodes else np.flatnonzero(whole)
             places, field = places[shown], field[shown]
-        return places, colours_of(field, self._largest[one.field])
+        return places, value_colours(field, self._largest[one.field])
 
-    def _moved(self, reference: np.ndarray, displacement: np.ndarray | None) -> np.ndarray:
+    def _displaced_positions(self, reference: np.ndarray, displacement: np.ndarray | None) -> np.ndarray:
         """Return positions in space; rest positions if no displacement was recorded."""
         return to_three_columns(reference) + (
             0.0 if displacement is None else self._factor * to_three_columns(displacement.astype(np.float64))
@@ -245,7 +245,7 @@ def cloud_topic(drawable: Drawable) -> str:
     return f"/{_FOLDERS[type(drawable)]}/{drawable.name}"
 
 
-def picture_box(drawables: Sequence[Drawable]) -> tuple[np.ndarray, np.ndarray]:
+def bounding_box(drawables: Sequence[Drawable]) -> tuple[np.ndarray, np.ndarray]:
     """Return the lowest and highest corner of all drawables in the initial state, shape (3,) each [m]."""
     lows, highs = [], []
     for one in drawables:
@@ -257,11 +257,11 @@ def picture_box(drawables: Sequence[Drawable]) -> tuple[np.ndarray, np.ndarray]:
         margin = one.radius[:, None] if isinstance(one, Points) else 0.0
         lows.append((places - margin).min(axis=0))
         highs.append((places + margin).max(axis=0))
-        highs[-1][2] += _height(one)
+        highs[-1][2] += _curve_height(one)
     return np.min(lows, axis=0), np.max(highs, axis=0)
 
 
-def _height(one: Drawable) -> float:
+def _curve_height(one: Drawable) -> float:
     """Return the drawn height of the largest value above points in a row along x, or of a curve [m]; 0 for others."""
     if isinstance(one, Points) and one.colour and not np.ptp(one.reference[:, 1:], axis=0).any():
         return _HEIGHT * float(np.ptp(one.reference[:, 0]))
@@ -287,7 +287,7 @@ def topic_name(unit: str) -> str:
     return f"/{quantity}[{product}]"
 
 
-def colours_of(values: np.ndarray, largest: float) -> np.ndarray:
+def value_colours(values: np.ndarray, largest: float) -> np.ndarray:
     """Return blue below 0, grey at 0 and for NaN, red above, saturated at `largest`; shape (n, 4) uint8."""
     with np.errstate(invalid="ignore"):
         shades = np.clip(values * np.float32(_SHADES / (largest or 1.0)), -_SHADES, _SHADES)
@@ -296,11 +296,11 @@ def colours_of(values: np.ndarray, largest: float) -> np.ndarray:
 
 @cache
 def _palette() -> np.ndarray:
-    shades = diverging(np.linspace(-1.0, 1.0, 2 * _SHADES + 1), 1.0, _ZERO)
+    shades = diverging_colours(np.linspace(-1.0, 1.0, 2 * _SHADES + 1), 1.0, _ZERO)
     return np.concatenate([shades, np.full((len(shades), 1), 255, dtype=np.uint8)], axis=1)
 
 
-def _largest(pictures: Sequence[_Picture], name: str) -> float:
+def _largest_magnitude(pictures: Sequence[_Picture], name: str) -> float:
     """Return the largest finite magnitude of an output in all pictures, or 1 if all values are 0."""
     values = [np.abs(drawn[name]) for _, drawn in pictures]
     return max((float(one.max(initial=0.0, where=np.isfinite(one))) for one in values), default=0.0) or 1.0
@@ -312,6 +312,6 @@ def _displacements(pictures: Sequence[_Picture], name: str, some: slice) -> np.n
     return np.nan_to_num(found, posinf=0.0, neginf=0.0)
 
 
-def _some(places: np.ndarray) -> slice:
+def _drawn_indices(places: np.ndarray) -> slice:
     """Return the indices of the drawn places."""
     return slice(None, None, -(-len(places) // MOST_PLACES) or 1)

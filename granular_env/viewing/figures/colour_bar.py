@@ -21,7 +21,7 @@ _PLAIN = 1e-3, 1e4
 _MOST_STEPS = 6
 
 
-def add_bar(figure: Figure, scale: ColourScale, **where: Any) -> None:
+def add_colour_bar(figure: Figure, scale: ColourScale, **where: Any) -> None:
     """Draw the bar of a colour scale; without negative values the blue half is omitted.
 
     Args:
@@ -40,9 +40,9 @@ def add_bar(figure: Figure, scale: ColourScale, **where: Any) -> None:
     )  # fmt: skip
 
 
-def draw_bars(scales: Sequence[ColourScale], width: float, height: float) -> Figure:
+def draw_colour_bars(scales: Sequence[ColourScale], width: float, height: float) -> Figure:
     """Draw the bars of several scales below each other, each of the given width and height [inch]."""
     figure = new_figure(width, height * len(scales))
     for axes, scale in zip(figure.subplots(len(scales), 1, squeeze=False)[:, 0], scales, strict=True):
-        add_bar(figure, scale, cax=axes)
+        add_colour_bar(figure, scale, cax=axes)
     return figure

@@ -56,15 +56,15 @@ DARK: Any = {
 }  # fmt: skip
 
 
-def with_style(draw: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
+def use_style(draw: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
     """Wrap a drawing function so that it uses our style without changing matplotlib's global settings."""
 
     @functools.wraps(draw)
-    def inside(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
+    def call_with_style(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
         with matplotlib.rc_context(_STYLE):
             return draw(*args, **kwargs)
 
-    return inside
+    return call_with_style
 
 
 def new_figure(width: float, height: float) -> Figure:
@@ -72,7 +72,7 @@ def new_figure(width: float, height: float) -> Figure:
     return Figure(figsize=(width, height), layout="constrained")
 
 
-def canvas(figure: Figure, dots_per_inch: int) -> FigureCanvasAgg:
+def render_canvas(figure: Figure, dots_per_inch: int) -> FigureCanvasAgg:
     """Draw the figure into pixels."""
     figure.set_dpi(dots_per_inch)
     drawn = FigureCanvasAgg(figure)
@@ -80,7 +80,7 @@ def canvas(figure: Figure, dots_per_inch: int) -> FigureCanvasAgg:
     return drawn
 
 
-def png(figure: Figure, dots_per_inch: int = 130) -> bytes:
+def to_png(figure: Figure, dots_per_inch: int = 130) -> bytes:
     """Return a figure as the bytes of a PNG file; equal figures give equal bytes."""
     buffer = io.BytesIO()
     figure.set_dpi(dots_per_inch)
@@ -90,7 +90,7 @@ def png(figure: Figure, dots_per_inch: int = 130) -> bytes:
     return buffer.getvalue()
 
 
-def svg(figure: Figure, name: str, dots_per_inch: int = 150) -> str:
+def to_svg(figure: Figure, name: str, dots_per_inch: int = 150) -> str:
     """Return a figure as SVG for an HTML page, with colours from the page's style sheet.
 
     Args:
@@ -137,7 +137,7 @@ def draw_space_time(
     start, end = first * scale, last * scale
     axes.set_facecolor(NOT_SAMPLED)
     image = axes.imshow(
-        _evenly_timed(shown.times, shown.values, first, last),
+        _resample_evenly(shown.times, shown.values, first, last),
         origin="lower", aspect="auto", interpolation="nearest", vmin=-limit, vmax=limit,
         cmap=LinearSegmentedColormap.from_list("granular", DIVERGING),
         extent=(*shown.ends, start, end if end > start else start + 1.0),
@@ -152,7 +152,7 @@ def draw_space_time(
         bar.ax.set_ylim(0.0, limit)
 
 
-def _evenly_timed(times: FloatArray, values: FloatArray, first: float, last: float) -> FloatArray:
+def _resample_evenly(times: FloatArray, values: FloatArray, first: float, last: float) -> FloatArray:
     """Return rows at even times, each from the nearest frame; NaN if no frame is near."""
     if len(times) < 2:
         return values
@@ -184,14 +184,14 @@ def draw_curves(axes: Axes, curves: Sequence[Curve], label: str, valid_until: fl
     scale, unit = time_unit(max(float(curve.times[-1]) for curve in curves if len(curve.times)))
     for place, curve in enumerate(curves):
         axes.plot(
-            *insert_gaps(curve.times * scale, curve.values, curve.cuts), label=curve.name.replace("_", " "), **line(place)
+            *insert_gaps(curve.times * scale, curve.values, curve.cuts), label=curve.name.replace("_", " "), **line_style(place)
         )
     axes.set(xlabel=f"time [{unit}]", ylabel=label)
     axes.margins(x=0.0)
     _show_zero_of_flat_curves(axes, curves)
     mark_end_of_validity(axes, valid_until * scale)
     if len(curves) > 1:
-        legend(axes)
+        add_legend(axes)
 
 
 def mark_end_of_validity(axes: Axes, time: float) -> None:
@@ -217,22 +217,22 @@ def insert_gaps(times: FloatArray, values: FloatArray, cuts: npt.NDArray[np.int6
     return np.insert(times, cuts, times[cuts]), np.insert(values, cuts, np.nan)
 
 
-def line(place: int) -> dict[str, Any]:
+def line_style(place: int) -> dict[str, Any]:
     """Return colour and dashes of the n-th line, so that lines differ by more than colour."""
     return {"color": PALETTE[place % len(PALETTE)], "linestyle": _LINE_STYLES[place % len(_LINE_STYLES)]}
 
 
-def legend(axes: Axes) -> None:
+def add_legend(axes: Axes) -> None:
     """Add a legend to the right of the axes."""
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
 
 
-def markers(shown: Field) -> dict[str, Any]:
+def marker_style(shown: Field) -> dict[str, Any]:
     """Return options that mark each place with a dot, unless there are too many places."""
     return {"marker": "o", "markersize": 3} if shown.values.shape[1] <= 60 else {}
 
 
-def name_of_place(shown: Field, column: int) -> str:
+def place_name(shown: Field, column: int) -> str:
     """Return the name of a place in a legend: its number and, if known, its coordinate."""
     name = f"{shown.place} {column * shown.every}"
     return name if shown.coordinate is None else f"{name}, x = {shown.coordinate[column]:.4g} m"

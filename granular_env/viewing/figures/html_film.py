@@ -17,11 +17,11 @@ from PIL import Image
 
 from granular_env.components.support.float_arrays import FloatArray
 
-from ..recorded_fields import evenly_picked
+from ..recorded_fields import pick_evenly
 from ..scene_data import SceneData
-from .colour_bar import draw_bars
-from .drawing import canvas, new_figure, svg, time_unit, with_style
-from .plane import Plane, draw_instant, events_in_sight, instant_words, load_plane, stretch_words
+from .colour_bar import draw_colour_bars
+from .drawing import new_figure, render_canvas, time_unit, to_svg, use_style
+from .plane import Plane, draw_instant, instant_words, load_plane, stretch_words, visible_events
 
 # Most and fewest frames, and most shapes in all frames: many shapes reduce the frames; with too few frames there is no film.
 _MOST_FRAMES, _FEWEST_FRAMES, _MOST_DRAWN = 25, 5, 200_000
@@ -53,77 +53,77 @@ class Film:
     stretch: str = ""
 
 
-def film_of(log: Any, scene_data: SceneData) -> Film | None:
+def make_film(log: Any, scene_data: SceneData) -> Film | None:
     """Draw the film of a log; None without a plane or body in space, without motion, or with too many shapes."""
     clocks = [shape.times for shape in scene_data.shapes if len(shape.times) > 1]
     if not scene_data.is_plane or not clocks:
         return None
     count = sum(len(one.radius) for one in scene_data.motions) + sum(len(one.connectivity) for one in scene_data.meshes)
     frames = min(_MOST_FRAMES, _MOST_DRAWN // count)
-    plane = None if frames < _FEWEST_FRAMES else load_plane(log, scene_data, _instants(log, clocks[0], frames))
+    plane = None if frames < _FEWEST_FRAMES else load_plane(log, scene_data, _choose_instants(log, clocks[0], frames))
     if plane is None:
         return None
     instants = []
     for frame in range(len(plane.times)):
-        picture = base64.b64encode(_picture(plane, frame)).decode()
+        picture = base64.b64encode(_draw_picture(plane, frame)).decode()
         instants.append((instant_words(plane, frame), f"data:image/png;base64,{picture}"))
-    events, words = _events(log, plane.times)
-    width, height = _size(plane)
-    bars = _bars(plane) if plane.scales.colours else ""
+    events, words = _event_bars(log, plane.times)
+    width, height = _picture_size(plane)
+    bars = _colour_bars(plane) if plane.scales.colours else ""
     return Film(tuple(instants), width / height, events, words, bars, stretch_words(plane))
 
 
-def _instants(log: Any, clock: FloatArray, frames: int) -> list[float]:
+def _choose_instants(log: Any, clock: FloatArray, frames: int) -> list[float]:
     """Return `frames` times [s]: half evenly spaced, the others concentrated at events; all evenly spaced without events."""
-    events = events_in_sight(log)
+    events = visible_events(log)
     if not events or len(clock) <= frames:
-        return clock[evenly_picked(len(clock), frames)].tolist()
-    even = clock[evenly_picked(len(clock), frames - frames // 2)]
-    times = np.clip(_times(log, events), clock[0], clock[-1])
+        return clock[pick_evenly(len(clock), frames)].tolist()
+    even = clock[pick_evenly(len(clock), frames - frames // 2)]
+    times = np.clip(_event_times(log, events), clock[0], clock[-1])
     return np.concatenate([even, np.quantile(times, np.linspace(0.0, 1.0, frames // 2))]).tolist()
 
 
-def _size(plane: Plane) -> tuple[float, float]:
+def _picture_size(plane: Plane) -> tuple[float, float]:
     """Return width and height of the pictures [inch]."""
-    low, high = plane.box
+    low, high = plane.bounding_box
     width, height = (high - low).tolist()
     inches = min(_LARGEST[0] / width, _LARGEST[1] / height)
     return inches * width, inches * height
 
 
-@with_style
-def _picture(plane: Plane, frame: int) -> bytes:
+@use_style
+def _draw_picture(plane: Plane, frame: int) -> bytes:
     """Return the picture of one frame, with a transparent background, as the bytes of a PNG file."""
-    figure = new_figure(*_size(plane))
+    figure = new_figure(*_picture_size(plane))
     figure.set_layout_engine("none")
     figure.patch.set_alpha(0.0)
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     axes.patch.set_alpha(0.0)
     draw_instant(axes, plane, frame)
-    picture = Image.fromarray(np.asarray(canvas(figure, _DOTS_PER_INCH).buffer_rgba()))
-    data = _png(picture)
+    picture = Image.fromarray(np.asarray(render_canvas(figure, _DOTS_PER_INCH).buffer_rgba()))
+    data = _encode_png(picture)
     if len(data) > _MOST_BYTES:
-        data = _png(picture.quantize(_COLOURS, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE))
+        data = _encode_png(picture.quantize(_COLOURS, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE))
     return data
 
 
-def _png(picture: Image.Image) -> bytes:
+def _encode_png(picture: Image.Image) -> bytes:
     buffer = io.BytesIO()
     picture.save(buffer, "PNG")
     return buffer.getvalue()
 
 
-@with_style
-def _bars(plane: Plane) -> str:
-    return svg(draw_bars(plane.scales.colours, _LARGEST[0], 0.7), "film-bars")
+@use_style
+def _colour_bars(plane: Plane) -> str:
+    return to_svg(draw_colour_bars(plane.scales.colours, _LARGEST[0], 0.7), "film-bars")
 
 
-def _events(log: Any, instants: FloatArray) -> tuple[tuple[float, ...], str]:
+def _event_bars(log: Any, instants: FloatArray) -> tuple[tuple[float, ...], str]:
     """Return the heights of the event bars, and a text on the number of events, the first event and earlier events."""
     found, earlier = log.events(), log.earlier_events()
     if not found:
         return (), ""
-    times = _times(log, found)
+    times = _event_times(log, found)
     counts = np.bincount(np.searchsorted(instants[1:-1], times), minlength=len(instants) - 1)
     # Keep a single event visible next to thousands.
     heights = np.where(counts > 0, np.maximum(counts / counts.max(), 0.08), 0.0)
@@ -132,7 +132,7 @@ def _events(log: Any, instants: FloatArray) -> tuple[tuple[float, ...], str]:
     return tuple(heights.tolist()), f"{_count_words(found)}, the first at {times[0] * scale:.4g} {unit}{before}"
 
 
-def _times(log: Any, events: Sequence[Any]) -> FloatArray:
+def _event_times(log: Any, events: Sequence[Any]) -> FloatArray:
     return log.step_size * np.array([event.tick for event in events], dtype=np.float64)
 
 

@@ -19,12 +19,12 @@ from granular_env.components.support.round_numbers import round_down_to_125
 
 from ..cracks import MOST_LINES, crack_lines
 from ..picture_words import picture_words
-from ..scene_builder import shapes_at
-from ..scene_data import LinkFrames, MeshFrames, Motion, SceneData, drawn_places
-from ..scene_scales import Scales, scales_of
+from ..scene_builder import load_shapes
+from ..scene_data import LinkFrames, MeshFrames, Motion, SceneData, drawn_positions
+from ..scene_scales import Scales, make_scales
 from ..visible_drawables import area_vectors
-from .colour_bar import add_bar
-from .drawing import new_figure, time_unit, with_style
+from .colour_bar import add_colour_bar
+from .drawing import new_figure, time_unit, use_style
 
 # Rasterise pictures with more shapes: a page with a path for each shape would be slow.
 _MOST_SHAPES = 400
@@ -54,12 +54,12 @@ class Plane:
         """The times of the frames, ascending [s]."""
         return self.scene.shapes[0].times
 
-    def seen(self, shape: Motion | MeshFrames, frames: int | slice) -> FloatArray:
+    def picture_coordinates(self, shape: Motion | MeshFrames, frames: int | slice) -> FloatArray:
         """Return picture coordinates of points or nodes, and their distance towards the eye, shape (..., n, 3) [m]."""
-        return drawn_places(shape, self.scales.exaggeration, frames) @ self.eye
+        return drawn_positions(shape, self.scales.exaggeration, frames) @ self.eye_axes
 
     @cached_property
-    def eye(self) -> FloatArray:
+    def eye_axes(self) -> FloatArray:
         """The directions right, up and towards the eye as columns; a plane is seen from above."""
         if not self.scene.is_solid:
             return np.eye(3)
@@ -68,12 +68,12 @@ class Plane:
         return np.array([[-y / level, x / level, 0.0], [-x * z / level, -y * z / level, level], [x, y, z]]).T
 
     @cached_property
-    def box(self) -> tuple[FloatArray, FloatArray]:
+    def bounding_box(self) -> tuple[FloatArray, FloatArray]:
         """The corners of the bounding box of all shapes in all frames [m]."""
         corners = []
         for shape in self.scene.shapes:
             reach = shape.radius[:, None] if isinstance(shape, Motion) else 0.0
-            places = self.seen(shape, slice(None))[..., :2]
+            places = self.picture_coordinates(shape, slice(None))[..., :2]
             corners += [(places - reach).reshape(-1, 2), (places + reach).reshape(-1, 2)]
         everything = np.concatenate(corners)
         low, high = everything.min(axis=0), everything.max(axis=0)
@@ -95,35 +95,35 @@ def load_plane(
     Raises:
         ParameterError: a time outside the recorded span, or an output that can colour no shape.
     """
-    scales = scales_of(scene_data)
+    scales = make_scales(scene_data)
     if scales is None or not scene_data.is_plane:
         return None
-    scene = shapes_at(log, _instants(log, scene_data.shapes[0].times) if times is None else times, colour)
+    scene = load_shapes(log, _choose_instants(log, scene_data.shapes[0].times) if times is None else times, colour)
     if colour is not None:
-        scales = scales_of(scene, scales.exaggeration) or scales
+        scales = make_scales(scene, scales.exaggeration) or scales
     return Plane(scene, scales)
 
 
-def events_in_sight(log: Any) -> Sequence[Any]:
+def visible_events(log: Any) -> Sequence[Any]:
     """Return the events located at a drawn shape, or all events if there are none (for example ignition in a tube)."""
     happened, details = log.events(), log.event_details
     return [event for event in happened if event.kind in details and details[event.kind].counts] or happened
 
 
-def _instants(log: Any, clock: FloatArray) -> list[float]:
+def _choose_instants(log: Any, clock: FloatArray) -> list[float]:
     """Return the start, the first event or a third of the run, an instant between it and the end, and the end [s]."""
     start, end = float(clock[0]), float(clock[-1])
-    third, events = start + (end - start) / 3.0, events_in_sight(log)
+    third, events = start + (end - start) / 3.0, visible_events(log)
     first = events[0].tick * log.step_size if events else third
     if not _MARGIN <= (first - start) / max(end - start, 1e-300) <= 1.0 - _MARGIN:
         first = third  # too close to the start or the end
     return [start, first, 0.5 * (first + end), end]
 
 
-@with_style
+@use_style
 def draw_plane(plane: Plane) -> Figure:
     """Draw the plane at each of its times, with a colour bar for each quantity."""
-    low, high = plane.box
+    low, high = plane.bounding_box
     width, height = (high - low).tolist()
     bars, times = plane.scales.colours, plane.times
     columns = 2 if width < _TWO_ABREAST * height and len(times) > 1 else 1
@@ -136,11 +136,11 @@ def draw_plane(plane: Plane) -> Figure:
         axes.set_title(f"t = {instant_words(plane, frame)}", fontsize=11)
     for axes in panels[len(times) :]:
         axes.set_visible(False)
-    _add_length(panels[0], plane)
+    _add_scale_bar(panels[0], plane)
     if stretched := stretch_words(plane):
         figure.supxlabel(stretched, x=0.0, horizontalalignment="left", fontsize=10)
     for one in bars:
-        add_bar(figure, one, ax=panels, shrink=0.5, aspect=40, pad=0.02)
+        add_colour_bar(figure, one, ax=panels, shrink=0.5, aspect=40, pad=0.02)
     return figure
 
 
@@ -151,9 +151,9 @@ def instant_words(plane: Plane, frame: int) -> str:
     return f"{time * scale:.4g} {unit}{'' if time < plane.scene.valid_until else ', not valid'}"
 
 
-def _add_length(axes: Axes, plane: Plane) -> None:
+def _add_scale_bar(axes: Axes, plane: Plane) -> None:
     """Draw a scale bar of a round length below a picture."""
-    low, high = plane.box
+    low, high = plane.bounding_box
     length = round_down_to_125(_LENGTH_PART * float(high[0] - low[0]))
     axes.add_artist(
         AnchoredSizeBar(
@@ -165,7 +165,7 @@ def _add_length(axes: Axes, plane: Plane) -> None:
 
 def draw_instant(axes: Axes, plane: Plane, frame: int) -> None:
     """Draw one frame; the axes cover the bounding box of all frames."""
-    low, high = plane.box
+    low, high = plane.bounding_box
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal", xticks=[], yticks=[])
     axes.spines[:].set_visible(False)
     for mesh in plane.scene.meshes:
@@ -179,7 +179,7 @@ def draw_instant(axes: Axes, plane: Plane, frame: int) -> None:
 
 def _edge_width(axes: Axes, plane: Plane, size: float, least: float = _LEAST_EDGED) -> float:
     """Return the edge width in points for shapes of a size [m]; 0 below `least`, where edges would hide the colours."""
-    low, high = plane.box
+    low, high = plane.bounding_box
     place, figure = axes.get_position(), axes.get_figure(root=True)
     assert figure is not None
     inches = figure.get_size_inches() * np.array([place.width, place.height])
@@ -188,12 +188,12 @@ def _edge_width(axes: Axes, plane: Plane, size: float, least: float = _LEAST_EDG
 
 
 def _draw_points(axes: Axes, plane: Plane, motion: Motion, frame: int) -> None:
-    places, size = plane.seen(motion, frame)[:, :2], 2.0 * motion.radius
+    places, size = plane.picture_coordinates(motion, frame)[:, :2], 2.0 * motion.radius
     width = _edge_width(axes, plane, float(np.median(size)))
     values = None if motion.colour is None else motion.colour[frame]
     discs = EllipseCollection(
         size, size, np.zeros(len(size)), units="xy", offsets=places, offset_transform=axes.transData, edgecolor=_EDGE,
-        linewidth=width, facecolor=plane.scales.colours_of(motion.colour_variable, values, len(size)) / 255.0,
+        linewidth=width, facecolor=plane.scales.value_colours(motion.colour_variable, values, len(size)) / 255.0,
     )  # fmt: skip
     discs.set_rasterized(len(size) > _MOST_SHAPES)
     axes.add_collection(discs)
@@ -204,16 +204,16 @@ def _draw_points(axes: Axes, plane: Plane, motion: Motion, frame: int) -> None:
 
 
 def _draw_cells(axes: Axes, plane: Plane, mesh: MeshFrames, frame: int) -> None:
-    seen = plane.seen(mesh, frame)
+    seen = plane.picture_coordinates(mesh, frame)
     shown = np.arange(len(mesh.connectivity)) if mesh.whole is None else np.flatnonzero(mesh.whole[frame])
     values = None if mesh.field is None else mesh.field[frame]
-    if values is not None and not mesh.is_of_cells:
+    if values is not None and not mesh.has_cell_values:
         values = values[mesh.connectivity].mean(axis=1)
-    colours = plane.scales.colours_of(mesh.field_variable, values, len(mesh.connectivity)) / 255.0
+    colours = plane.scales.value_colours(mesh.field_variable, values, len(mesh.connectivity)) / 255.0
     if plane.scene.is_solid:
         # Draw the nearest cells last, so that they hide the others.
         shown = shown[np.argsort(seen[mesh.connectivity[shown], 2].mean(axis=1), kind="stable")]
-        colours = _lit(colours, seen[mesh.connectivity])
+        colours = _shade_colours(colours, seen[mesh.connectivity])
     corners = seen[mesh.connectivity[shown]][..., :2]
     size = float(np.sqrt(np.median(np.ptp(corners, axis=1).prod(axis=1)))) if len(corners) else 0.0
     width = min(0.2, _edge_width(axes, plane, size, _LEAST_EDGED_CELL))
@@ -225,7 +225,7 @@ def _draw_cells(axes: Axes, plane: Plane, mesh: MeshFrames, frame: int) -> None:
     axes.add_collection(shapes)
 
 
-def _lit(colours: FloatArray, corners: FloatArray) -> FloatArray:
+def _shade_colours(colours: FloatArray, corners: FloatArray) -> FloatArray:
     """Return colours lit from the eye; the inside of the body, visible through gaps, is dark.
 
     Args:
@@ -240,7 +240,7 @@ def _lit(colours: FloatArray, corners: FloatArray) -> FloatArray:
 
 def _draw_links(axes: Axes, plane: Plane, motion: Motion, links: LinkFrames, frame: int) -> None:
     """Draw the cracks and, unless they hide the points, the intact links."""
-    places, state = plane.seen(motion, frame)[:, :2], links.state[frame]
+    places, state = plane.picture_coordinates(motion, frame)[:, :2], links.state[frame]
     width = _edge_width(axes, plane, 2.0 * float(np.median(motion.radius)))
     if len(links.pairs) <= MOST_LINES:
         _add_lines(axes, places[links.pairs[state != 0.0]], _LINK, 2.0)
@@ -256,12 +256,12 @@ def _add_lines(axes: Axes, lines: FloatArray, colour: str, width: float) -> None
 def stretch_words(plane: Plane) -> str:
     """Return sentences on the drawn displacements; "" if they are true to scale."""
     sentences = [] if plane.scales.exaggeration == 1.0 else [f"Displacements drawn {plane.scales.exaggeration:g} x larger."]
-    if still := plane.scene.unmoved:
+    if still := plane.scene.unmoved_shapes:
         sentences.append(f"Drawn at the places of the start, as no displacements were recorded: {', '.join(still)}.")
     return " ".join(sentences)
 
 
-def words(plane: Plane) -> str:
+def plane_words(plane: Plane) -> str:
     """Return sentences on the content of the pictures."""
     links = [one for motion in plane.scene.motions for one in motion.links]
     names = ", ".join(one.name.replace("_", " ") for one in (*plane.scene.shapes, *links))

@@ -1,7 +1,7 @@
 """Figures of a run: x-t diagrams, profiles, histories, balances, inputs.
 
 Every function returns a matplotlib Figure created without pyplot: global state does not change and no window opens.
-`drawing.png` converts a figure to the bytes of a file, `drawing.svg` to a part of a page.
+`drawing.to_png` converts a figure to the bytes of a file, `drawing.to_svg` to a part of a page.
 """
 
 from __future__ import annotations
@@ -17,22 +17,22 @@ from matplotlib.ticker import MaxNLocator
 from granular_env.colours import PALETTE
 from granular_env.components.errors import ParameterError
 
-from ..curves import MOST_CURVES, Curve, load_input
-from ..recorded_fields import Field, array_names, curves_of, frame_at, load_fields, recorded_outputs
+from ..curves import MOST_CURVES, Curve, load_input_curves
+from ..recorded_fields import Field, array_names, load_curves, load_fields, nearest_frame, recorded_outputs
 from ..scene_data import SceneData
 from ..unit_labels import label_with_unit
 from .drawing import (
+    add_legend,
     draw_curves,
     draw_space_time,
     insert_gaps,
-    legend,
-    line,
+    line_style,
     mark_end_of_validity,
-    markers,
-    name_of_place,
+    marker_style,
     new_figure,
+    place_name,
     time_unit,
-    with_style,
+    use_style,
 )
 
 # Frames in figures: more than in a viewer, because a figure is drawn only once.
@@ -46,7 +46,7 @@ EVENT_BINS = 100
 _REACHED = 0.05
 
 
-@with_style
+@use_style
 def draw_fields(
     fields: Sequence[Field],
     kind: str,
@@ -84,8 +84,8 @@ def _draw_profiles(figure: FigureBase, shown: Field, times: Sequence[float] | No
     chosen = np.linspace(first, last, _PROFILES + 1)[1:].tolist() if times is None else list(times)
     panels = np.atleast_1d(figure.subplots(len(chosen), 1, sharex=True, sharey=True))
     for panel, time in zip(panels, chosen, strict=True):
-        frame = frame_at(shown.times, time)
-        panel.plot(shown.across, shown.values[frame], color=PALETTE[0], **markers(shown))
+        frame = nearest_frame(shown.times, time)
+        panel.plot(shown.coordinates, shown.values[frame], color=PALETTE[0], **marker_style(shown))
         panel.set_title(f"t = {shown.times[frame] * scale:.4g} {unit}", fontsize=11)
         panel.margins(x=0.01)
     figure.supylabel(shown.label, fontsize=11)
@@ -96,13 +96,13 @@ def _draw_histories(figure: FigureBase, shown: Field, indices: Sequence[int] | N
     scale, unit = time_unit(float(shown.times[-1]))
     axes = figure.subplots()
     for place, index in enumerate(_default_indices(shown) if indices is None else indices):
-        column = _column_of(shown, index)
+        column = _place_column(shown, index)
         times, values = insert_gaps(shown.times * scale, shown.values[:, column], shown.cuts)
-        axes.plot(times, values, label=name_of_place(shown, column), **line(place))
+        axes.plot(times, values, label=place_name(shown, column), **line_style(place))
     axes.set(xlabel=f"time [{unit}]", ylabel=shown.label)
     axes.margins(x=0.0)
     mark_end_of_validity(axes, valid_until * scale)
-    legend(axes)
+    add_legend(axes)
 
 
 def _default_indices(shown: Field) -> list[int]:
@@ -117,7 +117,7 @@ def _default_indices(shown: Field) -> list[int]:
     return (columns * shown.every).tolist()
 
 
-def _column_of(shown: Field, index: int) -> int:
+def _place_column(shown: Field, index: int) -> int:
     """Return the column of a place (negative numbers count from the end); `ParameterError` if it does not exist."""
     if not isinstance(index, int) or not -shown.total <= index < shown.total:
         raise ParameterError(
@@ -126,13 +126,13 @@ def _column_of(shown: Field, index: int) -> int:
     return (index % shown.total) // shown.every
 
 
-@with_style
-def balance(scene_data: SceneData, quantity: str = "energy") -> Figure | None:
+@use_style
+def draw_balance(scene_data: SceneData, quantity: str = "energy") -> Figure | None:
     """Draw the entries of a balance over time, with its residual below; None if there are no entries."""
     names = next((balance for balance in scene_data.balances if balance.quantity == quantity), None)
-    if names is None or not (amounts := scene_data.group(names.entries)):
+    if names is None or not (amounts := scene_data.named_curves(names.entries)):
         return None
-    residuals = scene_data.group(name for name in scene_data.curves if name.startswith(names.residual))
+    residuals = scene_data.named_curves(name for name in scene_data.curves if name.startswith(names.residual))
     words = quantity.replace("_", " ")
     figure = new_figure(8.0, 5.6 if residuals else 4.0)
     ratios = [3, 1] if residuals else [1]
@@ -144,8 +144,8 @@ def balance(scene_data: SceneData, quantity: str = "energy") -> Figure | None:
     return figure
 
 
-@with_style
-def curves(chosen: Sequence[Curve], valid_until: float = np.inf) -> Figure:
+@use_style
+def draw_curve_panels(chosen: Sequence[Curve], valid_until: float = np.inf) -> Figure:
     """Draw scalar curves (inputs, outputs), one panel for each unit."""
     units = list(dict.fromkeys(curve.unit for curve in chosen))
     figure = new_figure(8.0, 0.8 + 2.4 * len(units))
@@ -159,8 +159,8 @@ def curves(chosen: Sequence[Curve], valid_until: float = np.inf) -> Figure:
     return figure
 
 
-@with_style
-def event_counts(events: Sequence[tuple[float, str]], span: tuple[float, float]) -> Figure:
+@use_style
+def draw_event_counts(events: Sequence[tuple[float, str]], span: tuple[float, float]) -> Figure:
     """Draw the number of events in each interval of the run.
 
     Args:
@@ -181,7 +181,7 @@ def event_counts(events: Sequence[tuple[float, str]], span: tuple[float, float])
         below += counts
     axes.set(xlabel=f"time [{unit}]", ylabel="events", xlim=(scale * edges[0], scale * edges[-1]))
     axes.yaxis.set_major_locator(MaxNLocator(integer=True))
-    legend(axes)
+    add_legend(axes)
     return figure
 
 
@@ -218,10 +218,10 @@ def plot(
     if variable in array_names(log):
         return draw_fields(load_fields(log, variable, FRAMES), kind, times, indices)
     if variable in (recorded := recorded_outputs(log)):
-        return curves(list(curves_of(log, variable)))
-    if variable in log.input_variables and (acted := load_input(log, variable)) is not None:
+        return draw_curve_panels(list(load_curves(log, variable)))
+    if variable in log.input_variables and (acted := load_input_curves(log, variable)) is not None:
         if prod(acted.variable.shape) <= MOST_CURVES:
-            return curves(acted.curves)
+            return draw_curve_panels(acted.curves)
         fields = load_fields(log, variable, FRAMES)
         return draw_fields([one for one in fields if one.values.any()] or fields[:1], kind, times, indices)
     known = ", ".join([*recorded, *log.input_variables])

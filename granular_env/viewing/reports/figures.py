@@ -13,17 +13,17 @@ from matplotlib.figure import Figure
 from granular_env.components.drawables import Cells, Links, Points, element_count
 from granular_env.components.errors import ParameterError
 
-from ..curves import Curve, InputCurves, load_input
+from ..curves import Curve, InputCurves, load_input_curves
 from ..figures import plane, run_figures
-from ..plot_groups import plots
+from ..plot_groups import make_plots
 from ..recorded_fields import Field, array_names, load_fields, recorded_outputs
-from ..scene_builder import from_log
+from ..scene_builder import load_scene
 from ..scene_data import SceneData
 from ..visible_drawables import colouring_outputs, fills_plane, is_solid
 
 
 @dataclass(frozen=True)
-class Shown:
+class CaptionedFigure:
     """A figure, its heading and its caption."""
 
     heading: str
@@ -32,14 +32,14 @@ class Shown:
 
 
 @dataclass(frozen=True)
-class Choice:
+class ReportChoice:
     """The user's choice of variable names, times [s] and places; None for the default."""
 
     variables: Sequence[str] | None = None
     times: Sequence[float] | None = None
     indices: Sequence[int] | None = None
 
-    def check(self, log: Any) -> None:
+    def check_log(self, log: Any) -> None:
         """Raise `ParameterError` for variables, times or places that the log does not contain."""
         arrays = array_names(log)
         known = [*arrays, *(name for name in recorded_outputs(log) if name not in arrays)]
@@ -47,17 +47,19 @@ class Choice:
             raise ParameterError(
                 f"{unknown[0]!r} was not recorded", hint=f"this log holds {', '.join(known) or 'none'}", at="variables"
             )
-        if (self.times is not None or self.indices is not None) and not any(map(self.holds, arrays)):
+        if (self.times is not None or self.indices is not None) and not any(map(self.includes, arrays)):
             raise ParameterError(
                 "none of the variables is a recorded array", hint="leave times and indices out", at="variables"
             )
 
-    def holds(self, name: str) -> bool:
+    def includes(self, name: str) -> bool:
         """Return whether to show a variable."""
         return self.variables is None or name in self.variables
 
 
-def draw_report(log: Any, choice: Choice, progress: Callable[[float], None]) -> tuple[SceneData, dict[str, Shown]]:
+def draw_report(
+    log: Any, choice: ReportChoice, progress: Callable[[float], None]
+) -> tuple[SceneData, dict[str, CaptionedFigure]]:
     """Return the scene data of a log, and its figures by file name, in the order of the page.
 
     Args:
@@ -66,62 +68,64 @@ def draw_report(log: Any, choice: Choice, progress: Callable[[float], None]) -> 
         progress: called with the completed fraction.
 
     Raises:
-        ParameterError: as in `Choice.check`, or a time or place outside the log.
+        ParameterError: as in `ReportChoice.check_log`, or a time or place outside the log.
     """
-    choice.check(log)
-    scene_data = from_log(log, run_figures.FRAMES)
-    drawn = _pictures(log, scene_data, choice) if choice.variables is None else {}
+    choice.check_log(log)
+    scene_data = load_scene(log, run_figures.FRAMES)
+    drawn = _scene_pictures(log, scene_data, choice) if choice.variables is None else {}
     arrays = _chosen_arrays(log, scene_data, choice)
     for done, name in enumerate(arrays, start=1):
         progress(done / (1 + len(arrays)))
         drawn |= _array_figures(log, scene_data, name, choice)
-    drawn |= _balances(scene_data)
-    if curves := [one for one in _acting_curves(scene_data, "outputs") if choice.holds(one.name)]:
-        figure = run_figures.curves(curves, scene_data.valid_until)
-        drawn["outputs"] = Shown("Outputs", figure, "Outputs in time; those that stay 0 are left out.")
-    drawn |= _inputs(log, scene_data)
+    drawn |= _balance_figures(scene_data)
+    if curves := [one for one in _active_curves(scene_data, "outputs") if choice.includes(one.name)]:
+        figure = run_figures.draw_curve_panels(curves, scene_data.valid_until)
+        drawn["outputs"] = CaptionedFigure("Outputs", figure, "Outputs in time; those that stay 0 are left out.")
+    drawn |= _input_figures(log, scene_data)
     if choice.variables is None and (happened := log.events()):
         span = log.start_tick * log.step_size, log.start_tick * log.step_size + log.duration
-        figure = run_figures.event_counts([(event.tick * log.step_size, event.kind) for event in happened], span)
-        drawn["events"] = Shown("Events", figure, "Number of events in each hundredth of the run, by their kind.")
+        figure = run_figures.draw_event_counts([(event.tick * log.step_size, event.kind) for event in happened], span)
+        drawn["events"] = CaptionedFigure("Events", figure, "Number of events in each hundredth of the run, by their kind.")
     return scene_data, drawn
 
 
-def _pictures(log: Any, scene_data: SceneData, choice: Choice) -> dict[str, Shown]:
+def _scene_pictures(log: Any, scene_data: SceneData, choice: ReportChoice) -> dict[str, CaptionedFigure]:
     """Return pictures of a plane or a body in space; for a surface, one per output that can colour it."""
     if (shown := plane.load_plane(log, scene_data, choice.times)) is None:
         return {}
     heading = "In space" if scene_data.is_solid else "In the plane"
-    drawn = {"plane": Shown(heading, plane.draw_plane(shown), f"{plane.words(shown)} {scene_data.remark}".strip())}
+    drawn = {
+        "plane": CaptionedFigure(heading, plane.draw_plane(shown), f"{plane.plane_words(shown)} {scene_data.remark}".strip())
+    }
     surfaces = [one for one in log.drawables if isinstance(one, Cells) and is_solid(one.nodes)]
     shown_already = {mesh.field_variable.name for mesh in shown.scene.meshes} | {one.state for one in surfaces}
     for name in colouring_outputs(surfaces, recorded_outputs(log)):
         other = plane.load_plane(log, scene_data, choice.times, name) if name not in shown_already else None
         if other is not None:
             words = f"The same, coloured by {log.variables[name].description}."
-            drawn[f"plane-{name}"] = Shown(_title(name), plane.draw_plane(other), words)
+            drawn[f"plane-{name}"] = CaptionedFigure(_figure_title(name), plane.draw_plane(other), words)
     return drawn
 
 
-def _chosen_arrays(log: Any, scene_data: SceneData, choice: Choice) -> list[str]:
+def _chosen_arrays(log: Any, scene_data: SceneData, choice: ReportChoice) -> list[str]:
     """Return the arrays to show, the particles' colour first; by default all arrays that no other figure shows."""
     if choice.variables is not None:
-        return [name for name in array_names(log) if choice.holds(name)]
+        return [name for name in array_names(log) if choice.includes(name)]
     elsewhere = {name for balance in log.balances for name in (*balance.entries, balance.residual)}
     elsewhere |= {one.state for one in log.drawables if isinstance(one, Cells) and is_solid(one.nodes)}
     vectors = {one.displacement for one in log.drawables if isinstance(one, Points | Cells)}
     elsewhere |= {name for name in vectors if name in log.variables and len(log.variables[name].shape) > 1}
     arrays = [name for name in array_names(log) if name not in elsewhere]
-    return sorted(arrays, key=lambda name: (len(log.variables[name].shape) > 1, name != _main(scene_data)))
+    return sorted(arrays, key=lambda name: (len(log.variables[name].shape) > 1, name != _main_array(scene_data)))
 
 
-def _main(scene_data: SceneData) -> str:
+def _main_array(scene_data: SceneData) -> str:
     """Return the name of the output that colours the first particles; "" if there is none."""
     motion = scene_data.motion
     return "" if motion is None or motion.colour is None else motion.colour_variable.name
 
 
-def _array_figures(log: Any, scene_data: SceneData, name: str, choice: Choice) -> dict[str, Shown]:
+def _array_figures(log: Any, scene_data: SceneData, name: str, choice: ReportChoice) -> dict[str, CaptionedFigure]:
     """Return the figures of an array: x-t diagram, profiles (of the main array or on request) and histories.
 
     Vectors have only histories. The same holds, unless requested, for values at places that fill a plane, because the
@@ -129,76 +133,80 @@ def _array_figures(log: Any, scene_data: SceneData, name: str, choice: Choice) -
     """
     fields = load_fields(log, name, run_figures.FRAMES)
     field, is_vector = fields[0], len(log.variables[name].shape) > 1
-    is_main, is_asked = name == _main(scene_data), choice.times is not None or choice.variables is not None
-    title, drawn = _title(name), {}
+    is_main, is_asked = name == _main_array(scene_data), choice.times is not None or choice.variables is not None
+    title, drawn = _figure_title(name), {}
     stem = "" if is_main else f"{name}-"
-    across = _across(field)
+    across = _axis_words(field)
     if not is_vector and (is_asked or field.coordinate is not None or not fills_plane(log.drawables, field.total)):
         words = (
             f"{title} {across} (across) at every instant (up): red is positive, blue negative, nearly white 0. "
             "Where there is no frame the diagram is grey."
         )
         figure = run_figures.draw_fields(fields, "space-time")
-        drawn[f"{stem}space-time"] = Shown("x-t diagram" if is_main else title, figure, words)
+        drawn[f"{stem}space-time"] = CaptionedFigure("x-t diagram" if is_main else title, figure, words)
         if is_main or is_asked or field.coordinate is not None:
             figure = run_figures.draw_fields(fields, "profiles", choice.times)
             heading = "Profiles at chosen times" if is_main else f"{title}: profiles"
-            drawn[f"{stem}profiles"] = Shown(heading, figure, f"{title} {across} at chosen instants.")
-    things = _things(log, field)
+            drawn[f"{stem}profiles"] = CaptionedFigure(heading, figure, f"{title} {across} at chosen instants.")
+    things = _plural_noun(log, field)
     figure = run_figures.draw_fields(fields, "histories", None, choice.indices, scene_data.valid_until)
     heading = f"Histories of chosen {things}" if is_main else f"{title}: histories"
     words = f"{title} of chosen {things} in time. By default they are evenly spaced among those that changed."
-    drawn[f"{stem}histories"] = Shown(heading, figure, words)
+    drawn[f"{stem}histories"] = CaptionedFigure(heading, figure, words)
     return drawn
 
 
-def _across(field: Field) -> str:
+def _axis_words(field: Field) -> str:
     return f"of every {field.place}" if field.coordinate is None else "along x"
 
 
-def _things(log: Any, field: Field) -> str:
+def _plural_noun(log: Any, field: Field) -> str:
     """Return the plural name of an array's places, such as "grains"."""
     drawn = (one for one in log.drawables if isinstance(one, Points | Links) and element_count(one) == field.total)
     return next((one.name.replace("_", " ") for one in drawn), f"{field.place}s")
 
 
-def _balances(scene_data: SceneData) -> dict[str, Shown]:
+def _balance_figures(scene_data: SceneData) -> dict[str, CaptionedFigure]:
     drawn = {}
     for balance in scene_data.balances:
-        if (figure := run_figures.balance(scene_data, balance.quantity)) is not None:
-            words = f"{_title(balance.quantity)} since the reset; below, the residual, which is the error of the numerics."
-            drawn[f"balance-{balance.quantity}"] = Shown("Balances", figure, words)
+        if (figure := run_figures.draw_balance(scene_data, balance.quantity)) is not None:
+            words = (
+                f"{_figure_title(balance.quantity)} since the reset; below, the residual, which is the error of the numerics."
+            )
+            drawn[f"balance-{balance.quantity}"] = CaptionedFigure("Balances", figure, words)
     return drawn
 
 
-def _acting_curves(scene_data: SceneData, group: str) -> list[Curve]:
-    found = [curve for plot in plots(scene_data) if plot.group == group for curve in plot.curves]
+def _active_curves(scene_data: SceneData, group: str) -> list[Curve]:
+    found = [curve for plot in make_plots(scene_data) if plot.group == group for curve in plot.curves]
     return [curve for curve in found if np.any(curve.values != 0.0)]
 
 
-def _inputs(log: Any, scene_data: SceneData) -> dict[str, Shown]:
+def _input_figures(log: Any, scene_data: SceneData) -> dict[str, CaptionedFigure]:
     """Return a figure of all scalar inputs and one per active array input; large arrays also get x-t diagrams."""
-    drawn: dict[str, Shown] = {}
+    drawn: dict[str, CaptionedFigure] = {}
     scalars = {name for name, one in log.input_variables.items() if one.shape == ()}
-    if curves := [one for one in _acting_curves(scene_data, "inputs") if one.name in scalars]:
-        drawn["inputs"] = Shown("Inputs", run_figures.curves(curves), "Inputs in time; those that stay 0 are left out.")
+    if curves := [one for one in _active_curves(scene_data, "inputs") if one.name in scalars]:
+        drawn["inputs"] = CaptionedFigure(
+            "Inputs", run_figures.draw_curve_panels(curves), "Inputs in time; those that stay 0 are left out."
+        )
     for name in log.input_variables:
-        acted = None if name in scalars else load_input(log, name)
+        acted = None if name in scalars else load_input_curves(log, name)
         moving = [] if acted is None else [one for one in acted.curves if one.values.any()]
         if acted is None or not moving:
             continue
-        drawn[f"inputs-{name}"] = Shown("Inputs", run_figures.curves(moving), _input_words(acted))
+        drawn[f"inputs-{name}"] = CaptionedFigure("Inputs", run_figures.draw_curve_panels(moving), _input_words(acted))
         if acted.is_summary and not fills_plane(log.drawables, acted.variable.shape[0]):
             fields = [one for one in load_fields(log, name, run_figures.FRAMES) if one.values.any()]
-            words = f"{_title(name)} {_across(fields[0])} (across) at every instant (up)."
-            drawn[f"inputs-{name}-space-time"] = Shown("Inputs", run_figures.draw_fields(fields, "space-time"), words)
+            words = f"{_figure_title(name)} {_axis_words(fields[0])} (across) at every instant (up)."
+            drawn[f"inputs-{name}-space-time"] = CaptionedFigure("Inputs", run_figures.draw_fields(fields, "space-time"), words)
     return drawn
 
 
 def _input_words(acted: InputCurves) -> str:
     """Return a caption for an array input: its description, the axes of its elements, and the elements drawn."""
     variable = acted.variable
-    words = f"{_title(variable.name)} in time: {variable.description}."
+    words = f"{_figure_title(variable.name)} in time: {variable.description}."
     if variable.axes:
         numbers = ", ".join(f"{number} is {axis}" for number, axis in enumerate("xyz"[: variable.shape[-1]]))
         counted = (axis.replace("_", " ") + (f" ({numbers})" if axis == "direction" else "") for axis in variable.axes)
@@ -210,5 +218,5 @@ def _input_words(acted: InputCurves) -> str:
     return f"{words} {acted.acting} of {size} elements act; {shown}."
 
 
-def _title(name: str) -> str:
+def _figure_title(name: str) -> str:
     return name.replace("_", " ").capitalize()

@@ -9,16 +9,16 @@ from typing import Any
 
 from markupsafe import Markup
 
-from granular_env.output_files import count_of, readable_bytes, require_writable, write_files
+from granular_env.output_files import count_text, require_writable, size_text, write_files
 from granular_env.progress import Progress, progress_bar
 
 from ..figures import drawing
-from ..figures.html_film import film_of
-from ..html_page import page, parts
+from ..figures.html_film import make_film
+from ..html_page import parts, render_page
 from ..scene_builder import require_log
 from ..scene_data import SceneData
 from . import tables
-from .figures import Choice, Shown, draw_report
+from .figures import CaptionedFigure, ReportChoice, draw_report
 
 _FILM_WORDS = "The run as a film: choose an instant on the time axis below (the arrow keys go through them), or play."
 
@@ -57,51 +57,51 @@ def report(
     require_log(log)
     target = Path(folder) / "report.html"
     require_writable(target)
-    choice = Choice(variables, times, indices)
+    choice = ReportChoice(variables, times, indices)
     with progress_bar(f"report in {target.parent.name}", show=progress) as bar:
         scene_data, drawn = draw_report(log, choice, bar.update)
         sections = _sections(log, scene_data, drawn)
-        if choice.variables is None and choice.times is None and (film := film_of(log, scene_data)) is not None:
+        if choice.variables is None and choice.times is None and (film := make_film(log, scene_data)) is not None:
             words = " ".join(one for one in (_FILM_WORDS, film.stretch, scene_data.remark) if one)
             sections = [("Film", parts.film(film, words)), *sections]
-        html = page(f"Run report: {scene_data.title}", _lead(log, scene_data), sections)
-        pictures = {target.parent / f"{name}.png": drawing.png(shown.figure) for name, shown in drawn.items()}
+        html = render_page(f"Run report: {scene_data.title}", _lead_paragraphs(log, scene_data), sections)
+        pictures = {target.parent / f"{name}.png": drawing.to_png(shown.figure) for name, shown in drawn.items()}
         write_files({**pictures, target: html.encode("utf-8", "replace")})
         bar.update(1.0)
     return target
 
 
-def _sections(log: Any, scene_data: SceneData, drawn: Mapping[str, Shown]) -> list[tuple[str, Markup]]:
+def _sections(log: Any, scene_data: SceneData, drawn: Mapping[str, CaptionedFigure]) -> list[tuple[str, Markup]]:
     """Return the heading and HTML of each section."""
-    shown = {name: (one.heading, parts.picture(drawing.svg(one.figure, name), one.words)) for name, one in drawn.items()}
+    shown = {name: (one.heading, parts.picture(drawing.to_svg(one.figure, name), one.words)) for name, one in drawn.items()}
     balances = Markup().join(shown.pop(name)[1] for name in list(shown) if name.startswith("balance-"))
     inputs = Markup().join(shown.pop(name)[1] for name in list(shown) if shown[name][0] == "Inputs")
     happened = shown.pop("events")[1] if "events" in shown else Markup()
     sections = [
         *shown.values(),
         ("Inputs", inputs),
-        ("Balances", tables.balances(scene_data) + balances),
-        ("Events", happened + tables.events(log)),
-        ("Validity", tables.validity(log)),
-        ("Parameters", tables.parameters(log)),
-        ("Experiment", tables.experiment(log)),
-        ("Environment", tables.environment(log)),
-        ("Replay it", tables.replay(log)),
+        ("Balances", tables.balance_table(scene_data) + balances),
+        ("Events", happened + tables.event_section(log)),
+        ("Validity", tables.validity_section(log)),
+        ("Parameters", tables.parameter_table(log)),
+        ("Experiment", tables.experiment_section(log)),
+        ("Environment", tables.environment_table(log)),
+        ("Replay it", tables.replay_commands(log)),
     ]
     return [(heading, content) for heading, content in sections if content]
 
 
-def _lead(log: Any, scene_data: SceneData) -> Markup:
+def _lead_paragraphs(log: Any, scene_data: SceneData) -> Markup:
     """Return the description of the experiment, the length of the run, and notes."""
     metadata = log.metadata
     experiment = metadata.get("experiment") if isinstance(metadata.get("experiment"), dict) else {}
     scale, unit = drawing.time_unit(log.duration)
     what = (
-        f"{log.duration * scale:.6g} {unit} of component {metadata.get('component')}, {count_of(log.calls, 'call')} of step()"
+        f"{log.duration * scale:.6g} {unit} of component {metadata.get('component')}, {count_text(log.calls, 'call')} of step()"
     )
     lead = [parts.paragraph(experiment["description"])] if experiment.get("description") else []
     lead += [parts.paragraph(f"From: {experiment['source']}", "dim")] if experiment.get("source") else []
-    size = readable_bytes(os.path.getsize(log.path))
+    size = size_text(os.path.getsize(log.path))
     lead.append(parts.paragraph(f"{what}; recorded {metadata.get('created')}; {size}.", "dim"))
     if concluded := metadata.get("conclusions"):
         lead.append(parts.bullets(concluded))

@@ -18,14 +18,14 @@ from granular_env.recording.event_places import event_table, listed_events
 
 from ..html_page import parts
 from ..scene_data import SceneData
-from ..unit_labels import typeset
+from ..unit_labels import typeset_unit
 
 _LONGEST_LIST = 8
 _MOST_EVENTS = 200
 _MOST_INCIDENTS, _LONGEST_MESSAGE = 20, 1000
 
 
-def balances(scene_data: SceneData) -> Markup:
+def balance_table(scene_data: SceneData) -> Markup:
     """Return the entries of the balances at the start and the end, and the size of each residual."""
     rows: list[list[Any]] = []
     sentences = []
@@ -35,9 +35,9 @@ def balances(scene_data: SceneData) -> Markup:
         largest = [max((float(np.abs(one.values).max()) for one in some), default=0.0) for some in (entries, residuals)]
         for one in (*entries, *residuals):
             first, last, most = float(one.values[0]), float(one.values[-1]), float(np.abs(one.values).max())
-            rows.append([one.name.replace("_", " "), typeset(one.unit), first, last, most])
+            rows.append([one.name.replace("_", " "), typeset_unit(one.unit), first, last, most])
         if residuals and largest[0] > 0.0:
-            scale = f"{largest[0]:.2g} {typeset(balance.unit)}"
+            scale = f"{largest[0]:.2g} {typeset_unit(balance.unit)}"
             part = f"at most {largest[1] / largest[0]:.2g} of the largest entry, {scale}"
             sentences.append(f"Residual of {balance.quantity.replace('_', ' ')}: {part}.")
     if not rows:
@@ -69,7 +69,7 @@ def _incident_sentence(incident: Mapping[str, Any]) -> str | None:
     }.get(str(incident.get("incident")))
 
 
-def events(log: Any) -> Markup:
+def event_section(log: Any) -> Markup:
     """Return the events of the run and, for a branch, earlier events; empty if no event can occur."""
     kinds = log.event_kinds
     if not kinds:
@@ -92,15 +92,15 @@ def events(log: Any) -> Markup:
     return parts.table(heads, rows) + parts.paragraph(" ".join(sentences))
 
 
-def validity(log: Any) -> Markup:
+def validity_section(log: Any) -> Markup:
     """Return the validity of the model's assumptions."""
     figures, cautions = log.metadata["report"], log.metadata["cautions"]
-    rows = [[typeset(name), "unknown" if value is None else value] for name, value in figures.items()]
+    rows = [[typeset_unit(name), "unknown" if value is None else value] for name, value in figures.items()]
     reported = parts.table(["figure", "value"], rows) if rows else parts.paragraph("No figures of validity.")
     return reported + (parts.bullets(cautions, "cautions") if cautions else parts.paragraph("No cautions."))
 
 
-def parameters(log: Any) -> Markup:
+def parameter_table(log: Any) -> Markup:
     """Return all parameters with their values, including defaults; parameters in tables are named TABLE.PARAMETER."""
     model = None
     with suppress(GranularError):
@@ -124,19 +124,19 @@ def _parameter_rows(prefix: str, values: Mapping[str, Any], model: Any) -> Itera
             unit, meaning, absent = "", "", "none"
             if name in fields:
                 unit, meaning, absent = field_unit(fields[name]), fields[name].description or "", absent_meaning(fields[name])
-            yield [prefix + name, absent if value is None else _short(value), typeset(unit), meaning]
+            yield [prefix + name, absent if value is None else _short_value(value), typeset_unit(unit), meaning]
 
 
-def _short(value: Any) -> str:
+def _short_value(value: Any) -> str:
     if isinstance(value, list):
         if len(value) > 1 and all(entry == value[0] for entry in value):
-            return f"{_short(value[0])} ({len(value)} times)"
+            return f"{_short_value(value[0])} ({len(value)} times)"
         more = f", ... ({len(value)} values)" if len(value) > _LONGEST_LIST else ""
-        return ", ".join(_short(entry) for entry in value[:_LONGEST_LIST]) + more
+        return ", ".join(_short_value(entry) for entry in value[:_LONGEST_LIST]) + more
     return f"{value + 0.0:.6g}" if isinstance(value, float) else "" if value is None else str(value)  # avoid -0
 
 
-def experiment(log: Any) -> Markup:
+def experiment_section(log: Any) -> Markup:
     """Return the experiment as a TOML file that can be run again; "" if a script recorded the log."""
     content = log.metadata.get("experiment")
     if not isinstance(content, dict) or "component" not in content:
@@ -146,16 +146,16 @@ def experiment(log: Any) -> Markup:
     return parts.paragraph(words) + parts.preformatted(text)
 
 
-def environment(log: Any) -> Markup:
+def environment_table(log: Any) -> Markup:
     """Return the software and machine that recorded the log, and its size."""
     metadata = log.metadata
     rows = [[f"{name} version", text] for name, text in metadata["versions"].items()]
-    rows += [[name.replace("_", " "), _short(value)] for name, value in metadata["machine"].items()]
+    rows += [[name.replace("_", " "), _short_value(value)] for name, value in metadata["machine"].items()]
     rows.append(["identity of component and parameters", metadata.get("identity", "")])
     return parts.table(["fact", "value"], rows)
 
 
-def replay(log: Any) -> Markup:
+def replay_commands(log: Any) -> Markup:
     """Return the commands that replay the log, branch from it and show it."""
     path = shlex.quote(str(log.path))
     middle = (log.start_tick + round(0.5 * log.duration / log.step_size)) * log.step_size

@@ -28,7 +28,7 @@ _EYE_DISTANCE = 1.1
 _WIDE = 2.0
 
 
-def blueprint(scene_data: SceneData, scales: Scales | None, views: Views | None, duration: float | None) -> Any:
+def make_blueprint(scene_data: SceneData, scales: Scales | None, views: Views | None, duration: float | None) -> Any:
     """Return the layout of a scene.
 
     Args:
@@ -40,27 +40,27 @@ def blueprint(scene_data: SceneData, scales: Scales | None, views: Views | None,
     shown: list[Any] = [rrb.TextDocumentView(origin="caption", name="What you see")]
     scalars = select_plots(scene_data, _SHOWN_PLOTS_ALONE if scales is None else _SHOWN_PLOTS)
     if scalars:
-        shown.insert(0, rrb.Vertical(*(_plot(plot) for plot in scalars)))
+        shown.insert(0, rrb.Vertical(*(_plot_pane(plot) for plot in scalars)))
     motion = scene_data.motion
     rows: list[tuple[Any, float]] = []
     if scales is not None:
-        rows = [(_whole(scene_data, scales, views), 3.6)]
+        rows = [(_whole_view(scene_data, scales, views), 3.6)]
         if scales.colours and scene_data.is_plane:
             legend = rrb.Spatial2DView(origin=LEGEND, name="Colours", background=[13, 16, 17])
             rows.append((legend, 0.45 + 0.75 * len(scales.colours)))
         if motion is not None and views is not None:
-            shown = [*views.panes(motion, scales), *shown]
-            rows += views.rows(motion, scales)
+            shown = [*views.side_panes(motion, scales), *shown]
+            rows += views.full_width_panes(motion, scales)
     if profiles := [profile_pane(profile) for profile in scene_data.profiles[:_SHOWN_PROFILES]]:
         # A two-column grid with one pane would leave half of the width empty.
         rows.append((profiles[0] if len(profiles) == 1 else rrb.Grid(*profiles, grid_columns=2), 4.5))
     if scales is not None and _is_tall(scene_data, scales):
         # Side by side, because a square picture has little room above the plots.
         beside = rrb.Vertical(*reversed(shown), row_shares=[3.0, 6.0][-len(shown) :])
-        content = rrb.Horizontal(_stack(rows, 10.0), beside, column_shares=[5.0, 4.0])
+        content = rrb.Horizontal(_stack_panes(rows, 10.0), beside, column_shares=[5.0, 4.0])
     else:
         rows.append((rrb.Horizontal(*shown, column_shares=[4.0, 4.0, 3.0][-len(shown) :]), 6.0))
-        content = _stack(rows)
+        content = _stack_panes(rows)
     return rrb.Blueprint(
         content,
         _time_panel(duration),
@@ -70,7 +70,7 @@ def blueprint(scene_data: SceneData, scales: Scales | None, views: Views | None,
     )
 
 
-def _stack(rows: list[tuple[Any, float]], first: float | None = None) -> Any:
+def _stack_panes(rows: list[tuple[Any, float]], first: float | None = None) -> Any:
     """Return panes one above the other with their shares of the height; `first` replaces the share of the first pane."""
     shares = [share for _, share in rows]
     return rrb.Vertical(*(row for row, _ in rows), row_shares=[first or shares[0], *shares[1:]])
@@ -88,34 +88,34 @@ def _time_panel(duration: float | None) -> Any:
     return rrb.TimePanel(state="collapsed", timeline=TIMELINE, playback_speed=speed, play_state="playing", loop_mode="all")
 
 
-def _plot(plot: Plot) -> Any:
+def _plot_pane(plot: Plot) -> Any:
     several = len(plot.curves) > 1
     legend = rrb.PlotLegend("LeftTop", visible=several)
     title = plot.title if several or ":" in plot.title else f"{plot.title}: {next(iter(plot.curves)).name.replace('_', ' ')}"
     return rrb.TimeSeriesView(contents=plot_paths(plot), name=title, plot_legend=legend)
 
 
-def _whole(scene_data: SceneData, scales: Scales, views: Views | None) -> Any:
+def _whole_view(scene_data: SceneData, scales: Scales, views: Views | None) -> Any:
     """Return the whole scene from the side or from above, and a second tab with an interactive 3D view.
 
     The second tab is active for a body in space.
     """
     located = any(shape.located for shape in scene_data.shapes)
-    drawn = f"; displacements drawn {scales.stretch}" if located else "; positions at the start"
-    drawn = drawn if scene_data.movable else ""
+    drawn = f"; displacements drawn {scales.stretch_text}" if located else "; positions at the start"
+    drawn = drawn if scene_data.movable_shapes else ""
     sizes = ", particles to scale" if scene_data.motions else ""
     name = f"{'From above' if scene_data.is_plane else 'From the side'}{drawn}{sizes}"
     in_space = f"In space{drawn}{sizes}" if scene_data.is_solid else "The same in 3D"
     return rrb.Tabs(
-        whole_camera(scene_data, scales, views).view(name, ["scene/**"]),
+        whole_camera(scene_data, scales, views).make_pane(name, ["scene/**"]),
         rrb.Spatial3DView(
-            origin="/", contents=["scene/**"], name=in_space, line_grid=False, eye_controls=_oblique(scene_data, scales)
+            origin="/", contents=["scene/**"], name=in_space, line_grid=False, eye_controls=_oblique_eye(scene_data, scales)
         ),
         active_tab=int(scene_data.is_solid),
     )
 
 
-def _oblique(scene_data: SceneData, scales: Scales) -> Any:
+def _oblique_eye(scene_data: SceneData, scales: Scales) -> Any:
     """Return an oblique eye: close to a row or a plane, far enough to see a body in space as a whole."""
     low, high = scales.magnification * np.array(scales.low), scales.magnification * np.array(scales.high)
     middle = 0.5 * (low + high)

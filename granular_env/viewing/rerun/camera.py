@@ -44,7 +44,7 @@ class Camera:
     is_above: bool = False
 
     @property
-    def _image(self) -> tuple[float, float]:
+    def _image_size(self) -> tuple[float, float]:
         return _PIXELS, _PIXELS * self.height / self.width
 
     @property
@@ -52,23 +52,23 @@ class Camera:
         return max(_DISTANCE * self.width, _NEAREST)
 
     @property
-    def place(self) -> tuple[float, float, float]:
+    def position(self) -> tuple[float, float, float]:
         """Return the camera's position [m]."""
         x, other = self.middle
         return (x, other, self._distance) if self.is_above else (x, -self._distance, other)
 
     def send(self, recording: Any) -> None:
         """Send the camera to the scene."""
-        width, height = self._image
-        place = rr.Transform3D(translation=self.place, mat3x3=_ABOVE if self.is_above else _SIDE)
+        width, height = self._image_size
+        place = rr.Transform3D(translation=self.position, mat3x3=_ABOVE if self.is_above else _SIDE)
         lens = rr.Pinhole(
             focal_length=self._distance / self.width * width, width=width, height=height, camera_xyz=rr.ViewCoordinates.RDF
         )
         recording.log(self.path, place, lens, static=True)
 
-    def view(self, name: str, contents: list[str]) -> Any:
+    def make_pane(self, name: str, contents: list[str]) -> Any:
         """Return a pane that shows entities with this camera."""
-        across, down = self._image
+        across, down = self._image_size
         return rrb.Spatial2DView(
             origin=self.path,
             contents=contents,

@@ -16,26 +16,26 @@ if TYPE_CHECKING:
 _MARKUP = str.maketrans({character: f"\\{character}" for character in "\\`*_{}[]<>#|!~"})
 
 
-def plain(text: str) -> str:
+def escape_markdown(text: str) -> str:
     """Return text from a log without markdown syntax."""
     return " ".join(str(text).split()).translate(_MARKUP)
 
 
-def caption(scene_data: SceneData, scales: Scales | None, views: Views | None) -> str:
+def make_caption(scene_data: SceneData, scales: Scales | None, views: Views | None) -> str:
     """Return a markdown text that explains the scene to a new reader."""
-    words = [f"# {plain(scene_data.title)}"]
+    words = [f"# {escape_markdown(scene_data.title)}"]
     if scene_data.conclusions:
         words += ["**At the end of the run**", _bullets(scene_data.conclusions)]
     if scales is not None:
         words += _scene_words(scene_data, scales)
         if scene_data.motion is not None and views is not None:
-            words += views.words(scene_data.motion, scales)
+            words += views.caption_paragraphs(scene_data.motion, scales)
     elif not scene_data.notes and not scene_data.profiles:
         words.append("This component has no particles; its outputs and its balances are plotted.")
     if scene_data.profiles:
-        names = ", ".join(plain(one.variable.name.replace("_", " ")) for one in scene_data.profiles)
+        names = ", ".join(escape_markdown(one.variable.name.replace("_", " ")) for one in scene_data.profiles)
         words.append(f"**Curves along x:** {names}, at the instant of the cursor; a line marks 0.")
-    if any(scene_data.group(balance.entries) for balance in scene_data.balances):
+    if any(scene_data.named_curves(balance.entries) for balance in scene_data.balances):
         words.append("**Plots.** Balances since the reset. Their residuals are the errors of the numerics.")
     # A single sample (live run) does not show whether an input acts.
     inputs = scene_data.inputs.values()
@@ -47,14 +47,14 @@ def caption(scene_data: SceneData, scales: Scales | None, views: Views | None) -
 
 
 def _bullets(sentences: Iterable[str]) -> str:
-    return "\n".join(f"- {plain(one)}" for one in sentences)
+    return "\n".join(f"- {escape_markdown(one)}" for one in sentences)
 
 
 def _scene_words(scene_data: SceneData, scales: Scales) -> Iterator[str]:
     """Yield sentences on shapes, colours, factors and frames."""
     yield from map(_shape_words, scene_data.shapes)
     if scene_data.remark:
-        yield f"**{plain(scene_data.remark)}**"
+        yield f"**{escape_markdown(scene_data.remark)}**"
     yield from map(_colour_words, scales.colours)
     yield _stretch_words(scene_data, scales)
     yield " ".join(picture_words(scene_data))
@@ -64,11 +64,13 @@ def _scene_words(scene_data: SceneData, scales: Scales) -> Iterator[str]:
 
 def _shape_words(shape: Motion | MeshFrames) -> str:
     if isinstance(shape, MeshFrames):
-        return f"**{plain(shape.name.capitalize())}: {len(shape.connectivity)} cells** between {len(shape.nodes)} nodes."
+        return (
+            f"**{escape_markdown(shape.name.capitalize())}: {len(shape.connectivity)} cells** between {len(shape.nodes)} nodes."
+        )
     least, largest = f"{shape.radius.min() * 1e3:.4g}", f"{shape.radius.max() * 1e3:.4g}"
     radii = least if least == largest else f"{least} to {largest}"
-    links = "".join(f" {len(one.pairs)} {plain(one.name)} join them." for one in shape.links)
-    return f"**{shape.total} {plain(shape.name)}**, radius {radii} mm (true to scale).{links}"
+    links = "".join(f" {len(one.pairs)} {escape_markdown(one.name)} join them." for one in shape.links)
+    return f"**{shape.total} {escape_markdown(shape.name)}**, radius {radii} mm (true to scale).{links}"
 
 
 def _stretch_words(scene_data: SceneData, scales: Scales) -> str:
@@ -83,8 +85,8 @@ def _stretch_words(scene_data: SceneData, scales: Scales) -> str:
 
 
 def _colour_words(scale: ColourScale) -> str:
-    unit = "" if scale.unit == "1" else f" {plain(scale.unit)}"
+    unit = "" if scale.unit == "1" else f" {escape_markdown(scale.unit)}"
     below = f"-{scale.limit:g}{unit} (blue) through " if scale.has_sign else ""
     beyond = " and more" if scale.is_exceeded else ""
-    names = " and ".join(plain(name) for name in scale.names)
+    names = " and ".join(escape_markdown(name) for name in scale.names)
     return f"**Colour: {names}**, from {below}0 (white) to +{scale.limit:g}{unit} (red){beyond}."

@@ -19,10 +19,10 @@ from granular_env.components.inputs import Held
 from granular_env.components.support.validation import positive_number
 
 from ..domain_views import make_views
-from ..scene_builder import from_component
+from ..scene_builder import make_scene
 from ..scene_data import Motion, SceneData
-from ..scene_scales import Scales, enlarge_scales, scales_of
-from .blueprint import blueprint
+from ..scene_scales import Scales, enlarge_scales, make_scales
+from .blueprint import make_blueprint
 from .process import RerunProcess, require_screen
 from .scene import APPLICATION, send_curves, send_frames, send_static
 from .viewer import output_path
@@ -57,7 +57,7 @@ class Pace:
         self._left_tick, self._left = tick, self._first
         self._arrived, self._rate = self._first, math.inf
 
-    def arrive(self, tick: int) -> None:
+    def wait_for_pace(self, tick: int) -> None:
         """Measure the speed of the run, and wait if it is ahead of its pace."""
         self._arrived = perf_counter()
         if tick > self._left_tick:
@@ -70,7 +70,7 @@ class Pace:
             # Do not catch up on lost time: the frames in between would be missing.
             self._first -= ahead
 
-    def leave(self, tick: int) -> int:
+    def next_frame_tick(self, tick: int) -> int:
         """Return the tick of the next frame, after a frame was sent."""
         self._left_tick, self._left = tick, perf_counter()
         # Sending takes at most half of the time for frames of any size; a single slow frame does not count.
@@ -138,30 +138,30 @@ class LiveViewer:
         self._process: RerunProcess | None = None
         self._is_served = web and save is None
         self._recording = rr.RecordingStream(APPLICATION)
-        scene_data = from_component(component, title)
-        self._scales = _first_scales(scene_data, exaggerate)
+        scene_data = make_scene(component, title)
+        self._scales = _initial_scales(scene_data, exaggerate)
         end = None if duration is None else component.time + duration
         self._views = make_views(component.name, scene_data, self._scales, component.time, end)
-        layout = blueprint(scene_data, self._scales, self._views, None)
+        layout = make_blueprint(scene_data, self._scales, self._views, None)
         if save is None:
-            self._recording.connect_grpc(self._start(web), default_blueprint=layout)
+            self._recording.connect_grpc(self._start_viewer(web), default_blueprint=layout)
         else:
             self._recording.save(output_path(save, ".rrd"), default_blueprint=layout)
         component.observe(self)
 
-    def _start(self, web: bool) -> str:
+    def _start_viewer(self, web: bool) -> str:
         """Start a viewer and return the address at which it receives data."""
         if not web:
             require_screen("use the web viewer, web=True (--web), or write a rerun file, save='FILE.rrd' (--save FILE.rrd)")
         # The user closes the window, possibly after this program has ended.
         process = RerunProcess(*(() if web else ("--expect-data-soon",)), *_MEMORY, web=web, outlives=not web)
         try:
-            process.wait_until_it_listens()
+            process.wait_for_ports()
         except BaseException:
             process.stop()
             raise
         if web:
-            print(f"rerun's web viewer: {process.page}", flush=True)
+            print(f"rerun's web viewer: {process.page_url}", flush=True)
         self._process = process
         return process.url
 
@@ -172,7 +172,7 @@ class LiveViewer:
         self._elapsed += self._last_tick - component.tick
         self._last_tick = component.tick
         self._pacing.restart(self._elapsed + component.tick)
-        self._send(component, anew=True)
+        self._try_to_send_frame(component, is_reset=True)
         self.next_tick = component.tick + 1
 
     def on_sample(self, component: Component) -> None:
@@ -182,9 +182,9 @@ class LiveViewer:
             self.next_tick = _NEVER
             return
         shown = self._elapsed + component.tick
-        self._pacing.arrive(shown)
-        self._send(component, anew=False)
-        self.next_tick = self._pacing.leave(shown) - self._elapsed
+        self._pacing.wait_for_pace(shown)
+        self._try_to_send_frame(component, is_reset=False)
+        self.next_tick = self._pacing.next_frame_tick(shown) - self._elapsed
 
     def on_step(self, component: Component, ticks: int, inputs: Mapping[str, Held]) -> None:
         """Do nothing: `on_sample` handles the frames."""
@@ -202,7 +202,7 @@ class LiveViewer:
         """Send the last state and stop observing. A window stays open; a served page ends (call `wait` before to keep it)."""
         self._component.ignore(self)
         if self._elapsed + self._component.tick != self._sent_tick:
-            self._send(self._component, anew=False)
+            self._try_to_send_frame(self._component, is_reset=False)
         with contextlib.suppress(Exception):
             if self._working:
                 self._draw_pictures()
@@ -226,25 +226,25 @@ class LiveViewer:
 
     # -- details ----------------------------------------------------------------------------------------------------
 
-    def _send(self, component: Component, anew: bool) -> None:
+    def _try_to_send_frame(self, component: Component, is_reset: bool) -> None:
         """Send a frame. The failure of a viewer must not stop a run: it is reported once, then nothing more is sent."""
         if not self._working:
             return
         try:
-            self._send_frame(component, anew)
+            self._send_frame(component, is_reset)
         except Exception as error:
             self._working = False
             warnings.warn(f"the live viewer stopped: {error}; the run continues", GranularWarning, stacklevel=2)
 
-    def _send_frame(self, component: Component, anew: bool) -> None:
-        scene_data = from_component(component, self._title, self._elapsed)
+    def _send_frame(self, component: Component, has_new_layout: bool) -> None:
+        scene_data = make_scene(component, self._title, self._elapsed)
         if self._scales is not None:
             scales = enlarge_scales(self._scales, scene_data, self._exaggerate)
-            anew = anew or scales != self._scales
+            has_new_layout = has_new_layout or scales != self._scales
             if scene_data.motion is not None and self._views is not None:
-                anew = self._views.grow(scene_data.motion) or anew
+                has_new_layout = self._views.add_frame(scene_data.motion) or has_new_layout
             self._scales = scales
-        if anew:
+        if has_new_layout:
             send_static(self._recording, scene_data, self._scales, self._views)
         if self._scales is not None:
             send_frames(self._recording, scene_data, self._scales, self._views)
@@ -256,15 +256,15 @@ class LiveViewer:
 
     def _draw_pictures(self, motion: Motion | None = None) -> None:
         """Send the slow pictures of the run so far."""
-        motion = motion or from_component(self._component).motion
+        motion = motion or make_scene(self._component).motion
         if motion is not None and self._scales is not None and self._views is not None:
             self._views.send_pictures(self._recording, motion, self._scales)
             self._drawn_at = perf_counter()
 
 
-def _first_scales(scene_data: SceneData, exaggerate: float | None) -> Scales | None:
+def _initial_scales(scene_data: SceneData, exaggerate: float | None) -> Scales | None:
     """Return scales with room for motion around the shapes at rest."""
-    first = scales_of(scene_data, exaggerate)
+    first = make_scales(scene_data, exaggerate)
     if first is None:
         return None
     extent = first.high[0] - first.low[0]

@@ -64,7 +64,7 @@ class RerunProcess:
         """
         self.port, self.web_port, self._is_web, self._advice = _free_port(), _free_port(), web, advice
         self._messages: IO[bytes] = tempfile.TemporaryFile()
-        command = [_rerun_program(), *arguments, "--port", str(self.port), "--bind", LOCALHOST]
+        command = [_find_rerun_program(), *arguments, "--port", str(self.port), "--bind", LOCALHOST]
         command += ["--serve-web", "--web-viewer-port", str(self.web_port)] if web else []
         command += ["-"] if data is not None else []
         if not outlives and sys.platform == "linux":
@@ -84,26 +84,26 @@ class RerunProcess:
         return f"rerun+http://{LOCALHOST}:{self.port}/proxy"
 
     @property
-    def page(self) -> str:
+    def page_url(self) -> str:
         """The address of the web viewer, with the dark theme to match the dark pictures."""
         return f"http://{LOCALHOST}:{self.web_port}/?url={quote(self.url, safe='')}&theme=dark"
 
-    def wait_until_it_listens(self) -> None:
+    def wait_for_ports(self) -> None:
         """Wait until the ports are open; raise `GranularError` if the process ends first or takes too long."""
         deadline = time.monotonic() + START_SECONDS
         for port in (self.port, self.web_port) if self._is_web else (self.port,):
-            while not _listens(port):
+            while not _is_listening(port):
                 self.require_alive()
                 if time.monotonic() > deadline:
-                    raise self.failure(f"did not start in {START_SECONDS:g} s")
+                    raise self.viewer_error(f"did not start in {START_SECONDS:g} s")
                 time.sleep(_POLL_SECONDS)
 
     def require_alive(self) -> None:
         """Raise `GranularError` with rerun's message if the process has ended."""
         if (status := self.process.poll()) is not None:
-            raise self.failure(f"ended with status {status}")
+            raise self.viewer_error(f"ended with status {status}")
 
-    def failure(self, what: str) -> GranularError:
+    def viewer_error(self, what: str) -> GranularError:
         """Return the error of a failed viewer, with the beginning of rerun's output, without the stack trace."""
         self._messages.seek(0)
         printed = self._messages.read(1 << 16).decode(errors="replace").partition("stack backtrace:")[0]
@@ -139,7 +139,7 @@ def require_screen(advice: str) -> None:
         raise GranularError(missing, hint=advice)
 
 
-def _rerun_program() -> str:
+def _find_rerun_program() -> str:
     """Return the path of the executable in the package rerun-sdk."""
     folder = Path(rerun_cli.__file__).parent
     names = ("Rerun.app/Contents/MacOS/Rerun", "rerun", "rerun.exe")
@@ -153,7 +153,7 @@ def _free_port() -> int:
         return probe.getsockname()[1]
 
 
-def _listens(port: int) -> bool:
+def _is_listening(port: int) -> bool:
     with contextlib.suppress(OSError), socket.create_connection((LOCALHOST, port), timeout=1.0):
         return True
     return False

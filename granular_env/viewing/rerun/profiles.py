@@ -8,12 +8,12 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from granular_env.colours import PALETTE, rgb
+from granular_env.colours import PALETTE, parse_rgb
 from granular_env.components.support.float_arrays import FloatArray
 
 from ..scene_data import ProfileFrames
 from ..unit_labels import label_with_unit
-from .shapes import entity
+from .shapes import entity_path
 
 # Width and height of the plot frame, and the margin around it, in pixels of the pane.
 _WIDTH, _HEIGHT, _ROOM = 1000.0, 120.0, 8.0
@@ -22,9 +22,9 @@ _FRAME = (90, 95, 98)
 _HEADROOM = 0.05
 
 
-def profile_entity(profile: ProfileFrames) -> str:
+def profile_path(profile: ProfileFrames) -> str:
     """Return the entity path of a profile."""
-    return entity("profiles/", profile.name)
+    return entity_path("profiles/", profile.name)
 
 
 def profile_pane(profile: ProfileFrames) -> Any:
@@ -32,7 +32,7 @@ def profile_pane(profile: ProfileFrames) -> Any:
     bounds = rrb.VisualBounds2D(x_range=[-_ROOM, _WIDTH + _ROOM], y_range=[-_ROOM, _HEIGHT + _ROOM])
     quantity, values, x = label_with_unit(profile.variable.name, profile.variable.unit), profile.values, profile.coordinate
     name = f"{quantity}, {values.min():.3g} to {values.max():.3g}, along x from {x[0]:.3g} to {x[-1]:.3g} m"
-    return rrb.Spatial2DView(origin=profile_entity(profile), name=name, background=[13, 16, 17], visual_bounds=bounds)
+    return rrb.Spatial2DView(origin=profile_path(profile), name=name, background=[13, 16, 17], visual_bounds=bounds)
 
 
 def send_profile(recording: Any, profile: ProfileFrames, when: list[Any]) -> None:
@@ -43,30 +43,30 @@ def send_profile(recording: Any, profile: ProfileFrames, when: list[Any]) -> Non
         profile: the curves.
         when: rerun's time columns.
     """
-    low, high = _limits(profile.values)
-    path = profile_entity(profile)
+    low, high = _frame_limits(profile.values)
+    path = profile_path(profile)
     corners = np.array([[0.0, 0.0], [_WIDTH, 0.0], [_WIDTH, _HEIGHT], [0.0, _HEIGHT], [0.0, 0.0]])
-    zero = _heights(np.zeros(2), low, high)
+    zero = _pixel_heights(np.zeros(2), low, high)
     lines = [corners, np.column_stack([[0.0, _WIDTH], zero])]
     recording.log(f"{path}/frame", rr.LineStrips2D(lines, colors=_FRAME, radii=rr.Radius.ui_points(0.5)), static=True)
     x = profile.coordinate
     across = _WIDTH * (x - x[0]) / (x[-1] - x[0])
-    curves = np.stack([np.broadcast_to(across, profile.values.shape), _heights(profile.values, low, high)], axis=2)
+    curves = np.stack([np.broadcast_to(across, profile.values.shape), _pixel_heights(profile.values, low, high)], axis=2)
     shown = rr.LineStrips2D.columns(
         strips=curves.astype(np.float32),
-        colors=np.broadcast_to(np.array(rgb(PALETTE[0]), np.uint8), (len(curves), 3)),
+        colors=np.broadcast_to(np.array(parse_rgb(PALETTE[0]), np.uint8), (len(curves), 3)),
         radii=np.full(len(curves), rr.Radius.ui_points(1.2), np.float32),
     )
     recording.send_columns(f"{path}/curve", when, shown.partition(np.ones(len(curves), np.int64)))
 
 
-def _limits(values: FloatArray) -> tuple[float, float]:
+def _frame_limits(values: FloatArray) -> tuple[float, float]:
     """Return the lowest and highest value of the frame, which includes zero."""
     low, high = min(float(values.min()), 0.0), max(float(values.max()), 0.0)
     room = _HEADROOM * (high - low) or 1.0
     return (low - room if low < 0.0 else 0.0), (high + room if high > 0.0 else room)
 
 
-def _heights(values: FloatArray, low: float, high: float) -> FloatArray:
+def _pixel_heights(values: FloatArray, low: float, high: float) -> FloatArray:
     """Return the pixel distances of values from the top of the frame."""
     return _HEIGHT * (high - values) / (high - low)

@@ -20,19 +20,19 @@ import numpy as np
 import numpy.typing as npt
 import rerun as rr
 
-from granular_env.colours import PALETTE, rgb
+from granular_env.colours import PALETTE, parse_rgb
 from granular_env.components.support.float_arrays import FloatArray
 
 from ..domain_views import Views
-from ..figures.colour_bar import draw_bars
-from ..figures.drawing import DARK, canvas
-from ..plot_groups import Plot, plots
-from ..scene_data import Motion, SceneData, drawn_places
+from ..figures.colour_bar import draw_colour_bars
+from ..figures.drawing import DARK, render_canvas
+from ..plot_groups import Plot, make_plots
+from ..scene_data import Motion, SceneData, drawn_positions
 from ..scene_scales import Scales
 from .camera import Camera
-from .caption import caption
+from .caption import make_caption
 from .profiles import send_profile
-from .shapes import entity, send_links, send_mesh, send_spokes, send_triangles
+from .shapes import entity_path, send_links, send_mesh, send_spokes, send_triangles
 
 APPLICATION = "granular-env"
 LEGEND = "legend"
@@ -49,12 +49,12 @@ def whole_camera(scene_data: SceneData, scales: Scales, views: Views | None) -> 
     if scene_data.is_plane:
         width, height = 1.05 * (high - low)[:2]
         return Camera("cameras/whole", (middle[0], middle[1]), float(width), float(height), is_above=True)
-    reach = views.reach(scales) if views is not None else (scales.low[2], scales.high[2])
+    reach = views.vertical_extent(scales) if views is not None else (scales.low[2], scales.high[2])
     bottom, top = (scales.magnification * level for level in reach)
     return Camera("cameras/whole", (middle[0], 0.5 * (top + bottom)), 1.03 * float(high[0] - low[0]), 1.08 * (top - bottom))
 
 
-def send(recording: Any, scene_data: SceneData, scales: Scales | None, views: Views | None) -> None:
+def send_scene(recording: Any, scene_data: SceneData, scales: Scales | None, views: Views | None) -> None:
     """Send a whole log: first the static parts, then the frames, then the plots."""
     send_static(recording, scene_data, scales, views)
     if scales is not None:
@@ -68,12 +68,12 @@ def send(recording: Any, scene_data: SceneData, scales: Scales | None, views: Vi
 
 def send_static(recording: Any, scene_data: SceneData, scales: Scales | None, views: Views | None) -> None:
     """Send the static parts: caption, legend, connectivity of the shapes, cameras and names of the curves."""
-    text = rr.TextDocument(caption(scene_data, scales, views), media_type=rr.MediaType.MARKDOWN)
+    text = rr.TextDocument(make_caption(scene_data, scales, views), media_type=rr.MediaType.MARKDOWN)
     recording.log("caption", text, static=True)
     if scales is not None:
         if scales.colours:
             with matplotlib.rc_context(DARK):
-                pixels = canvas(draw_bars(scales.colours, _BAR_WIDTH, _BAR_HEIGHT), _DOTS_PER_INCH).buffer_rgba()
+                pixels = render_canvas(draw_colour_bars(scales.colours, _BAR_WIDTH, _BAR_HEIGHT), _DOTS_PER_INCH).buffer_rgba()
             recording.log(LEGEND, rr.Image(np.asarray(pixels)[..., :3]), static=True)
         if scales.magnification != 1.0:
             recording.log("scene", rr.Transform3D(scale=scales.magnification), static=True)
@@ -85,9 +85,9 @@ def send_static(recording: Any, scene_data: SceneData, scales: Scales | None, vi
         whole_camera(scene_data, scales, views).send(recording)
         if scene_data.motion is not None and views is not None:
             views.send_static(recording, scene_data.motion, scales)
-    for plot in plots(scene_data):
+    for plot in make_plots(scene_data):
         for place, (path, curve) in enumerate(zip(plot_paths(plot), plot.curves, strict=True)):
-            name, colour = f"{curve.name.replace('_', ' ')} [{curve.unit}]", rgb(PALETTE[place % len(PALETTE)])
+            name, colour = f"{curve.name.replace('_', ' ')} [{curve.unit}]", parse_rgb(PALETTE[place % len(PALETTE)])
             # Rerun's default averages the points on one pixel, which would turn stairs into ramps of other heights.
             lines = rr.SeriesLines(
                 names=name, colors=colour, widths=2.0, aggregation_policy=rr.components.AggregationPolicy.Off
@@ -98,20 +98,20 @@ def send_static(recording: Any, scene_data: SceneData, scales: Scales | None, vi
 def send_frames(recording: Any, scene_data: SceneData, scales: Scales, views: Views | None) -> None:
     """Send frames of all moving parts, each part in one message, and the domain's views of the first particles."""
     for mesh in scene_data.meshes:
-        drawn = drawn_places(mesh, scales.exaggeration).astype(np.float32)
+        drawn = drawn_positions(mesh, scales.exaggeration).astype(np.float32)
         count = len(mesh.nodes) if mesh.field is None else mesh.field.shape[1]
-        colours = scales.colours_of(mesh.field_variable, mesh.field, len(drawn) * count).reshape(len(drawn), count, 3)
+        colours = scales.value_colours(mesh.field_variable, mesh.field, len(drawn) * count).reshape(len(drawn), count, 3)
         send_mesh(recording, mesh, drawn, colours, time_columns(mesh.times, mesh.ticks))
-    eye = np.array(whole_camera(scene_data, scales, views).place) / scales.magnification
+    eye = np.array(whole_camera(scene_data, scales, views).position) / scales.magnification
     for motion in scene_data.motions:
         _send_particles(recording, motion, scales, views if motion is scene_data.motion else None, eye)
 
 
 def _send_particles(recording: Any, motion: Motion, scales: Scales, views: Views | None, eye: FloatArray) -> None:
     frames, count = motion.displacement.shape[:2]
-    drawn = drawn_places(motion, scales.exaggeration).astype(np.float32)
+    drawn = drawn_positions(motion, scales.exaggeration).astype(np.float32)
     when = time_columns(motion.times, motion.ticks)
-    colours = scales.colours_of(motion.colour_variable, motion.colour, frames * count).reshape(frames, count, 3)
+    colours = scales.value_colours(motion.colour_variable, motion.colour, frames * count).reshape(frames, count, 3)
     particles = rr.Points3D.columns(positions=drawn.reshape(-1, 3), colors=colours.reshape(-1, 3))
     recording.send_columns(particles_path(motion), when, particles.partition(np.full(frames, count)))
     send_links(recording, motion, drawn, eye, when)
@@ -122,17 +122,17 @@ def _send_particles(recording: Any, motion: Motion, scales: Scales, views: Views
 
 def particles_path(motion: Motion) -> str:
     """Return the path of particles."""
-    return entity("scene/particles_", motion.name)
+    return entity_path("scene/particles_", motion.name)
 
 
 def plot_paths(plot: Plot) -> list[str]:
     """Return the path of each curve of a plot."""
-    return [entity(f"{plot.group}/", curve.name) for curve in plot.curves]
+    return [entity_path(f"{plot.group}/", curve.name) for curve in plot.curves]
 
 
 def send_curves(recording: Any, scene_data: SceneData) -> None:
     """Send the scalar plots."""
-    for plot in plots(scene_data):
+    for plot in make_plots(scene_data):
         for path, curve in zip(plot_paths(plot), plot.curves, strict=True):
             # Separate the two sides of a jump by 1 ns and one tick, because rerun would draw the mean of simultaneous values.
             before_jump = np.append(np.diff(curve.times) <= 0.0, False).astype(np.int64)

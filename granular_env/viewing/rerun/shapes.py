@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import rerun as rr
 
-from granular_env.colours import sequential
+from granular_env.colours import sequential_colours
 from granular_env.components.support.float_arrays import FloatArray
 
 from ..cracks import MOST_LINES, crack_lines
@@ -30,7 +30,7 @@ _EDGE = (120, 124, 128)
 _INSIDE, _LINING = (45, 48, 52, 255), 2e-3
 
 
-def entity(place: str, name: str) -> str:
+def entity_path(place: str, name: str) -> str:
     """Return the entity path of a name, which may contain spaces and slashes, after a prefix such as "scene/links_"."""
     return place + rr.escape_entity_path_part(name)
 
@@ -48,47 +48,52 @@ def send_links(recording: Any, motion: Motion, drawn: npt.NDArray[Any], eye: Flo
         eye: position of the camera, shape (3,) [m].
         when: rerun's time columns.
     """
-    towards = _towards(motion)
-    front = _in_front(motion, drawn, eye)
+    towards = _camera_direction(motion)
+    front = _move_to_front(motion, drawn, eye)
     smallest = float(motion.radius.min())
     for links in motion.links:
         cracks = [
             crack_lines(places, motion.reference, links.pairs, state, tuple(towards.tolist()))
             for places, state in zip(front, links.state, strict=True)
         ]
-        _send_lines(recording, entity("scene/cracks_", links.name), cracks, _CRACK, _CRACK_THICKNESS * smallest, when)
+        _send_lines(recording, entity_path("scene/cracks_", links.name), cracks, _CRACK, _CRACK_THICKNESS * smallest, when)
         if len(links.pairs) > MOST_LINES:
             continue
         frame, link = np.nonzero(links.state)
         limit = float(links.state.max(initial=0.0)) or 1.0
         held = front[frame[:, None], links.pairs[link]]
         counts = np.count_nonzero(links.state, axis=1)
-        colours = sequential(links.state[frame, link], limit)
-        _send_strips(recording, entity("scene/links_", links.name), held, counts, colours, _THICKNESS * smallest, when)
+        colours = sequential_colours(links.state[frame, link], limit)
+        _send_strips(recording, entity_path("scene/links_", links.name), held, counts, colours, _THICKNESS * smallest, when)
 
 
 def send_spokes(recording: Any, motion: Motion, drawn: npt.NDArray[Any], eye: FloatArray, when: list[Any]) -> None:
     """Send a radial line in each particle, which shows its rotation; arguments as for `send_links`."""
     if motion.rotation is None or not motion.is_plane:
         return
-    front, angle = _in_front(motion, drawn, eye), motion.rotation
+    front, angle = _move_to_front(motion, drawn, eye), motion.rotation
     along = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=-1)
     ends = front + _SPOKE_LENGTH * motion.radius[:, None] * along
     spokes = list(np.stack([front, ends], axis=2).astype(np.float32))
     _send_lines(
-        recording, entity("scene/spokes_", motion.name), spokes, _SPOKE, _SPOKE_THICKNESS * float(motion.radius.min()), when
+        recording,
+        entity_path("scene/spokes_", motion.name),
+        spokes,
+        _SPOKE,
+        _SPOKE_THICKNESS * float(motion.radius.min()),
+        when,
     )
 
 
-def _towards(motion: Motion) -> npt.NDArray[np.float64]:
+def _camera_direction(motion: Motion) -> npt.NDArray[np.float64]:
     """Return the direction towards the camera, which sees a plane from above and a row along +y."""
     return np.array([0.0, 0.0, 1.0] if motion.is_plane else [0.0, -1.0, 0.0])
 
 
-def _in_front(motion: Motion, drawn: npt.NDArray[Any], eye: FloatArray) -> npt.NDArray[np.float32]:
+def _move_to_front(motion: Motion, drawn: npt.NDArray[Any], eye: FloatArray) -> npt.NDArray[np.float32]:
     """Return the positions moved towards the eye, to the front of the largest particle."""
     ray = eye - drawn
-    part = _IN_FRONT * float(motion.radius.max()) / (ray @ _towards(motion))
+    part = _IN_FRONT * float(motion.radius.max()) / (ray @ _camera_direction(motion))
     return (drawn + part[..., None] * ray).astype(np.float32)
 
 
@@ -119,19 +124,19 @@ def _send_strips(
 # -- cells --------------------------------------------------------------------------------------------------------------
 
 
-def cells_entity(mesh: MeshFrames) -> str:
+def cells_path(mesh: MeshFrames) -> str:
     """Return the entity path of a mesh's triangles."""
-    return entity("scene/cells_", mesh.name)
+    return entity_path("scene/cells_", mesh.name)
 
 
-def triangles_of(connectivity: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+def make_triangles(connectivity: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
     """Return the triangles of cells, as fans around the first corner of each cell, shape (m (k - 2), 3)."""
     first, second, third = connectivity[:, :1], connectivity[:, 1:-1], connectivity[:, 2:]
     fans = np.stack([np.broadcast_to(first, second.shape), second, third], axis=2)
     return fans.reshape(-1, 3)
 
 
-def edges_of(connectivity: npt.NDArray[np.int64], nodes: npt.NDArray[np.float64]) -> npt.NDArray[np.int64]:
+def make_edges(connectivity: npt.NDArray[np.int64], nodes: npt.NDArray[np.float64]) -> npt.NDArray[np.int64]:
     """Return the edges to draw, shape (edges, 2): each edge once or, for many cells, only the boundary edges."""
     ends = np.sort(np.stack([connectivity, np.roll(connectivity, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
     # Encode both ends in one number, which sorts ten times as fast as pairs.
@@ -148,14 +153,14 @@ def edges_of(connectivity: npt.NDArray[np.int64], nodes: npt.NDArray[np.float64]
 def send_triangles(recording: Any, mesh: MeshFrames) -> None:
     """Send the triangles' connectivity, which is static unless cells break."""
     if mesh.whole is None:
-        triangles = rr.Mesh3D.from_fields(triangle_indices=triangles_of(_drawn_corners(mesh)).astype(np.uint32))
-        recording.log(cells_entity(mesh), triangles, static=True)
+        triangles = rr.Mesh3D.from_fields(triangle_indices=make_triangles(_drawn_corners(mesh)).astype(np.uint32))
+        recording.log(cells_path(mesh), triangles, static=True)
     if mesh.is_solid:
-        normals = _normals(mesh)
-        shading = rr.Mesh3D.from_fields(vertex_normals=normals[mesh.connectivity.ravel()] if mesh.is_of_cells else normals)
-        recording.log(cells_entity(mesh), shading, static=True)
+        normals = _node_normals(mesh)
+        shading = rr.Mesh3D.from_fields(vertex_normals=normals[mesh.connectivity.ravel()] if mesh.has_cell_values else normals)
+        recording.log(cells_path(mesh), shading, static=True)
         inside = rr.Mesh3D.from_fields(albedo_factor=_INSIDE)
-        recording.log(_inside_entity(mesh), inside, static=True)
+        recording.log(_lining_path(mesh), inside, static=True)
 
 
 def send_mesh(
@@ -172,23 +177,23 @@ def send_mesh(
     """
     frames = len(drawn)
     corners = drawn
-    if mesh.is_of_cells:
+    if mesh.has_cell_values:
         corners = drawn[:, mesh.connectivity.ravel()]
         colours = np.repeat(colours, mesh.connectivity.shape[1], axis=1)
     shown = rr.Mesh3D.columns(vertex_positions=corners.reshape(-1, 3), vertex_colors=colours.reshape(-1, 3))
-    recording.send_columns(cells_entity(mesh), when, shown.partition(np.full(frames, corners.shape[1])))
+    recording.send_columns(cells_path(mesh), when, shown.partition(np.full(frames, corners.shape[1])))
     if mesh.whole is not None:
-        _send_triangles(recording, cells_entity(mesh), _drawn_corners(mesh), mesh.whole, when)
+        _send_triangles(recording, cells_path(mesh), _drawn_corners(mesh), mesh.whole, when)
     _send_edges(recording, mesh, drawn, when)
     if mesh.is_solid:
-        _send_inside(recording, mesh, drawn, when)
+        _send_lining(recording, mesh, drawn, when)
 
 
-def _send_inside(recording: Any, mesh: MeshFrames, drawn: npt.NDArray[Any], when: list[Any]) -> None:
+def _send_lining(recording: Any, mesh: MeshFrames, drawn: npt.NDArray[Any], when: list[Any]) -> None:
     """Send a dark lining just below the surface of a body in space, which hides the far side's colours behind gaps."""
-    lining = (drawn - _LINING * float(np.ptp(mesh.nodes, axis=0).max()) * _normals(mesh)).astype(np.float32)
+    lining = (drawn - _LINING * float(np.ptp(mesh.nodes, axis=0).max()) * _node_normals(mesh)).astype(np.float32)
     whole = np.ones((len(drawn), len(mesh.connectivity)), bool) if mesh.whole is None else mesh.whole
-    path = _inside_entity(mesh)
+    path = _lining_path(mesh)
     positions = rr.Mesh3D.columns(vertex_positions=lining.reshape(-1, 3))
     recording.send_columns(path, when, positions.partition(np.full(len(drawn), lining.shape[1])))
     _send_triangles(recording, path, mesh.connectivity, whole, when)
@@ -198,16 +203,16 @@ def _send_triangles(
     recording: Any, path: str, corners: npt.NDArray[np.int64], whole: npt.NDArray[np.bool_], when: list[Any]
 ) -> None:
     """Send the triangles of the unbroken cells in each frame."""
-    triangles = [triangles_of(corners[kept]) for kept in whole]
+    triangles = [make_triangles(corners[kept]) for kept in whole]
     shown = rr.Mesh3D.columns(triangle_indices=np.concatenate(triangles).astype(np.uint32))
     recording.send_columns(path, when, shown.partition([len(one) for one in triangles]))
 
 
-def _inside_entity(mesh: MeshFrames) -> str:
-    return entity("scene/inside_", mesh.name)
+def _lining_path(mesh: MeshFrames) -> str:
+    return entity_path("scene/inside_", mesh.name)
 
 
-def _normals(mesh: MeshFrames) -> npt.NDArray[np.float32]:
+def _node_normals(mesh: MeshFrames) -> npt.NDArray[np.float32]:
     """Return the outward normals at the nodes in the initial state, shape (n, 3)."""
     across = area_vectors(mesh.nodes[mesh.connectivity])
     sums = np.zeros_like(mesh.nodes)
@@ -220,18 +225,18 @@ def _normals(mesh: MeshFrames) -> npt.NDArray[np.float32]:
 def _send_edges(recording: Any, mesh: MeshFrames, drawn: npt.NDArray[Any], when: list[Any]) -> None:
     """Send the edges of unbroken cells; the edges of a plane lie in front of it."""
     whole = np.ones((1, len(mesh.connectivity)), bool) if mesh.whole is None else mesh.whole
-    edges = [edges_of(mesh.connectivity[kept], mesh.nodes) for kept in whole] * (len(drawn) if mesh.whole is None else 1)
+    edges = [make_edges(mesh.connectivity[kept], mesh.nodes) for kept in whole] * (len(drawn) if mesh.whole is None else 1)
     strips = np.concatenate([places[ends] for places, ends in zip(drawn, edges, strict=True)])
     if not mesh.is_solid:
         strips[..., 2] += _EDGES_IN_FRONT * float(np.ptp(mesh.nodes, axis=0).max())
     colour = np.broadcast_to(np.array(_EDGE, np.uint8), (len(strips), 3))
     radii = np.full(len(strips), rr.Radius.ui_points(0.5), np.float32)
     lines = rr.LineStrips3D.columns(strips=strips, colors=colour, radii=radii)
-    recording.send_columns(entity("scene/edges_", mesh.name), when, lines.partition([len(ends) for ends in edges]))
+    recording.send_columns(entity_path("scene/edges_", mesh.name), when, lines.partition([len(ends) for ends in edges]))
 
 
 def _drawn_corners(mesh: MeshFrames) -> npt.NDArray[np.int64]:
     """Return the corners of each cell as indices of the sent vertices, which cells do not share if each has a colour."""
-    if mesh.is_of_cells:
+    if mesh.has_cell_values:
         return np.arange(mesh.connectivity.size).reshape(mesh.connectivity.shape)
     return mesh.connectivity

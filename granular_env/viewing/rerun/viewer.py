@@ -22,11 +22,11 @@ from granular_env.output_files import require_writable, write_files
 from granular_env.progress import Progress, progress_bar
 
 from ..domain_views import make_views
-from ..scene_builder import from_log, require_log
-from ..scene_scales import scales_of
-from .blueprint import blueprint
+from ..scene_builder import load_scene, require_log
+from ..scene_scales import make_scales
+from .blueprint import make_blueprint
 from .process import NEEDED, START_SECONDS, RerunProcess, require_screen
-from .scene import APPLICATION, TIMELINE, send
+from .scene import APPLICATION, TIMELINE, send_scene
 
 _SETTLE_SECONDS = 5.0
 
@@ -74,17 +74,17 @@ def scene_bytes(
     if exaggerate is not None:
         positive_number("exaggerate", exaggerate)
     tell = progress or (lambda part: None)
-    scene_data = from_log(log, progress=lambda part: tell(0.7 * part), colour=colour)
-    scales = scales_of(scene_data, exaggerate)
+    scene_data = load_scene(log, progress=lambda part: tell(0.7 * part), colour=colour)
+    scales = make_scales(scene_data, exaggerate)
     views = make_views(str(log.metadata.get("component")), scene_data, scales)
     recording = rr.RecordingStream(APPLICATION, recording_id=f"{scene_data.title} ({log.metadata.get('created')})")
     # Write through memory: on a full disk, rerun's writer drops the rest or hangs, without an error.
     kept = recording.memory_recording()
     try:
         # Make the layout active, because the web viewer does not show the default layout of a server.
-        recording.send_blueprint(blueprint(scene_data, scales, views, log.duration), make_active=True)
+        recording.send_blueprint(make_blueprint(scene_data, scales, views, log.duration), make_active=True)
         recording.send_recording_name(scene_data.title)
-        send(recording, scene_data, scales, views)
+        send_scene(recording, scene_data, scales, views)
         tell(1.0)
         return kept.drain_as_bytes()
     finally:
@@ -109,8 +109,8 @@ def view(log: Any, web: bool = False, exaggerate: float | None = None, colour: s
     data = scene_bytes(log, exaggerate, colour=colour)
     with contextlib.suppress(KeyboardInterrupt), RerunProcess(data=data, web=web) as viewer:
         if web:
-            viewer.wait_until_it_listens()
-            print(f"rerun's web viewer: {viewer.page}  (Ctrl-C ends it)", flush=True)
+            viewer.wait_for_ports()
+            print(f"rerun's web viewer: {viewer.page_url}  (Ctrl-C ends it)", flush=True)
         viewer.wait()
 
 
@@ -139,35 +139,35 @@ def screenshot(
     """
     target = output_path(png, ".png")
     require_log(log)
-    instant = _instant(log, at)
+    instant = _shown_time(log, at)
     data = scene_bytes(log, exaggerate, colour=colour)
     with RerunProcess("--headless", "--window-size", f"{size[0]}x{size[1]}", data=data, advice=NEEDED) as viewer:
-        picture = _take(viewer, instant)
+        picture = _take_png(viewer, instant)
     write_files({target: picture})
     return target
 
 
-def _take(viewer: RerunProcess, instant: float) -> bytes:
+def _take_png(viewer: RerunProcess, instant: float) -> bytes:
     """Return the PNG of a windowless viewer at a time [s]."""
-    viewer.wait_until_it_listens()
-    client = _while_it_lives(viewer, lambda: ViewerClient.connect(viewer.url))
+    viewer.wait_for_ports()
+    client = _repeat_request(viewer, lambda: ViewerClient.connect(viewer.url))
     # Setting the time fails until the recording is loaded.
-    _while_it_lives(viewer, lambda: client.set_time(TIMELINE, duration=instant, play_state="paused"))
+    _repeat_request(viewer, lambda: client.set_time(TIMELINE, duration=instant, play_state="paused"))
     # Textures arrive some frames later and the viewer's notices disappear after seconds; rerun signals neither.
     time.sleep(_SETTLE_SECONDS)
-    return _while_it_lives(viewer, client.take_screenshot)
+    return _repeat_request(viewer, client.take_screenshot)
 
 
-def _while_it_lives(viewer: RerunProcess, ask: Callable[[], Any]) -> Any:
+def _repeat_request(viewer: RerunProcess, request: Callable[[], Any]) -> Any:
     """Repeat a request until the viewer answers; `GranularError` if the viewer ends or never answers."""
     deadline = time.monotonic() + START_SECONDS
     while True:
         try:
-            return ask()
+            return request()
         except Exception as error:  # rerun raises several types
             viewer.require_alive()
             if time.monotonic() > deadline:
-                raise viewer.failure(f"gave no picture: {error}") from error
+                raise viewer.viewer_error(f"gave no picture: {error}") from error
             time.sleep(0.2)
 
 
@@ -179,7 +179,7 @@ def output_path(path: str | os.PathLike[str], suffix: str) -> Path:
     return Path(path)
 
 
-def _instant(log: Any, at: float | None) -> float:
+def _shown_time(log: Any, at: float | None) -> float:
     """Return the time to show [s]: `at` or, by default, the end of a run with events, two thirds of any other run."""
     start = log.start_tick * log.step_size
     shown = log.duration if log.events() else 2.0 / 3.0 * log.duration

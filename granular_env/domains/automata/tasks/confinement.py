@@ -110,11 +110,11 @@ class ConfinementTask(Task):
             "nothing": Constant([0.0]),
             "constant": Constant([_CONSTANT]),
             "theory": OpenLoop(np.minimum(self.theory / self.actions["left_traction[0]"], 1.0)),
-            "best": OpenLoop(drive_through(_BEST, self.deadline)),
+            "best": OpenLoop(interpolate_drive(_BEST, self.deadline)),
         }
 
 
-def drive_through(knots: npt.ArrayLike, steps: int) -> FloatArray:
+def interpolate_drive(knots: npt.ArrayLike, steps: int) -> FloatArray:
     """Return the drive that interpolates evenly spaced knots linearly, shape (steps,)."""
     numbers = np.asarray(knots, dtype=np.float64)
     return np.interp((np.arange(steps) + 0.5) / steps, np.linspace(0.0, 1.0, len(numbers)), numbers)

@@ -45,14 +45,14 @@ def check_objective(objective: Objective, chain: Chain, *, steps: int = 8, toler
     refuse_without_gradients(chain)
     objective.check_fit(chain.parameters.grains, steps)
     compiled_objective(objective, chain)
-    note, pullback = _by_table(chain, objective.note), _by_table(chain, objective.pullback)
+    note, pullback = _wrap_for_tables(chain, objective.note), _wrap_for_tables(chain, objective.pullback)
     objective = replace(objective, note=note, value=objective.value, pullback=pullback)
     # Among a law's further constants, gradients cover only the dissipation.
     rows = {
         name: row for name, row in _ROWS.items() if name != "LAW_CONSTANTS" or isinstance(chain.parameters.law, Dissipative)
     }
     rng = np.random.default_rng(_SEED)
-    a, inputs = _state(chain, rng), rng.normal(size=2)
+    a, inputs = _random_state(chain, rng), rng.normal(size=2)
     sums = _feature_sums(objective, a, 0, steps, inputs)
     for step in range(1, steps):
         sums += _feature_sums(objective, a, step, steps, inputs)
@@ -66,7 +66,7 @@ def check_objective(objective: Objective, chain: Chain, *, steps: int = 8, toler
     return worst
 
 
-def _by_table(chain: Chain, function: Callable[..., Any]) -> Callable[..., Any]:
+def _wrap_for_tables(chain: Chain, function: Callable[..., Any]) -> Callable[..., Any]:
     """Wrap an objective's function so that it takes tables instead of chains."""
     kind = chain.parameters.law.contacts
 
@@ -79,7 +79,7 @@ def _by_table(chain: Chain, function: Callable[..., Any]) -> Callable[..., Any]:
     return call
 
 
-def _state(chain: Chain, rng: np.random.Generator) -> FloatArray:
+def _random_state(chain: Chain, rng: np.random.Generator) -> FloatArray:
     """Return a random state: overlaps of 1 to 2 % of the smallest radius, normally distributed velocities of about 1 m/s."""
     a, n = chain.detached_table(), chain.parameters.grains
     overlap = 1e-2 * float(chain.geometry.radius.min()) * (1.0 + rng.random(n + 1))
@@ -99,7 +99,7 @@ def _feature_sums(objective: Objective, a: FloatArray, step: int, steps: int, in
     return sums
 
 
-def _quotient(function: Callable[[], FloatArray], memory: FloatArray, place: tuple[int, ...], h: float) -> FloatArray:
+def _central_difference(function: Callable[[], FloatArray], memory: FloatArray, place: tuple[int, ...], h: float) -> FloatArray:
     """Return a fourth-order central difference."""
     before, found = memory[place], []
     for way in (1.0, -1.0, 2.0, -2.0):
@@ -118,7 +118,7 @@ def _check_value(objective: Objective, sums: FloatArray, tolerance: float) -> fl
         return np.array(objective.value(trial, objective.constants, spare))
 
     scales = np.where(sums == 0.0, 1.0, np.abs(sums))
-    quotients = np.array([float(_quotient(value, trial, (k,), _STEP * scales[k])) for k in range(objective.count)])
+    quotients = np.array([float(_central_difference(value, trial, (k,), _STEP * scales[k])) for k in range(objective.count)])
     errors = np.abs(slopes - quotients) * scales
     sizes = np.maximum(np.abs(slopes), np.abs(quotients)) * scales
     return _largest_error(
@@ -153,12 +153,12 @@ def _check_pullback(
         for column in range(int(a[layout.SCALARS, layout.GRAINS]) + 2):
             names.append(f"adjoint[{name}, {column}]")
             given.append(adjoint[row, column])
-            quotients.append(float(_quotient(feature, a, (row, column), _STEP * scale)))
+            quotients.append(float(_central_difference(feature, a, (row, column), _STEP * scale)))
             scales.append(scale)
     for side in range(2):
         names.append(f"input_adjoint[{side}]")
         given.append(input_adjoint[side])
-        quotients.append(float(_quotient(feature, inputs, (side,), _STEP)))
+        quotients.append(float(_central_difference(feature, inputs, (side,), _STEP)))
         scales.append(1.0)
     found, wanted, weights = np.array(given), np.array(quotients), np.array(scales)
     sizes = np.maximum(np.abs(found), np.abs(wanted)) * weights

@@ -44,13 +44,13 @@ def value_and_grad(
             settings["goal"] = np.array([info[name] for name in names])
         inputs = np.zeros((steps, 2))
         inputs[actuator.delay :, sides] = actuator.scales * drive[:late]
-        adjoints = value_and_adjoint(env.component, inputs, env.internal_steps, _objective(env, steps, settings))
+        adjoints = value_and_adjoint(env.component, inputs, env.internal_steps, _task_objective(env, steps, settings))
         value += adjoints.value / len(seeds)
         slopes[:late] += actuator.scales * adjoints.inputs[actuator.delay :, sides] / len(seeds)
     return value, slopes
 
 
-def _objective(env: Any, steps: int, settings: Mapping[str, Any]) -> Any:
+def _task_objective(env: Any, steps: int, settings: Mapping[str, Any]) -> Any:
     """Return the task's objective; `ParameterError` for an unknown setting or one of the wrong shape."""
     known = inspect.signature(env.task.objective).parameters
     for name, value in settings.items():

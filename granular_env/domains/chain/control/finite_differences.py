@@ -23,7 +23,7 @@ from granular_env.components.number_arrays import number_array
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.validation import positive_number
 
-from .gradient import Judged, objective_of, refuse_without_gradients
+from .gradient import ObjectiveSource, make_objective, refuse_without_gradients
 
 _LEVELS, _FACTOR = 8, 2.0
 # Relative rounding error of J after a run: the errors of several operations per step add up.
@@ -44,7 +44,7 @@ class Difference:
 
 
 def central_differences(
-    objective: Objective | Judged,
+    objective: Objective | ObjectiveSource,
     chain: Chain,
     drive: npt.ArrayLike,
     direction: Mapping[str, npt.ArrayLike],
@@ -64,18 +64,18 @@ def central_differences(
     """
     refuse_without_gradients(chain)
     base = validate_drive(chain, drive)
-    judged = objective_of(objective, chain, len(base))
+    judged = make_objective(objective, chain, len(base))
     step = positive_number("step", step)
     steps, quotients, size = [step / _FACTOR**level for level in range(_LEVELS)], [], 0.0
     for h in steps:
-        ends = [_move(chain, base, direction, sign * h) for sign in (1.0, -1.0)]
+        ends = [_perturbed_run(chain, base, direction, sign * h) for sign in (1.0, -1.0)]
         plus, minus = (evaluate_objective(other, inputs[None], ticks, judged)[0] for other, inputs in ends)
         quotients.append(float(plus - minus) / (2.0 * h))
         size = max(size, abs(plus), abs(minus))
-    return Difference(*_extrapolate(quotients, [_ROUNDING * size / h for h in steps]))
+    return Difference(*_extrapolate_quotients(quotients, [_ROUNDING * size / h for h in steps]))
 
 
-def _extrapolate(quotients: list[float], roundings: list[float]) -> tuple[float, float]:
+def _extrapolate_quotients(quotients: list[float], roundings: list[float]) -> tuple[float, float]:
     """Return the entry of Neville's table with the smallest error: C. J. F. Ridders, Adv. Eng. Softw. 4 (1982) 75.
 
     `scipy.differentiate.derivative` needs 11 to 15 evaluations instead of 16. In the test cases, however, its errors are 5 to
@@ -95,14 +95,16 @@ def _extrapolate(quotients: list[float], roundings: list[float]) -> tuple[float,
     return best, error
 
 
-def _move(chain: Chain, drive: FloatArray, direction: Mapping[str, npt.ArrayLike], h: float) -> tuple[Chain, FloatArray]:
+def _perturbed_run(
+    chain: Chain, drive: FloatArray, direction: Mapping[str, npt.ArrayLike], h: float
+) -> tuple[Chain, FloatArray]:
     """Return a chain with changed parameters in the same state, and the changed drive."""
     for name in direction:
         if name not in KNOWN:
             raise ParameterError(f"{name!r} has no gradient", hint=spelling_hint(name, KNOWN), at="direction")
     changes = {name: h * number_array(f"direction.{name}", way, "an array of numbers") for name, way in direction.items()}
     try:
-        return _shift(chain, drive, changes)
+        return _apply_changes(chain, drive, changes)
     except ParameterError as error:
         raise ParameterError(
             f"{h:g} times {', '.join(direction)} leaves what a chain may be: {error}",
@@ -114,16 +116,16 @@ def _move(chain: Chain, drive: FloatArray, direction: Mapping[str, npt.ArrayLike
         raise ParameterError(f"got {shapes}", expected=f"the shapes of their gradients: {error}", at="direction") from None
 
 
-def _shift(chain: Chain, drive: FloatArray, changes: dict[str, FloatArray]) -> tuple[Chain, FloatArray]:
+def _apply_changes(chain: Chain, drive: FloatArray, changes: dict[str, FloatArray]) -> tuple[Chain, FloatArray]:
     drive = drive + changes.pop("drive", 0.0)
     velocity = chain.get("velocity") + changes.pop("velocity", 0.0)
     displacement = chain.get("displacement") + changes.pop("displacement", 0.0)
-    other = Chain(**_parameters_with(chain, changes))
+    other = Chain(**_changed_parameters(chain, changes))
     other.reset(velocity=velocity, displacement=displacement)
     return other, drive
 
 
-def _parameters_with(chain: Chain, changes: Mapping[str, FloatArray]) -> dict[str, Any]:
+def _changed_parameters(chain: Chain, changes: Mapping[str, FloatArray]) -> dict[str, Any]:
     """Return the chain's parameters with derived values fixed, so that they do not follow the changes."""
     p = chain.parameters
     given: dict[str, Any] = p.model_dump() | {"step_size": chain.step_size}

@@ -27,7 +27,7 @@ def refuse_without_gradients(component: object) -> None:
         )
 
 
-class Judged(Protocol):
+class ObjectiveSource(Protocol):
     """A task, or another object with an objective."""
 
     objective: Callable[[Chain, int], Objective]
@@ -35,7 +35,7 @@ class Judged(Protocol):
 
 
 def value_and_grad(
-    objective: Objective | Judged,
+    objective: Objective | ObjectiveSource,
     chain: Chain,
     drive: npt.ArrayLike,
     *,
@@ -71,11 +71,11 @@ def value_and_grad(
         )
     names = (with_respect_to,) if isinstance(with_respect_to, str) else tuple(with_respect_to)
     held = validate_drive(chain, drive)
-    adjoints = value_and_adjoint(chain, held, ticks, objective_of(objective, chain, len(held)))
+    adjoints = value_and_adjoint(chain, held, ticks, make_objective(objective, chain, len(held)))
     return adjoints.value, {name: np.array(parameter_gradient(chain, adjoints, name)) for name in names}
 
 
-def objective_of(objective: Objective | Judged, chain: Chain, steps: int) -> Objective:
+def make_objective(objective: Objective | ObjectiveSource, chain: Chain, steps: int) -> Objective:
     """Return the objective itself, or a task's objective for this chain and horizon."""
     if isinstance(objective, Objective):
         return objective

@@ -52,7 +52,7 @@ __all__ = [
     "Objective",
     "Quantity",
     "Term",
-    "applied",
+    "end_input",
     "contact_force",
     "displacement",
     "energy",
@@ -80,12 +80,12 @@ class Quantity:
 
     def at_end(self, target: float | None = None) -> Term:
         """Return the quantity after the last control step or, given a target, its squared deviation from the target."""
-        return self._term(target, -1, 0, "at the end")
+        return self._make_term(target, -1, 0, "at the end")
 
     def mean(self, target: float | None = None, *, begin: int = 0, end: int = 0) -> Term:
         """Return the mean over control steps begin to end - 1 (end = 0: to the last step), or the mean squared deviation."""
         _check_window(begin, end)
-        return self._term(target, begin, end, "on average")
+        return self._make_term(target, begin, end, "on average")
 
     def peak(self, scale: float, *, power: int = 32, begin: int = 0, end: int = 0) -> Term:
         """Return a smooth maximum of |q|: scale (sum (q / scale)^power)^(1/power), over control steps begin to end - 1.
@@ -103,7 +103,7 @@ class Quantity:
         _check_window(begin, end)
         return Term(((self, _PEAK, float(scale), power, begin, end, 1.0),), f"peak of {self.name}")
 
-    def _term(self, target: float | None, begin: int, end: int, when: str) -> Term:
+    def _make_term(self, target: float | None, begin: int, end: int, when: str) -> Term:
         if target is not None:
             target = finite_number("target", target)
         kind, said = (_LINEAR, self.name) if target is None else (_SQUARED, f"({self.name} - {target:g})^2")
@@ -179,7 +179,7 @@ def momentum(first: int = 0, last: int = -1) -> Quantity:
     return Quantity(_MOMENTUM, first, last, f"momentum[{first}:{last}]")
 
 
-def applied(side: Literal["left", "right"]) -> Quantity:
+def end_input(side: Literal["left", "right"]) -> Quantity:
     """Return the input: the force on a free end [N] or the velocity of a piston [m/s]."""
     if side not in ("left", "right"):
         raise ParameterError(f"got {one_line(side)}", expected="'left' or 'right'", at="side")
@@ -200,11 +200,11 @@ def total(chain: Chain, *terms: Term) -> Objective:
     parts = [part for term in terms for part in term.parts]
     if not parts:
         raise ParameterError("got none", expected="at least one, such as velocity(-1).at_end()", at="terms")
-    constants = np.array([_row(chain, part) for part in parts])
+    constants = np.array([_term_row(chain, part) for part in parts])
     said = " + ".join(term.description for term in terms)
     return Objective(
-        _note, _value, _pullback, constants.reshape(-1), len(parts), description=said, grains=chain.parameters.grains,
-        fewest_steps=max(_fewest_steps(begin, end) for *_, begin, end, _ in parts),
+        _add_to_sums, _objective_value, _pullback, constants.reshape(-1), len(parts), description=said,
+        grains=chain.parameters.grains, fewest_steps=max(_fewest_steps(begin, end) for *_, begin, end, _ in parts),
     )  # fmt: skip
 
 
@@ -213,16 +213,16 @@ def _fewest_steps(begin: int, end: int) -> int:
     return max(begin + 1, -begin, end, 1 - end)
 
 
-def _row(chain: Chain, part: tuple[Quantity, int, float, int, int, int, float]) -> list[float]:
+def _term_row(chain: Chain, part: tuple[Quantity, int, float, int, int, int, float]) -> list[float]:
     quantity, kind, target, power, begin, end, weight = part
     parameters, grains = chain.parameters, chain.parameters.grains
     first, last = quantity.first, quantity.last
     if quantity.code == _CONTACT_FORCE:
-        first = last = _place(quantity, first, parameters.contact_places)
+        first = last = _valid_index(quantity, first, parameters.contact_places)
         if not parameters.has_contact(first):
             raise ParameterError(parameters.missing_contact_reason(first), hint="name a contact of the chain", at=quantity.name)
     elif quantity.code != _APPLIED:
-        first, last = _place(quantity, first, grains), _place(quantity, last, grains)
+        first, last = _valid_index(quantity, first, grains), _valid_index(quantity, last, grains)
         if first > last:
             raise ParameterError(f"got {first} to {last}", expected="the first grain before the last one", at=(quantity.name,))
     if quantity.code in (_CONTACT_FORCE, _ENERGY) and chain.parameters.law.has_history:
@@ -232,20 +232,20 @@ def _row(chain: Chain, part: tuple[Quantity, int, float, int, int, int, float]) 
     return [quantity.code, first, last, kind, target, power, begin, end, weight]
 
 
-def _place(quantity: Quantity, index: int, count: int) -> int:
+def _valid_index(quantity: Quantity, index: int, count: int) -> int:
     if isinstance(index, bool) or not isinstance(index, (int, np.integer)) or not -count <= index < count:
         raise ParameterError(f"got {one_line(index)}", expected=f"{-count} to {count - 1}", at=quantity.name)
     return int(index) % count
 
 
 @jit
-def _window(constants, base, steps):
+def _term_window(constants, base, steps):
     begin, end = int(constants[base + _BEGIN]), int(constants[base + _END])
     return (steps + begin if begin < 0 else begin), (steps + end if end <= 0 else end)
 
 
 @jit
-def _quantity(chain, inputs, constants, base):
+def _quantity_value(chain, inputs, constants, base):
     code, first, last = int(constants[base]), int(constants[base + _FIRST]), int(constants[base + _LAST])
     if code == _VELOCITY:
         return chain.rows[V, first + 1]
@@ -282,12 +282,16 @@ def _quantity_pullback(chain, adjoint, input_adjoint, constants, base, slope):
 
 
 @jit
-def _note(chain, step, steps, inputs, constants, sums):
+def _add_to_sums(chain, step, steps, inputs, constants, sums):
     for k in range(len(sums)):
         base = k * _TERM
-        begin, end = _window(constants, base, steps)
+        begin, end = _term_window(constants, base, steps)
         if begin <= step < end:
-            q, kind, target = _quantity(chain, inputs, constants, base), constants[base + _KIND], constants[base + _TARGET]
+            q, kind, target = (
+                _quantity_value(chain, inputs, constants, base),
+                constants[base + _KIND],
+                constants[base + _TARGET],
+            )
             if kind == _PEAK:
                 sums[k] += differentiable_quantities.peak_feature(q, target, int(constants[base + _POWER]))
             elif kind == _SQUARED:
@@ -297,7 +301,7 @@ def _note(chain, step, steps, inputs, constants, sums):
 
 
 @jit
-def _value(sums, constants, slopes):
+def _objective_value(sums, constants, slopes):
     total = 0.0
     for k in range(len(sums)):
         base = k * _TERM
@@ -313,12 +317,12 @@ def _value(sums, constants, slopes):
 def _pullback(chain, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
     for k in range(len(slopes)):
         base = k * _TERM
-        begin, end = _window(constants, base, steps)
+        begin, end = _term_window(constants, base, steps)
         if begin <= step < end:
             kind, target, slope = constants[base + _KIND], constants[base + _TARGET], slopes[k] / (end - begin)
             if kind == _PEAK:
-                q = _quantity(chain, inputs, constants, base)
+                q = _quantity_value(chain, inputs, constants, base)
                 slope = slopes[k] * differentiable_quantities.peak_feature_pullback(q, target, int(constants[base + _POWER]))
             elif kind == _SQUARED:
-                slope *= 2.0 * (_quantity(chain, inputs, constants, base) - target)
+                slope *= 2.0 * (_quantity_value(chain, inputs, constants, base) - target)
             _quantity_pullback(chain, adjoint, input_adjoint, constants, base, slope)

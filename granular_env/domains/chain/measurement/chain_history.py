@@ -123,7 +123,7 @@ class History:
                 "been through, which frames do not tell",
                 hint="record with variables=['velocity', 'displacement', 'contact_force']",
             )
-        return self._contacts[0]
+        return self._contact_forces_and_energies[0]
 
     @cached_property
     def contact_energy(self) -> FloatArray:
@@ -138,32 +138,32 @@ class History:
                 "do not tell",
                 hint="the whole chain's is its output 'potential_energy': record that",
             )
-        return self._contacts[1]
+        return self._contact_forces_and_energies[1]
 
     @property
     def rest_force(self) -> FloatArray:
         """Force at each place in the reference configuration, from precompression and weight, shape (n + 1,) [N]."""
-        return self._rest[0]
+        return self._rest_forces_and_energies[0]
 
     @property
     def rest_energy(self) -> FloatArray:
         """Elastic energy stored at each place in the reference configuration, shape (n + 1,) [J]."""
-        return self._rest[1]
+        return self._rest_forces_and_energies[1]
 
     @cached_property
-    def _contacts(self) -> tuple[FloatArray, FloatArray]:
-        return self._by_law(self.overlap, self.velocity)
+    def _contact_forces_and_energies(self) -> tuple[FloatArray, FloatArray]:
+        return self._law_forces_and_energies(self.overlap, self.velocity)
 
     @cached_property
-    def _rest(self) -> tuple[FloatArray, FloatArray]:
-        force, energy = self._by_law(self.rest_overlap[None], np.zeros((1, self.grains)))
+    def _rest_forces_and_energies(self) -> tuple[FloatArray, FloatArray]:
+        force, energy = self._law_forces_and_energies(self.rest_overlap[None], np.zeros((1, self.grains)))
         return force[0], energy[0]
 
-    def _by_law(self, overlap: FloatArray, velocity: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _law_forces_and_energies(self, overlap: FloatArray, velocity: FloatArray) -> tuple[FloatArray, FloatArray]:
         constants = np.zeros((self.grains + 1, 0)) if self.law_constants is None else self.law_constants
         return forces_and_energies(self.law, self.stiffness, constants, overlap, velocity)
 
-    def frame(self, time: float) -> int:
+    def frame_number(self, time: float) -> int:
         """Return the number of the frame nearest to a time [s].
 
         Raises:
@@ -177,15 +177,15 @@ class History:
 
     def window(self, begin: float | None = None, end: float | None = None) -> slice:
         """Return the frames between two times [s], both included; by default all frames."""
-        first = 0 if begin is None else self.frame(begin)
-        last = len(self.time) - 1 if end is None else self.frame(end)
+        first = 0 if begin is None else self.frame_number(begin)
+        last = len(self.time) - 1 if end is None else self.frame_number(end)
         if last < first:
             raise ParameterError(
                 f"it begins at {begin:g} s and ends at {end:g} s", expected="the end to come later", at="window"
             )
         return slice(first, last + 1)
 
-    def grain(self, number: Any, name: str = "grain") -> int:
+    def valid_grain(self, number: Any, name: str = "grain") -> int:
         """Return a validated grain number; the first is 0."""
         return whole_number(name, number, 0, self.grains - 1)
 
@@ -195,7 +195,7 @@ class History:
         Raises:
             ParameterError: there is no contact (an end without a wall).
         """
-        place = self.grain(grain) + (0 if sign(direction) > 0.0 else 1)
+        place = self.valid_grain(grain) + (0 if direction_sign(direction) > 0.0 else 1)
         if self.stiffness[place] == 0.0:
             raise ParameterError(
                 f"no contact is behind grain {grain}, through which a wave to the {direction} could come",
@@ -213,7 +213,7 @@ def require_history(name: str, value: Any) -> None:
         )
 
 
-def sign(direction: Any) -> float:
+def direction_sign(direction: Any) -> float:
     """Return +1 for waves that run to the right, -1 to the left."""
     if direction not in ("right", "left"):
         raise ParameterError(f"got {one_line(direction)}", expected="'right' or 'left'", at="direction")
@@ -239,12 +239,12 @@ def forces_and_energies(
     table[layout.LAW_CONSTANTS : layout.LAW_CONSTANTS + constants.shape[1], places] = constants.T
     table[layout.SCALARS, layout.GRAINS] = len(stiffness) - 1
     force, energy = np.empty_like(overlap), np.empty_like(overlap)
-    _fill(python_chain_state(law.contacts, table).law, table, overlap, velocity, force, energy)
+    _write_forces_and_energies(python_chain_state(law.contacts, table).law, table, overlap, velocity, force, energy)
     return force, energy
 
 
 @jit
-def _fill(law, table, overlap, velocity, force, energy):
+def _write_forces_and_energies(law, table, overlap, velocity, force, energy):
     """Write forces and energies; displacements stay 0, because each frame's overlaps are set as rest overlaps."""
     chain = chain_state(law, table)
     forces.initialise_histories(chain)

@@ -12,21 +12,21 @@ Taken = Callable[[Any, int, dict[str, Any]], float]
 """taken(history, which, arguments): one number; NaN where there are fewer waves than `which` asks for."""
 
 
-def function(name: str) -> Callable[..., Any]:
+def measurement_function(name: str) -> Callable[..., Any]:
     """Return the measurement with this name."""
     return getattr(measurement, name)
 
 
-def _number(name: str, of: Callable[[Any], float] = float) -> Taken:
-    """Return a column with the measurement's value, converted by `of`; `len` counts the items of a list."""
+def _value_column(name: str, convert: Callable[[Any], float] = float) -> Taken:
+    """Return a column with the measurement's value, converted by `convert`; `len` counts the items of a list."""
 
     def column(history: Any, which: int, arguments: dict[str, Any]) -> float:
-        return float(of(getattr(measurement, name)(history, **arguments)))
+        return float(convert(getattr(measurement, name)(history, **arguments)))
 
     return column
 
 
-def _attribute(name: str, attribute: str) -> Taken:
+def _attribute_column(name: str, attribute: str) -> Taken:
     """Return a column with an attribute of the measurement's result, or of one item if the result is a list."""
 
     def column(history: Any, which: int, arguments: dict[str, Any]) -> float:
@@ -40,7 +40,7 @@ def _attribute(name: str, attribute: str) -> Taken:
     return column
 
 
-def _of_wave(function: str) -> Taken:
+def _wave_column(function: str) -> Taken:
     """Return a column with the result of `function` (energy, momentum) for one wave of `waves_at`."""
 
     def column(history: Any, which: int, arguments: dict[str, Any]) -> float:
@@ -50,26 +50,28 @@ def _of_wave(function: str) -> Taken:
     return column
 
 
-def _attributes(name: str, *attributes: str) -> dict[str, Taken]:
-    return {attribute: _attribute(name, attribute) for attribute in attributes}
+def _attribute_columns(name: str, *attributes: str) -> dict[str, Taken]:
+    return {attribute: _attribute_column(name, attribute) for attribute in attributes}
 
 
 MEASUREMENTS: dict[str, dict[str, Taken]] = {
     "waves_at": {
-        "count": _number("waves_at", len),
-        **_attributes("waves_at", "amplitude", "speed", "time", "duration", "width"),
-        "energy": _of_wave("energy_of"),
-        "momentum": _of_wave("momentum_of"),
+        "count": _value_column("waves_at", len),
+        **_attribute_columns("waves_at", "amplitude", "speed", "time", "duration", "width"),
+        "energy": _wave_column("energy_of"),
+        "momentum": _wave_column("momentum_of"),
     },
     "waves_along": {
-        "count": _number("waves_along", len),
-        **_attributes("waves_along", "amplitude", "position", "energy", "kinetic_energy", "potential_energy", "momentum"),
+        "count": _value_column("waves_along", len),
+        **_attribute_columns(
+            "waves_along", "amplitude", "position", "energy", "kinetic_energy", "potential_energy", "momentum"
+        ),
     },
-    "front_speed": {"value": _number("front_speed")},
-    "pressure_ratio": _attributes("pressure_ratio", "ratio", "first_maximum", "settled"),
-    "energy_ratio": _attributes("energy_ratio", "mean", "least", "greatest", "deviation"),
-    "momentum_carried_off": {"value": _number("momentum_carried_off")},
-    "detached_grains": {"count": _number("detached_grains", len)},
+    "front_speed": {"value": _value_column("front_speed")},
+    "pressure_ratio": _attribute_columns("pressure_ratio", "ratio", "first_maximum", "settled"),
+    "energy_ratio": _attribute_columns("energy_ratio", "mean", "least", "greatest", "deviation"),
+    "momentum_carried_off": {"value": _value_column("momentum_carried_off")},
+    "detached_grains": {"count": _value_column("detached_grains", len)},
 }
 
 # Column name (of all measurements), or (measurement, column name) -> unit.

@@ -86,7 +86,7 @@ def momentum_carried_off(history: History, time: float | None = None) -> float:
     Raises:
         ParameterError: the time is outside the history, or the momentum of the first frame is 0.
     """
-    frame = len(history.time) - 1 if time is None else history.frame(time)
+    frame = len(history.time) - 1 if time is None else history.frame_number(time)
     start = float(momentum(history)[0])
     scale = float((np.abs(history.velocity[0]) * history.mass).sum())
     if not abs(start) > 1e-12 * scale:
@@ -104,6 +104,6 @@ def detached_grains(history: History, time: float | None = None) -> np.ndarray:
         ParameterError: the time is outside the history.
         LogError: overlaps are not known.
     """
-    frame = len(history.time) - 1 if time is None else history.frame(time)
+    frame = len(history.time) - 1 if time is None else history.frame_number(time)
     touching = (history.overlap[frame] >= 0.0) & (history.stiffness > 0.0)
     return np.flatnonzero(~(touching[:-1] | touching[1:]))

@@ -9,9 +9,9 @@ import numpy as np
 from granular_env.components.errors import ParameterError
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.validation import positive_number
-from granular_env.crests_and_crossings import crests, crossing
+from granular_env.crests_and_crossings import crests, crossing_time
 
-from .chain_history import Direction, History, sign
+from .chain_history import Direction, History, direction_sign
 
 
 def arrivals(history: History, above: float, direction: Direction = "right") -> FloatArray:
@@ -27,12 +27,12 @@ def arrivals(history: History, above: float, direction: Direction = "right") -> 
     Raises:
         ParameterError: a threshold that is not positive, or an unknown direction.
     """
-    above, velocity = positive_number("above", above), sign(direction) * history.velocity
+    above, velocity = positive_number("above", above), direction_sign(direction) * history.velocity
     passed = velocity > above
     found = np.full(history.grains, np.nan)
     for grain in np.flatnonzero(passed.any(axis=0)):
         frame = int(np.argmax(passed[:, grain]))
-        found[grain] = crossing(history.time, velocity[:, grain], frame - 1, above) if frame else history.time[0]
+        found[grain] = crossing_time(history.time, velocity[:, grain], frame - 1, above) if frame else history.time[0]
     return found
 
 
@@ -43,7 +43,7 @@ def front_position(history: History, above: float, direction: Direction = "right
 
     Args and errors as `arrivals`.
     """
-    order = slice(None) if sign(direction) > 0.0 else slice(None, None, -1)
+    order = slice(None) if direction_sign(direction) > 0.0 else slice(None, None, -1)
     seen = arrivals(history, above, direction)[order]
     # The front has passed a grain as soon as it has reached any grain ahead.
     passed = np.fmin.accumulate(seen[::-1])[::-1]
@@ -66,12 +66,12 @@ def front_speed(history: History, above: float, first: int, last: int, direction
     Raises:
         ParameterError: an unknown grain or one that the front did not reach; or as `arrivals`.
     """
-    first, last = history.grain(first, "first"), history.grain(last, "last")
+    first, last = history.valid_grain(first, "first"), history.valid_grain(last, "last")
     seen = arrivals(history, above, direction)
     for name, grain in (("first", first), ("last", last)):
         if np.isnan(seen[grain]):
             raise ParameterError(f"the front above {above:g} m/s does not reach grain {grain}", hint="look longer", at=name)
-    if not (last - first) * sign(direction) > 0.0 or not seen[last] > seen[first]:
+    if not (last - first) * direction_sign(direction) > 0.0 or not seen[last] > seen[first]:
         raise ParameterError(f"first, last: got {first} and {last}", expected="two grains that the front reaches in this order")
     return float(abs(history.position[last] - history.position[first]) / (seen[last] - seen[first]))
 
@@ -110,9 +110,9 @@ def pressure_ratio(history: History, grain: int, near: int | None = None, direct
         ParameterError: an unknown grain or one without a contact behind it, no maximum, or no frames after the maximum.
         LogError: overlaps are unknown.
     """
-    default = min(1, history.grains - 1) if sign(direction) > 0.0 else max(history.grains - 2, 0)
+    default = min(1, history.grains - 1) if direction_sign(direction) > 0.0 else max(history.grains - 2, 0)
     place = history.contact_behind(grain, direction)
-    settled = history.contact_behind(default if near is None else history.grain(near, "near"), direction)
+    settled = history.contact_behind(default if near is None else history.valid_grain(near, "near"), direction)
     force = history.contact_force
     largest = float(force[:, place].max())
     found = crests(history.time, force[:, place], 0.5 * largest) if largest > 0.0 else []

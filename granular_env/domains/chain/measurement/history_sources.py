@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from granular_env.recording.index import Segment
 
 
-def of_chain(
+def make_history(
     component: Component,
     time: FloatArray,
     velocity: FloatArray,
@@ -67,9 +67,9 @@ def history(log: Log, segment: int | None = None) -> History:
     """
     if isinstance(log, Component):
         raise ParameterError("got a running chain", expected="a log", hint="watch a chain with measurement.observe", at="log")
-    if not hasattr(log, "rebuilt"):
+    if not hasattr(log, "new_component"):
         raise ParameterError(f"got {one_line(log)}", expected="what granular_env.open_log gives", at="log")
-    component = log.rebuilt() if log.metadata["component"] == "chain" else None
+    component = log.new_component() if log.metadata["component"] == "chain" else None
     if component is None:
         raise LogError(
             f"log {str(log.path)!r} is of a {log.metadata['component']!r}", expected="a chain", hint="only chains are measured"
@@ -80,7 +80,7 @@ def history(log: Log, segment: int | None = None) -> History:
             hint="record with variables=['velocity', 'displacement']",
             source=f"log {str(log.path)!r}",
         )
-    own = _segment(log, segment)
+    own = _find_segment(log, segment)
     time, velocity = log.series("velocity", own)
     if not len(time):
         raise LogError(f"log {str(log.path)!r} holds no frame of the velocity", hint="record with every= and step")
@@ -95,10 +95,10 @@ def history(log: Log, segment: int | None = None) -> History:
                     at=("frames", name),
                     source=f"log {str(log.path)!r}",
                 )
-    return of_chain(component, time, velocity, **frames)
+    return make_history(component, time, velocity, **frames)
 
 
-def _segment(log: Log, number: int | None) -> Segment | None:
+def _find_segment(log: Log, number: int | None) -> Segment | None:
     segments = log.segments
     if number is not None:
         return segments[whole_number("segment", number, 0, len(segments) - 1)]

@@ -15,7 +15,7 @@ from granular_env.components.support.memory_limits import refuse_excess_memory
 from granular_env.components.support.validation import positive_number
 
 from .chain_history import History
-from .history_sources import chain_geometry, of_chain
+from .history_sources import chain_geometry, make_history
 
 
 class Watch:
@@ -43,9 +43,9 @@ class Watch:
         self._component: Component | None = None
         self._variables: tuple[str, ...] = ()
         self.next_tick = 0
-        self._forget()
+        self._clear_frames()
 
-    def _forget(self) -> None:
+    def _clear_frames(self) -> None:
         self._ticks: list[int] = []
         self._frames: list[tuple[FloatArray, ...]] = []
 
@@ -61,7 +61,7 @@ class Watch:
             raise ParameterError("it has seen no chain yet", hint="let it look on: chain.observe(watch)", at="watch")
         time = np.array(self._ticks) * self._component.step_size
         frames = {name: np.array([frame[i] for frame in self._frames]) for i, name in enumerate(self._variables)}
-        return of_chain(self._component, time, **frames)
+        return make_history(self._component, time, **frames)
 
     def on_reset(self, component: Component) -> None:
         """Start a new history."""
@@ -69,7 +69,7 @@ class Watch:
         self._variables = history_variables(component)
         self._interval = component.duration_ticks(self._every, "every")
         self._component = component
-        self._forget()
+        self._clear_frames()
         self.on_sample(component)
 
     def on_sample(self, component: Component) -> None:

@@ -7,9 +7,9 @@ import dataclasses
 import numpy as np
 
 from granular_env.components.support.float_arrays import FloatArray
-from granular_env.crests_and_crossings import ridges, top
+from granular_env.crests_and_crossings import crest_indices, interpolated_maximum
 
-from .chain_history import Direction, History, sign
+from .chain_history import Direction, History, direction_sign
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -61,17 +61,17 @@ def waves_along(
         ParameterError: a time outside the history, a threshold that is not positive, an invalid separation or direction.
         LogError: overlaps are unknown.
     """
-    frame, towards = history.frame(time), sign(direction)
+    frame, towards = history.frame_number(time), direction_sign(direction)
     velocity = towards * history.velocity[frame]
-    kinetic, potential = 0.5 * history.mass * velocity**2, _potential(history, frame)
+    kinetic, potential = 0.5 * history.mass * velocity**2, _potential_energies(history, frame)
     momentum = history.mass * velocity
     found, free = [], 0
     # Pad with zero velocity beyond the ends, because a wave may peak at an end grain.
-    for begin, peak, end in ridges(np.pad(velocity, 1), above, separation):
+    for begin, peak, end in crest_indices(np.pad(velocity, 1), above, separation):
         first, last = max(begin - 1, free), min(end - 1, history.grains - 1)
         free = last + 1
         own = slice(first, last + 1)
-        place, _ = top(np.arange(-1.0, history.grains + 1.0), np.pad(velocity, 1), peak)
+        place, _ = interpolated_maximum(np.arange(-1.0, history.grains + 1.0), np.pad(velocity, 1), peak)
         found.append(
             WaveInChain(
                 peak - 1,
@@ -87,7 +87,7 @@ def waves_along(
     return found
 
 
-def _potential(history: History, frame: int) -> FloatArray:
+def _potential_energies(history: History, frame: int) -> FloatArray:
     """Return each grain's share of the contact energy above the static state, shape (n,): half, or all at a wall."""
     stored = history.contact_energy[frame] - history.rest_energy
     approach = history.overlap[frame] - history.rest_overlap

@@ -11,7 +11,7 @@ from granular_env.components.errors import ParameterError
 from granular_env.components.support.validation import whole_number
 from granular_env.crests_and_crossings import Crest, crests
 
-from .chain_history import Direction, History, require_history, sign
+from .chain_history import Direction, History, direction_sign, require_history
 
 # A crest at a neighbour belongs to the same wave only if its height is at least this fraction of the wave's amplitude.
 _SAME_WAVE = 0.5
@@ -71,13 +71,13 @@ def waves_at(
             below 1.
     """
     require_history("history", history)
-    grain, towards, period = history.grain(grain), sign(direction), whole_number("period", period, 1)
+    grain, towards, period = history.valid_grain(grain), direction_sign(direction), whole_number("period", period, 1)
     found = crests(history.time, towards * history.velocity[:, grain], above, separation)
     step = int(towards) * period
-    behind, ahead = (_neighbour(history, grain + offset, towards, above, separation) for offset in (-step, step))
+    behind, ahead = (_neighbour_crests(history, grain + offset, towards, above, separation) for offset in (-step, step))
     waves = []
     for crest in found:
-        speed = _speed(history, grain, step, crest, (behind, found, ahead))
+        speed = _wave_speed(history, grain, step, crest, (behind, found, ahead))
         waves.append(
             Wave(
                 grain,
@@ -94,31 +94,31 @@ def waves_at(
     return waves
 
 
-def _neighbour(history: History, grain: int, towards: float, above: float, separation: float) -> list[Crest] | None:
+def _neighbour_crests(history: History, grain: int, towards: float, above: float, separation: float) -> list[Crest] | None:
     """Return the crests of a neighbour; None beyond the end of the chain."""
     if not 0 <= grain < history.grains:
         return None
     return crests(history.time, towards * history.velocity[:, grain], _SAME_WAVE * above, separation)
 
 
-def _speed(
-    history: History, grain: int, step: int, crest: Crest, seen: tuple[list[Crest] | None, list[Crest], list[Crest] | None]
+def _wave_speed(
+    history: History, grain: int, step: int, crest: Crest, crests: tuple[list[Crest] | None, list[Crest], list[Crest] | None]
 ) -> float:
-    """Return the mean speed between crests of the same number in `seen` (behind, at the grain, ahead), or NaN."""
-    behind, own, ahead = seen
+    """Return the mean speed between crests of the same number in `crests` (behind, at the grain, ahead), or NaN."""
+    behind, own, ahead = crests
 
-    def times(found: list[Crest]) -> list[float]:
+    def crest_times(found: list[Crest]) -> list[float]:
         return [one.time for one in found if one.height >= _SAME_WAVE * crest.height]
 
-    def arrival(found: list[Crest], lead: int) -> float:
+    def arrival_time(found: list[Crest], lead: int) -> float:
         """Return the time of the same crest at a neighbour, if `lead` more crests than here have passed it by now; else NaN."""
-        others = times(found)
+        others = crest_times(found)
         passed = sum(time < crest.time for time in others)
         return others[number] if passed == number + lead and number < len(others) else math.nan
 
-    number = times(own).index(crest.time)
-    first, begin = (grain, crest.time) if behind is None else (grain - step, arrival(behind, 1))
-    last, end = (grain, crest.time) if ahead is None else (grain + step, arrival(ahead, 0))
+    number = crest_times(own).index(crest.time)
+    first, begin = (grain, crest.time) if behind is None else (grain - step, arrival_time(behind, 1))
+    last, end = (grain, crest.time) if ahead is None else (grain + step, arrival_time(ahead, 0))
     if first == last:
         return math.nan
     return float(abs(history.position[last] - history.position[first]) / (end - begin))
@@ -134,10 +134,10 @@ def overlap_of(history: History, wave: Wave) -> Crest:
         ParameterError: there is no contact behind the grain.
     """
     place = history.contact_behind(wave.grain, wave.direction)
-    return _pulse(history, history.overlap[:, place] - max(history.rest_overlap[place], 0.0), wave)
+    return _matching_crest(history, history.overlap[:, place] - max(history.rest_overlap[place], 0.0), wave)
 
 
-def _pulse(history: History, values: np.ndarray, wave: Wave) -> Crest:
+def _matching_crest(history: History, values: np.ndarray, wave: Wave) -> Crest:
     """Return the crest of a curve that belongs to a wave: the last before the velocity's crest; a contact lags slightly."""
     largest = float(np.max(values))
     if largest > 0.0:
@@ -159,7 +159,7 @@ def energy_of(history: History, wave: Wave) -> float:
         LogError: overlaps are not known.
         ParameterError: there is no contact behind the grain.
     """
-    return _force_integral(history, wave, sign(wave.direction) * history.velocity[:, wave.grain])
+    return _force_integral(history, wave, direction_sign(wave.direction) * history.velocity[:, wave.grain])
 
 
 def momentum_of(history: History, wave: Wave) -> float:
@@ -174,8 +174,8 @@ def _force_integral(history: History, wave: Wave, factor: np.ndarray) -> float:
     """Return the integral of force x factor over the wave's force pulse."""
     place = history.contact_behind(wave.grain, wave.direction)
     force = history.contact_force[:, place] - history.rest_force[place]
-    pulse = _pulse(history, force, wave)
-    velocity = sign(wave.direction) * history.velocity[:, wave.grain]
+    pulse = _matching_crest(history, force, wave)
+    velocity = direction_sign(wave.direction) * history.velocity[:, wave.grain]
     # A crest ends where the velocity is 0, or at the minimum before the next crest.
     shared = velocity[np.searchsorted(history.time, (wave.begin, wave.end))] > 0.0
     ends = np.where(shared, (wave.begin, wave.end), (pulse.begin, pulse.end))

@@ -20,12 +20,21 @@ from granular_env.envs.factory import environment_factory
 from granular_env.envs.policies import Constant, Policy
 
 from ..rows import ChainRows
-from .driven_end import DrivenEnd, DrivenEndTask, DrivenOptions, driven_end, hertz_chain, limits, refuse_too_early, sum_value
-from .matched_end import SENSORS, MatchedForce, MatchedPiston, Sensors
+from .driven_end import (
+    DrivenEnd,
+    DrivenEndTask,
+    DrivenOptions,
+    hertz_constants,
+    make_driven_end,
+    parse_range,
+    refuse_unreachable_deadline,
+    single_sum_value,
+)
+from .matched_end import SENSORS, MatchedForce, MatchedPiston, SensorScales
 
 
 @jit
-def _note(chain, step, steps, inputs, constants, sums):
+def _add_to_sums(chain, step, steps, inputs, constants, sums):
     if step == steps - 1:
         sums[0] += energy_between(chain, 1, chain.settings.grains) / constants[0]
 
@@ -52,7 +61,7 @@ class AbsorptionTask(DrivenEndTask):
 
     def __init__(self, chain: Chain, end: DrivenEnd, impact: tuple[float, float], strikers: int, has_sensors: bool) -> None:
         super().__init__(chain, end)
-        mass, stiffness, _ = hertz_chain(self.name, chain)
+        mass, stiffness, _ = hertz_constants(self.name, chain)
         self.impact, self.strikers, self._has_sensors = impact, strikers, has_sensors
         self._grain = mass, stiffness, chain.step_size
 
@@ -64,12 +73,12 @@ class AbsorptionTask(DrivenEndTask):
 
     def begin_rows(self, rows: ChainRows, constants: None, counters: dict[str, Any]) -> None:
         """Store the incoming energy."""
-        energy = rows.energy_from(0)
+        energy = rows.tail_energy(0)
         counters.update(incoming_energy=energy, energy=energy, returned=1.0 * (energy > 0.0))
 
     def judge_rows(self, rows: ChainRows, constants: None, counters: dict[str, Any], elapsed: Any) -> tuple[FloatArray, bool]:
         """Return the decrease of the returned energy fraction in this step."""
-        before, incoming, energy = counters["returned"], counters["incoming_energy"], rows.energy_from(0)
+        before, incoming, energy = counters["returned"], counters["incoming_energy"], rows.tail_energy(0)
         # Without an incoming wave, the energy put in by the driven end counts in joules.
         returned = energy / np.where(incoming > 0.0, incoming, 1.0)
         counters.update(energy=energy, returned=returned)
@@ -77,9 +86,11 @@ class AbsorptionTask(DrivenEndTask):
 
     def objective(self, component: Chain, steps: int) -> Objective:
         """Return the final energy of the grains divided by the present energy of the chain (1 J if that is 0)."""
-        incoming = float(ChainRows([component]).energy_from(0))
+        incoming = float(ChainRows([component]).tail_energy(0))
         text = "energy left in the chain at the end over that at the start"
-        return Objective(_note, sum_value, _pullback, np.array([incoming if incoming > 0.0 else 1.0]), description=text)
+        return Objective(
+            _add_to_sums, single_sum_value, _pullback, np.array([incoming if incoming > 0.0 else 1.0]), description=text
+        )
 
     def baselines(self) -> Mapping[str, Policy]:
         """Return the policies "nothing" and, with the default sensors, a matched end."""
@@ -87,7 +98,7 @@ class AbsorptionTask(DrivenEndTask):
         if self._has_sensors:
             name, scale = next(iter(self.actions.items()))
             matched = MatchedPiston if name.endswith("velocity") else MatchedForce
-            policies["theory"] = matched(*self._grain, self.hold * self.end.duration, scale, Sensors.of(self))
+            policies["theory"] = matched(*self._grain, self.hold * self.end.duration, scale, SensorScales.from_task(self))
         return policies
 
 
@@ -131,13 +142,13 @@ def make_absorption(
     from mass and stiffness of the grains, without knowledge of the wave. Over 240 seeds it returns 0.9914 to 0.9935 with a
     piston (mean 0.9924), 0.9918 to 0.9937 with a force (mean 0.9927). No better policy that uses the sensors only is known.
     """
-    chain, end, rest = driven_end(
+    chain, end, rest = make_driven_end(
         make_absorption, locals(), "right", action="piston", internal_steps=4, deadline=300, clock=0, observe=SENSORS
     )
-    speeds, most = limits("impact", impact), whole_number("strikers", strikers, 1, chain.parameters.grains - 1)
+    speeds, most = parse_range("impact", impact), whole_number("strikers", strikers, 1, chain.parameters.grains - 1)
     has_sensors = rest["observe"] == SENSORS
     task = partial(AbsorptionTask, end=end, impact=speeds, strikers=most, has_sensors=has_sensors)
     env = ComponentEnv(chain, task, **rest)
     start = {"velocity": dict.fromkeys(range(most), speeds[1])}
-    refuse_too_early(chain, end, speeds[1], "", lambda struck: float(struck.get("velocity")[-2:].max()), start)
+    refuse_unreachable_deadline(chain, end, speeds[1], "", lambda struck: float(struck.get("velocity")[-2:].max()), start)
     return env

@@ -17,7 +17,7 @@ from granular_env.components.chain.laws.law import missing_functions
 from granular_env.components.errors import ParameterError, StepError, issue_warning, one_line, spelling_hint
 from granular_env.components.support.jit import jit
 from granular_env.components.support.validation import positive_number, whole_number
-from granular_env.envs.factory import Options, refuse_early
+from granular_env.envs.factory import Options, refuse_early_deadline
 from granular_env.envs.policies import Constant, OpenLoop, Policy
 from granular_env.envs.task import RowTask
 
@@ -104,14 +104,14 @@ class DrivenEndTask(RowTask):
         self.grains, self.end = chain.parameters.grains, end
         self.actions, self.observations = end.actions, end.observations
 
-    def open_loops(self, theory: npt.NDArray[np.float64]) -> dict[str, Policy]:
+    def open_loop_policies(self, theory: npt.NDArray[np.float64]) -> dict[str, Policy]:
         """Return the policies "nothing", "theory" and, if a best drive is known that fits the action scale, "best".
 
         Args:
             theory: the input in each control step [N or m/s], shape (steps,).
         """
         (name, scale), best = next(iter(self.actions.items())), None
-        policies: dict[str, Policy] = {"nothing": Constant(0.0), "theory": OpenLoop(hold_mean(theory, self.hold) / scale)}
+        policies: dict[str, Policy] = {"nothing": Constant(0.0), "theory": OpenLoop(action_means(theory, self.hold) / scale)}
         if self.end.best and self.hold == 1:
             best = np.array(best_drive(self.name, "force" if name.endswith("force") else "piston")["drive"])
         return policies if best is None or np.abs(best).max() > scale else {**policies, "best": OpenLoop(best / scale)}
@@ -127,7 +127,7 @@ def best_drive(task: str, action: str) -> dict[str, Any]:
     return json.loads(file.read_text("utf-8"))
 
 
-def hold_mean(drive: npt.NDArray[np.float64], hold: int) -> npt.NDArray[np.float64]:
+def action_means(drive: npt.NDArray[np.float64], hold: int) -> npt.NDArray[np.float64]:
     """Return the mean of a drive over each action, which is held for `hold` control steps, shape (actions,)."""
     if hold == 1:
         return drive
@@ -135,7 +135,7 @@ def hold_mean(drive: npt.NDArray[np.float64], hold: int) -> npt.NDArray[np.float
     return np.add.reduceat(drive, places) / np.diff(np.append(places, len(drive)))
 
 
-def driven_end(
+def make_driven_end(
     make: Callable[..., Any],
     given: Mapping[str, Any],
     side: str = "left",
@@ -173,21 +173,21 @@ def driven_end(
     else:
         steps = whole_number("deadline", options["deadline"])
     seen = {"displacement": _DISPLACEMENT, "velocity": made.parameters.velocity_scale or _VELOCITY}
-    return made, DrivenEnd({f"{side}_{quantity}": scale}, seen, duration, steps, _is_usual(make, given)), options
+    return made, DrivenEnd({f"{side}_{quantity}": scale}, seen, duration, steps, _has_default_arguments(make, given)), options
 
 
-def make_chain(parameters: Mapping[str, Any], further: Any) -> Chain:
-    """Return a chain with the parameters that are not None; `further` ones take precedence."""
-    return Chain(**{name: one for name, one in parameters.items() if one is not None} | dict(further or {}))
+def make_chain(parameters: Mapping[str, Any], overrides: Any) -> Chain:
+    """Return a chain with the parameters that are not None; `overrides` ones take precedence."""
+    return Chain(**{name: one for name, one in parameters.items() if one is not None} | dict(overrides or {}))
 
 
-def _is_usual(make: Callable[..., Any], given: Mapping[str, Any]) -> bool:
+def _has_default_arguments(make: Callable[..., Any], given: Mapping[str, Any]) -> bool:
     """Return whether a factory was called with its defaults, apart from the options in `_SEEN`."""
     own = {name: one.default for name, one in inspect.signature(make).parameters.items() if name != "options"}
     return set(given["options"]) <= _SEEN and all(repr(given[name]) == repr(default) for name, default in own.items())
 
 
-def hertz_chain(task: str, chain: Chain) -> tuple[float, float, float]:
+def hertz_constants(task: str, chain: Chain) -> tuple[float, float, float]:
     """Return the mean mass of the grains [kg], and the mean stiffness [N/m^1.5] and rest overlap [m] of the inner contacts.
 
     Raises:
@@ -204,12 +204,12 @@ def hertz_chain(task: str, chain: Chain) -> tuple[float, float, float]:
     return float(geometry.mass.mean()), float(geometry.stiffness[inner].mean()), rest
 
 
-def refuse_too_early(
+def refuse_unreachable_deadline(
     chain: Chain,
     end: DrivenEnd,
     wanted: float,
     unit: str,
-    arrived: Callable[[Chain], float],
+    arrived_amount: Callable[[Chain], float],
     start: Mapping[str, Any] | None = None,
 ) -> None:
     """Refuse a deadline by which nothing arrives under the full drive from the first step on; warn if too little arrives.
@@ -219,7 +219,7 @@ def refuse_too_early(
         end: inputs and number of control steps; the inputs are not applied if `start` is given.
         wanted: amount that has to arrive.
         unit: unit of the amount; "" for no warning.
-        arrived: called after each control step; returns the amount that has arrived.
+        arrived_amount: called after each control step; returns the amount that has arrived.
         start: values for the reset of the chain.
 
     Raises:
@@ -233,12 +233,12 @@ def refuse_too_early(
             driven.step(end.duration, **inputs)
         except StepError:  # the full drive exceeds the physics, so the arrival is not late
             return
-        most = max(most, arrived(driven))
+        most = max(most, arrived_amount(driven))
         if most >= wanted or (step >= end.steps and most > _PART * wanted):
             break
     drive = " and ".join(f"{name} = {value:g}" for name, value in inputs.items())
     reason = f"{drive} from the first one on brings nothing earlier" if drive else "the fastest wave comes no earlier"
-    refuse_early(end.steps, step, end.duration, reason)
+    refuse_early_deadline(end.steps, step, end.duration, reason)
     if most < wanted and unit:
         issue_warning(
             f"deadline: {end.steps} control steps of {end.duration:g} s are too few: with {drive} from the first on, "
@@ -247,21 +247,21 @@ def refuse_too_early(
 
 
 @jit
-def sum_value(sums, constants, slopes):
+def single_sum_value(sums, constants, slopes):
     """Return an objective that consists of one sum, and set its slope."""
     slopes[0] = 1.0
     return sums[0]
 
 
-def limits(name: str, given: Any) -> tuple[float, float]:
+def parse_range(name: str, given: Any) -> tuple[float, float]:
     """Return a range (low, high) after validation; `ParameterError` unless 0 < low <= high."""
-    pair = numbers(name, given)
+    pair = parse_numbers(name, given)
     if len(pair) != 2 or not 0.0 < pair[0] <= pair[1]:
         raise ParameterError(f"got {one_line(given)}", expected="(low, high) with 0 < low <= high", at=name)
     return float(pair[0]), float(pair[1])
 
 
-def numbers(name: str, given: Any) -> npt.NDArray[np.float64]:
+def parse_numbers(name: str, given: Any) -> npt.NDArray[np.float64]:
     """Return one or several numbers as an array; `ParameterError` if there is none or one is not finite."""
     try:
         array = np.atleast_1d(np.asarray(given, dtype=np.float64))

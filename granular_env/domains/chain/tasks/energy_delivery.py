@@ -20,7 +20,7 @@ from granular_env.envs.factory import environment_factory
 from granular_env.envs.policies import Policy
 
 from ..rows import ChainRows
-from .driven_end import DrivenEnd, DrivenEndTask, DrivenOptions, driven_end, hertz_chain, refuse_too_early
+from .driven_end import DrivenEnd, DrivenEndTask, DrivenOptions, hertz_constants, make_driven_end, refuse_unreachable_deadline
 from .waves import passing_waves, shape_energies, wave_shapes
 
 # Layout of the objective's constants: wanted energy [J], cost of that amount of work, column of the target region's first
@@ -31,7 +31,7 @@ _ENTRY = 4.0
 _ITERATIONS = 20
 
 
-class Wanted(NamedTuple):
+class EnergyTarget(NamedTuple):
     """Constants of the task: target energy [J], and the cost of an equal amount of work."""
 
     energy: float
@@ -39,7 +39,7 @@ class Wanted(NamedTuple):
 
 
 @jit
-def _note(chain, step, steps, inputs, constants, sums):
+def _add_to_sums(chain, step, steps, inputs, constants, sums):
     if step == steps - 1:
         n = chain.settings.grains
         sums[0] += energy_between(chain, int(constants[_FIRST]), n) / constants[_ENERGY]
@@ -47,7 +47,7 @@ def _note(chain, step, steps, inputs, constants, sums):
 
 
 @jit
-def _value(sums, constants, slopes):
+def _objective_value(sums, constants, slopes):
     off = sums[0] - 1.0
     slopes[0], slopes[1] = 2.0 * off, constants[_PRICE]
     return off * off + constants[_PRICE] * sums[1]
@@ -77,16 +77,18 @@ class EnergyDeliveryTask(DrivenEndTask):
 
     def __init__(self, chain: Chain, end: DrivenEnd, energy: float, region: int, price: float) -> None:
         super().__init__(chain, end)
-        self._grain, self._first = hertz_chain(self.name, chain), self.grains - region
-        self.constants = Wanted(positive_number("energy", energy), finite_number("work_price", price))
+        self._grain, self._first = hertz_constants(self.name, chain), self.grains - region
+        self.constants = EnergyTarget(positive_number("energy", energy), finite_number("work_price", price))
 
-    def begin_rows(self, rows: ChainRows, constants: Wanted, counters: dict[str, Any]) -> None:
+    def begin_rows(self, rows: ChainRows, constants: EnergyTarget, counters: dict[str, Any]) -> None:
         """Store the delivered energy and the work at the start."""
-        delivered = rows.energy_from(self._first)
+        delivered = rows.tail_energy(self._first)
         off = delivered / constants.energy - 1.0
         counters.update(delivered_energy=delivered, work=rows.input_work, closeness=1.0 - off * off)
 
-    def judge_rows(self, rows: ChainRows, constants: Wanted, counters: dict[str, Any], elapsed: Any) -> tuple[FloatArray, bool]:
+    def judge_rows(
+        self, rows: ChainRows, constants: EnergyTarget, counters: dict[str, Any], elapsed: Any
+    ) -> tuple[FloatArray, bool]:
         """Return the gain in closeness minus the cost of this step's work."""
         closeness, work = counters["closeness"], counters["work"]
         self.begin_rows(rows, constants, counters)
@@ -100,7 +102,7 @@ class EnergyDeliveryTask(DrivenEndTask):
         """
         text = "squared relative error of the energy delivered, and the price of the energy in the chain"
         constants = np.array([*self.constants, self._first + 1.0])
-        return Objective(_note, _value, _pullback, constants, count=2, description=text)
+        return Objective(_add_to_sums, _objective_value, _pullback, constants, count=2, description=text)
 
     def baselines(self) -> Mapping[str, Policy]:
         """Return a drive that sends one solitary wave into the region by the deadline, and the best known drive."""
@@ -115,7 +117,9 @@ class EnergyDeliveryTask(DrivenEndTask):
         middle = self.grains - 0.5 * (self.grains - self._first) - 0.5
         place = min(middle, float(speeds[0]) * self.end.duration * self.end.steps - _ENTRY)
         waves = np.array([[height[0], place, speeds[0]]])
-        return self.open_loops(passing_waves(shapes, waves, self.end.duration, self.end.steps, next(iter(self.actions))))
+        return self.open_loop_policies(
+            passing_waves(shapes, waves, self.end.duration, self.end.steps, next(iter(self.actions)))
+        )
 
 
 @environment_factory
@@ -151,9 +155,9 @@ def make_energy_delivery(
     piston. The difference comes from holding the input over a control step. In a dimer or a tapered chain theory returns
     less.
     """
-    chain, end, rest = driven_end(make_energy_delivery, locals(), internal_steps=3, deadline=280)
+    chain, end, rest = make_driven_end(make_energy_delivery, locals(), internal_steps=3, deadline=280)
     region = whole_number("region", region, 1, chain.parameters.grains)
     env = ComponentEnv(chain, partial(EnergyDeliveryTask, end=end, energy=energy, region=region, price=work_price), **rest)
     first = chain.parameters.grains - region
-    refuse_too_early(chain, end, energy, "J", lambda driven: float(ChainRows([driven]).energy_from(first)))
+    refuse_unreachable_deadline(chain, end, energy, "J", lambda driven: float(ChainRows([driven]).tail_energy(first)))
     return env

@@ -24,7 +24,7 @@ _VIRTUAL_GRAINS = 96
 
 
 @dataclass(frozen=True)
-class Sensors:
+class SensorScales:
     """The scales of `SENSORS`: displacement [m], velocity [m/s] and force [N] that are observed as 1."""
 
     displacement: float
@@ -32,11 +32,11 @@ class Sensors:
     force: float
 
     @classmethod
-    def of(cls, task: Task) -> Self:
+    def from_task(cls, task: Task) -> Self:
         """Return the observation scales of a task."""
         return cls(task.observations["displacement"], task.observations["velocity"], task.unit_scales["N"])
 
-    def read(self, observation: npt.NDArray[np.float32]) -> tuple[float, float, float, float]:
+    def parse_observation(self, observation: npt.NDArray[np.float32]) -> tuple[float, float, float, float]:
         """Return the readings in SI: end displacement, velocities of the last two grains, force between them."""
         u, before, v, force = (float(x) for x in observation[:4])
         return u * self.displacement, before * self.velocity, v * self.velocity, force * self.force
@@ -59,14 +59,14 @@ class MatchedPiston:
     """
 
     def __init__(
-        self, mass: float, stiffness: float, step_size: float, duration: float, scale: float, sensors: Sensors
+        self, mass: float, stiffness: float, step_size: float, duration: float, scale: float, sensors: SensorScales
     ) -> None:
         self.duration, self.scale, self.sensors, self.mass = duration, scale, sensors, mass
-        self.chain = self._virtual(mass, stiffness, step_size)
+        self.chain = self._make_virtual_chain(mass, stiffness, step_size)
         self.reset()
 
-    def _virtual(self, mass: float, stiffness: float, step_size: float) -> Chain:
-        return _chain("free", mass, stiffness, step_size)
+    def _make_virtual_chain(self, mass: float, stiffness: float, step_size: float) -> Chain:
+        return _virtual_chain("free", mass, stiffness, step_size)
 
     def reset(self) -> None:
         """Put the virtual chain at rest."""
@@ -75,7 +75,7 @@ class MatchedPiston:
 
     def __call__(self, observation: npt.NDArray[np.float32], info: Mapping[str, Any]) -> npt.NDArray[np.float64]:
         """Return the piston's velocity over the next control step."""
-        place, _, _, force = self.sensors.read(observation)
+        place, _, _, force = self.sensors.parse_observation(observation)
         if self.begun:
             self.chain.step(self.duration, left_force=0.5 * (self.force + force))
         coming = max(force + 0.5 * (force - self.force), 0.0) if self.begun else force
@@ -103,10 +103,10 @@ class MatchedForce:
     """
 
     def __init__(
-        self, mass: float, stiffness: float, step_size: float, duration: float, scale: float, sensors: Sensors
+        self, mass: float, stiffness: float, step_size: float, duration: float, scale: float, sensors: SensorScales
     ) -> None:
         self.duration, self.scale, self.sensors, self.mass = duration, scale, sensors, mass
-        self.chain = _chain("piston", mass, stiffness, step_size)
+        self.chain = _virtual_chain("piston", mass, stiffness, step_size)
         self.reset()
 
     def reset(self) -> None:
@@ -116,7 +116,7 @@ class MatchedForce:
 
     def __call__(self, observation: npt.NDArray[np.float32], info: Mapping[str, Any]) -> npt.NDArray[np.float64]:
         """Return the force on the end grain over the next control step."""
-        place, _, speed, force = self.sensors.read(observation)
+        place, _, speed, force = self.sensors.parse_observation(observation)
         if self.begun:
             # Follow the real displacement, so that the virtual contact has the overlap of a real contact.
             self.chain.step(self.duration, left_velocity=(place - float(self.chain.get("displacement")[0])) / self.duration)
@@ -150,7 +150,7 @@ class Dashpot:
         sensors: scales of the observation.
     """
 
-    def __init__(self, coefficient: float, exponent: float, duration: float, scale: float, sensors: Sensors) -> None:
+    def __init__(self, coefficient: float, exponent: float, duration: float, scale: float, sensors: SensorScales) -> None:
         self.coefficient, self.exponent, self.duration, self.scale = coefficient, exponent, duration, scale
         self.sensors = sensors
         self.reset()
@@ -161,13 +161,13 @@ class Dashpot:
 
     def __call__(self, observation: npt.NDArray[np.float32], info: Mapping[str, Any]) -> npt.NDArray[np.float64]:
         """Return the force on the end grain over the next control step."""
-        speed = self.sensors.read(observation)[2]
+        speed = self.sensors.parse_observation(observation)[2]
         coming = speed + (0.5 * (speed - self.before) if self.before is not None else 0.0)
         self.before = speed
         return np.array([np.clip(-np.sign(coming) * self.coefficient * abs(coming) ** self.exponent / self.scale, -1.0, 1.0)])
 
 
-def _chain(left: str, mass: float, stiffness: float, step_size: float) -> Chain:
+def _virtual_chain(left: str, mass: float, stiffness: float, step_size: float) -> Chain:
     return Chain(
         grains=_VIRTUAL_GRAINS, mass=mass, contact_stiffness=stiffness, step_size=step_size, left=left, velocity_scale=10.0
     )

@@ -16,13 +16,13 @@ from granular_env.envs.factory import Options, environment_factory
 from granular_env.envs.task import RowTask
 
 from ..rows import ChainRows
-from .driven_end import DrivenEnd, make_chain, refuse_too_early
+from .driven_end import DrivenEnd, make_chain, refuse_unreachable_deadline
 
 # The last grain has detached once its gap exceeds this fraction of its radius.
 _FREE_FLIGHT = 0.01
 
 
-class Shot(NamedTuple):
+class SpeedTarget(NamedTuple):
     """Constants of the task: target velocity [m/s], cost of the work `energy` [J], separation that ends the episode [m]."""
 
     target: float
@@ -49,13 +49,13 @@ class PistonTask(RowTask):
         self.actions = {"left_velocity": velocity_scale}
         self.observations = {"displacement": 1e-3, "velocity": velocity_scale}
         energy = 0.5 * float(chain.geometry.mass[-1]) * target**2
-        self.constants = Shot(target, price, energy, _FREE_FLIGHT * float(chain.geometry.radius[-1]))
+        self.constants = SpeedTarget(target, price, energy, _FREE_FLIGHT * float(chain.geometry.radius[-1]))
 
-    def begin_rows(self, rows: ChainRows, constants: Shot, counters: dict[str, Any]) -> None:
+    def begin_rows(self, rows: ChainRows, constants: SpeedTarget, counters: dict[str, Any]) -> None:
         """Store the motion of the last grain; work done before the episode (in a continued log) is not charged."""
         counters.update(closeness=_closeness(rows, constants), work=rows.input_work)
 
-    def judge_rows(self, rows: ChainRows, constants: Shot, counters: dict[str, Any], elapsed: Any) -> tuple[Any, Any]:
+    def judge_rows(self, rows: ChainRows, constants: SpeedTarget, counters: dict[str, Any], elapsed: Any) -> tuple[Any, Any]:
         """Return the gain in closeness minus the cost of this step's work; the episode ends when the last grain detaches."""
         closeness, work = _closeness(rows, constants), rows.input_work
         cost = constants.price * (work - counters["work"]) / constants.energy
@@ -64,7 +64,7 @@ class PistonTask(RowTask):
         return rewards, rows.displacement[..., -1] - rows.displacement[..., -2] > constants.clearance
 
 
-def _closeness(rows: ChainRows, constants: Shot) -> FloatArray:
+def _closeness(rows: ChainRows, constants: SpeedTarget) -> FloatArray:
     return 1.0 - np.minimum(np.abs(rows.velocity[..., -1] / constants.target - 1.0), 1.0)
 
 
@@ -116,5 +116,5 @@ def make_piston(
     env = ComponentEnv(component, task, **{"deadline": 600, **options})
     if options.get("deadline", 600) is not None:
         end = DrivenEnd(env.task.actions, {}, env.duration, whole_number("deadline", env.deadline), False)
-        refuse_too_early(component, end, abs(target), "", lambda driven: abs(float(driven.get("velocity")[-1])))
+        refuse_unreachable_deadline(component, end, abs(target), "", lambda driven: abs(float(driven.get("velocity")[-1])))
     return env

@@ -21,7 +21,7 @@ from granular_env.envs.factory import environment_factory
 from granular_env.envs.policies import Constant, Policy
 
 from ..rows import ChainRows
-from .driven_end import DrivenEnd, DrivenEndTask, DrivenOptions, driven_end, hertz_chain, refuse_too_early
+from .driven_end import DrivenEnd, DrivenEndTask, DrivenOptions, hertz_constants, make_driven_end, refuse_unreachable_deadline
 
 # Force [N] and velocity [m/s] at action 1.
 _SCALES = {"force": 500.0, "piston": 2.0}
@@ -34,7 +34,7 @@ _LEAST, _MOST = -6.907755278982137, 13.815510557964274
 _IMPULSE, _PEAK_SCALE, _DURATION, _DOUBLINGS, _ROUNDING = range(5)
 
 
-class Delivery(NamedTuple):
+class ImpulseTarget(NamedTuple):
     """Constants of the task: target impulse [N s], peak force with a cost of 1 [N], length of a control step [s]."""
 
     impulse: float
@@ -46,7 +46,7 @@ class Delivery(NamedTuple):
 
 
 @jit
-def _power(x, constants):
+def _integer_power(x, constants):
     """x^p, by squaring."""
     for _ in range(int(constants[_DOUBLINGS])):
         x *= x
@@ -62,16 +62,16 @@ def _elastic_force(chain):
 
 
 @jit
-def _note(chain, step, steps, inputs, constants, sums):
+def _add_to_sums(chain, step, steps, inputs, constants, sums):
     force, _ = _elastic_force(chain)
     # The last value of the trapezoidal rule counts half.
     part = 0.5 if step == steps - 1 else 1.0
     sums[0] += part * constants[_DURATION] * force / constants[_IMPULSE]
-    sums[1] += _power(force / constants[_PEAK_SCALE], constants)
+    sums[1] += _integer_power(force / constants[_PEAK_SCALE], constants)
 
 
 @jit
-def _value(sums, constants, slopes):
+def _objective_value(sums, constants, slopes):
     missing = 1.0 - sums[0]
     root = math.sqrt(missing * missing + constants[_ROUNDING] * constants[_ROUNDING])
     slopes[0] = -0.5 * (1.0 + missing / root)
@@ -89,7 +89,7 @@ def _pullback(chain, adjoint, step, steps, inputs, input_adjoint, constants, slo
         return
     part, ratio = 0.5 if step == steps - 1 else 1.0, force / constants[_PEAK_SCALE]
     slope = slopes[0] * part * constants[_DURATION] / constants[_IMPULSE]
-    slope += slopes[1] * 2.0 ** int(constants[_DOUBLINGS]) * _power(ratio, constants) / force
+    slope += slopes[1] * 2.0 ** int(constants[_DOUBLINGS]) * _integer_power(ratio, constants) / force
     adjoint.rows[U, n] += slope * tangent
     adjoint.rows[U, n + 1] -= slope * tangent
     adjoint.rows[REST_OVERLAP, n] += slope * tangent
@@ -116,14 +116,16 @@ class ProtectionTask(DrivenEndTask):
         super().__init__(chain, end)
         self._chain = chain
         self.unit_scales = {"N": end.actions.get("left_force", self.unit_scales["N"])}
-        self.constants = Delivery(positive_number("impulse", impulse), positive_number("peak_scale", peak_scale), end.duration)
+        self.constants = ImpulseTarget(
+            positive_number("impulse", impulse), positive_number("peak_scale", peak_scale), end.duration
+        )
 
-    def begin_rows(self, rows: ChainRows, constants: Delivery, counters: dict[str, Any]) -> None:
+    def begin_rows(self, rows: ChainRows, constants: ImpulseTarget, counters: dict[str, Any]) -> None:
         """Store the wall's force at rest."""
         counters["wall_force"] = counters["peak_wall_force"] = -rows.right_wall_force
 
     def judge_rows(
-        self, rows: ChainRows, constants: Delivery, counters: dict[str, Any], elapsed: Any
+        self, rows: ChainRows, constants: ImpulseTarget, counters: dict[str, Any], elapsed: Any
     ) -> tuple[FloatArray, Any]:
         """Return the gain in delivered fraction minus the rise of the peak; the episode ends with the whole impulse."""
         before, force = counters["delivered_impulse"], -rows.right_wall_force
@@ -149,18 +151,20 @@ class ProtectionTask(DrivenEndTask):
         Raises:
             ParameterError: the contacts are not Hertz contacts.
         """
-        hertz_chain(self.name, component)
+        hertz_constants(self.name, component)
         text = "undelivered part of the wall's impulse, its positive part rounded, and the p-norm of its force / peak_scale"
-        return Objective(_note, _value, _pullback, np.array([*self.constants, *sharpness]), count=2, description=text)
+        return Objective(
+            _add_to_sums, _objective_value, _pullback, np.array([*self.constants, *sharpness]), count=2, description=text
+        )
 
     def baselines(self) -> Mapping[str, Policy]:
         """Return a ramped push from front theory and the best known drive; without a deadline only "nothing"."""
         if not self.end.steps:
             return {"nothing": Constant(0.0)}
-        return self.open_loops(ramped_push(self._chain, self.constants, self.end.steps, next(iter(self.actions))))
+        return self.open_loop_policies(ramped_push(self._chain, self.constants, self.end.steps, next(iter(self.actions))))
 
 
-def ramped_push(chain: Chain, wanted: Delivery, steps: int, action: str) -> FloatArray:
+def ramped_push(chain: Chain, wanted: ImpulseTarget, steps: int, action: str) -> FloatArray:
     """Return a push that rises linearly to a level F and delivers the impulse to the wall in time, shape (steps,).
 
     A front of force F runs at D = (F k^2)^(1/6) / sqrt(m) grains/s (`theory.shock_speed`); its grains move at F/(m D). A rigid
@@ -189,7 +193,7 @@ def ramped_push(chain: Chain, wanted: Delivery, steps: int, action: str) -> Floa
     return level * np.minimum((np.arange(steps) + 0.5) * wanted.duration / rise, 1.0)
 
 
-def _impulse_of(duration: float) -> Callable[[Chain], float]:
+def _make_impulse_sum(duration: float) -> Callable[[Chain], float]:
     """Return a function that sums the wall's impulse [N s] when called after each control step of length `duration` [s]."""
     total = 0.0
 
@@ -239,10 +243,10 @@ def make_protection(
     with theory. They return 0.792 and 0.846 with a force, 0.784 and 0.841 with a piston.
     """
     further = {"right": "rigid_plane", "velocity_scale": velocity_scale}
-    chain, end, rest = driven_end(
+    chain, end, rest = make_driven_end(
         make_protection, locals(), scales=_SCALES, parameters=further, endless=True, internal_steps=3, deadline=700
     )
     env = ComponentEnv(chain, partial(ProtectionTask, end=end, impulse=impulse, peak_scale=peak_scale), **rest)
     if end.steps:
-        refuse_too_early(chain, end, impulse, "N s", _impulse_of(end.duration))
+        refuse_unreachable_deadline(chain, end, impulse, "N s", _make_impulse_sum(end.duration))
     return env

@@ -18,14 +18,14 @@ from granular_env.envs.factory import environment_factory
 from granular_env.envs.policies import Policy
 
 from ..rows import ChainRows
-from .driven_end import DrivenEnd, DrivenEndTask, DrivenOptions, driven_end, hertz_chain, numbers
+from .driven_end import DrivenEnd, DrivenEndTask, DrivenOptions, hertz_constants, make_driven_end, parse_numbers
 from .waves import (
     AMPLITUDE,
     COLUMNS,
+    compare_with_goals,
     distance_objective,
-    follow,
     passing_waves,
-    refuse_crowded,
+    refuse_crowded_waves,
     refuse_early_waves,
     shape_energies,
     wave_shapes,
@@ -33,7 +33,7 @@ from .waves import (
 )  # fmt: skip
 
 
-class Waves(NamedTuple):
+class WaveTarget(NamedTuple):
     """Constants of the tasks with target waves: the goal, and the quantities that define the distance from it.
 
     Attributes:
@@ -56,32 +56,32 @@ class Waves(NamedTuple):
 class WaveTask(DrivenEndTask):
     """Base of the tasks whose goal is a set of solitary waves at given places at the deadline."""
 
-    constants: Waves
+    constants: WaveTarget
 
     def goals(self, constants: Any, counters: dict[str, Any]) -> tuple[FloatArray, FloatArray]:
         """Return the goals, shape (episodes, 3 waves), and the energies of the goals' waves."""
         return constants.goal, constants.unit
 
-    def _follow(self, rows: ChainRows, constants: Any, counters: dict[str, Any], left: FloatArray) -> None:
+    def _compare_with_goals(self, rows: ChainRows, constants: Any, counters: dict[str, Any], left: FloatArray) -> None:
         goals, energies = self.goals(constants, counters)
-        found = rows.call(follow, 3, constants.shapes, goals, left, constants.window, energies)
+        found = rows.call_kernel(compare_with_goals, 3, constants.shapes, goals, left, constants.window, energies)
         counters.update(zip(("distance", "energy_outside", "amplitude_error"), found.T, strict=True))
 
     def begin_rows(self, rows: ChainRows, constants: Any, counters: dict[str, Any]) -> None:
         """Store the distance from the travelling goal waves."""
-        self._follow(rows, constants, counters, constants.horizon)
+        self._compare_with_goals(rows, constants, counters, constants.horizon)
 
     def judge_rows(self, rows: ChainRows, constants: Any, counters: dict[str, Any], elapsed: Any) -> tuple[FloatArray, bool]:
         """Return the decrease of the distance in this step."""
         before = counters["distance"]
-        self._follow(rows, constants, counters, constants.horizon - elapsed * constants.duration)
+        self._compare_with_goals(rows, constants, counters, constants.horizon - elapsed * constants.duration)
         return before - counters["distance"], False
 
     def present_goal(self) -> FloatArray:
         """Return the rows (amplitude, place, speed) of the present goal, shape (waves, 3)."""
         return self.constants.goal.reshape(-1, COLUMNS)
 
-    def wanted(self, elapsed: int) -> FloatArray:
+    def target_profile(self, elapsed: int) -> FloatArray:
         """Return the grain velocities of the wanted waves after `elapsed` control steps."""
         left = self.end.duration * (self.end.steps - elapsed)
         return wave_velocities(self.constants.shapes, self.present_goal(), left, self.grains)
@@ -107,7 +107,7 @@ class PulseFormingTask(WaveTask):
 
     def __init__(self, chain: Chain, end: DrivenEnd, amplitudes: FloatArray, places: FloatArray, window: float) -> None:
         super().__init__(chain, end)
-        grains, (mass, stiffness, rest) = self.grains, hertz_chain(self.name, chain)
+        grains, (mass, stiffness, rest) = self.grains, hertz_constants(self.name, chain)
         if np.any(amplitudes <= 0.0):
             raise ParameterError(f"got {amplitudes.tolist()} m/s", expected="more than 0", at="amplitude")
         if len(amplitudes) != len(places) or not np.all((places >= 0.0) & (places <= grains - 1)):
@@ -115,10 +115,10 @@ class PulseFormingTask(WaveTask):
             raise ParameterError(f"got {places.tolist()}", expected=expected, at="place")
         shapes, speeds = wave_shapes(mass, stiffness, rest, amplitudes)
         waves = np.column_stack([amplitudes, places, speeds])
-        refuse_crowded(shapes, waves, grains)
+        refuse_crowded_waves(shapes, waves, grains)
         refuse_early_waves(shapes, waves, end.duration, end.steps)
         energy, horizon = float(shape_energies(shapes, waves[:, AMPLITUDE]).sum()), end.duration * end.steps
-        self.constants = Waves(horizon, end.duration, energy, positive_number("window", window), waves.reshape(-1), shapes)
+        self.constants = WaveTarget(horizon, end.duration, energy, positive_number("window", window), waves.reshape(-1), shapes)
 
     def objective(self, component: Chain, steps: int, *, way: float = 0.0) -> Objective:
         """Return the distance after the last control step, which is minus the return if the chain starts at rest.
@@ -133,7 +133,7 @@ class PulseFormingTask(WaveTask):
 
     def baselines(self) -> Mapping[str, Policy]:
         """Return the drive of the passing waves, and the best known drive."""
-        return self.open_loops(self.passing_waves(self.present_goal()))
+        return self.open_loop_policies(self.passing_waves(self.present_goal()))
 
 
 @environment_factory
@@ -181,7 +181,7 @@ def make_pulse_forming(
     by gradient. They return -7.3e-4 and -1.5e-13 with a force, -1.4e-3 and -1.5e-13 with a piston. The error of theory
     comes from holding the input over a control step, that of the best drive from the tabulated wave shape.
     """
-    chain, end, rest = driven_end(make_pulse_forming, locals(), internal_steps=3, deadline=180)
-    heights, places = numbers("amplitude", amplitude), numbers("place", place)
+    chain, end, rest = make_driven_end(make_pulse_forming, locals(), internal_steps=3, deadline=180)
+    heights, places = parse_numbers("amplitude", amplitude), parse_numbers("place", place)
     task = partial(PulseFormingTask, end=end, amplitudes=heights, places=places, window=window)
     return ComponentEnv(chain, task, **rest)

@@ -19,8 +19,8 @@ from granular_env.envs.environment import ComponentEnv
 from granular_env.envs.factory import environment_factory
 from granular_env.envs.policies import Constant, Policy
 
-from .driven_end import DrivenEnd, DrivenOptions, driven_end, hertz_chain, hold_mean, limits
-from .pulse_forming import Waves, WaveTask
+from .driven_end import DrivenEnd, DrivenOptions, action_means, hertz_constants, make_driven_end, parse_range
+from .pulse_forming import WaveTarget, WaveTask
 from .waves import (
     AMPLITUDE,
     COLUMNS,
@@ -28,7 +28,7 @@ from .waves import (
     SPEED,
     distance_objective,
     half_width,
-    refuse_crowded,
+    refuse_crowded_waves,
     refuse_early_waves,
     shape_energies,
     wave_shapes,
@@ -57,7 +57,7 @@ class SolitonTrainTask(WaveTask):
     ) -> None:
         super().__init__(chain, end)
         self.waves, self.amplitude, self.spacing, self.front = waves, amplitude, spacing, front
-        mass, stiffness, rest = hertz_chain(self.name, chain)
+        mass, stiffness, rest = hertz_constants(self.name, chain)
         if rest > 0.0:
             came = "waves of many heights have one shape only in a chain without it"
             raise ParameterError(came, hint="take PulseForming-v1", at="precompression")
@@ -67,14 +67,14 @@ class SolitonTrainTask(WaveTask):
         self.counter_names = (*names, "distance", "energy_outside", "amplitude_error")
         self.goal_scales = (self.observations["velocity"], float(self.grains), self.speed) * waves
         unit, horizon = float(shape_energies(shapes, np.ones(1))[0]), end.duration * end.steps
-        self.constants = Waves(horizon, end.duration, unit, positive_number("window", window), np.zeros(0), shapes)
+        self.constants = WaveTarget(horizon, end.duration, unit, positive_number("window", window), np.zeros(0), shapes)
         least = 2.0 * half_width(shapes, 0)
         if waves > 1 and spacing[0] < least:
             hint = "nearer waves lie over each other"
             raise ParameterError(f"got {spacing}", expected=f"{least:g} grains or more", hint=hint, at="spacing")
         for place in (front[0] - (waves - 1) * spacing[1], front[1]):
-            refuse_crowded(shapes, np.array([[amplitude[0], place, 0.0]]), self.grains, "front")
-        slowest = self._rows(np.array([[amplitude[0], front[1]]]))
+            refuse_crowded_waves(shapes, np.array([[amplitude[0], place, 0.0]]), self.grains, "front")
+        slowest = self._goal_rows(np.array([[amplitude[0], front[1]]]))
         refuse_early_waves(shapes, slowest.reshape(-1, COLUMNS), end.duration, end.steps)
 
     def goals(self, constants: Any, counters: dict[str, Any]) -> tuple[FloatArray, FloatArray]:
@@ -87,15 +87,15 @@ class SolitonTrainTask(WaveTask):
         """Return the rows (amplitude, place, speed) of the present goal, shape (waves, 3)."""
         return np.array([self.counters[name] for name in self.goal_names]).reshape(-1, COLUMNS)
 
-    def goal(self, random: Generator) -> FloatArray:
+    def sample_goal(self, random: Generator) -> FloatArray:
         """Return 1 to `waves` waves, foremost first, with uniformly sampled amplitudes, foremost place and distances."""
         count = int(random.integers(1, self.waves + 1))
         heights = random.uniform(*self.amplitude, self.waves)[:count]
         gaps = random.uniform(*self.spacing, self.waves)[: count - 1]
         places = float(random.uniform(*self.front)) - np.concatenate([[0.0], np.cumsum(gaps)])
-        return self._rows(np.column_stack([heights, places]))
+        return self._goal_rows(np.column_stack([heights, places]))
 
-    def given_goal(self, given: Any) -> FloatArray:
+    def parse_goal(self, given: Any) -> FloatArray:
         """Return a goal from rows (amplitude [m/s], place), foremost first; `ParameterError` if they are invalid."""
         try:
             rows = np.atleast_2d(np.asarray(given, dtype=np.float64))
@@ -107,12 +107,12 @@ class SolitonTrainTask(WaveTask):
         if np.any(rows[:, 0] <= 0.0) or np.any((rows[:, 1] < 0.0) | (rows[:, 1] > self.grains - 1)):
             expected = f"amplitudes above 0 m/s and places from 0 to {self.grains - 1}"
             raise ParameterError(f"got {rows.tolist()}", expected=expected, at="options.goal")
-        goal = self._rows(rows)
-        refuse_crowded(self.constants.shapes, goal.reshape(-1, COLUMNS), self.grains, "options.goal")
+        goal = self._goal_rows(rows)
+        refuse_crowded_waves(self.constants.shapes, goal.reshape(-1, COLUMNS), self.grains, "options.goal")
         refuse_early_waves(self.constants.shapes, goal.reshape(-1, COLUMNS), self.end.duration, self.end.steps, "options.goal")
         return goal
 
-    def _rows(self, rows: FloatArray) -> FloatArray:
+    def _goal_rows(self, rows: FloatArray) -> FloatArray:
         goal = np.zeros((self.waves, COLUMNS))
         goal[: len(rows), [AMPLITUDE, PLACE]] = rows
         goal[: len(rows), SPEED] = self.speed * root(rows[:, 0], 5)
@@ -124,9 +124,9 @@ class SolitonTrainTask(WaveTask):
         Args:
             component: the driven chain.
             steps: control steps.
-            goal: the demanded waves, as returned by `goal` or `given_goal`; default: the goal of seed 0.
+            goal: the demanded waves, as returned by `sample_goal` or `parse_goal`; default: the goal of seed 0.
         """
-        demanded = self.goal(np.random.default_rng(0)) if goal is None else goal
+        demanded = self.sample_goal(np.random.default_rng(0)) if goal is None else goal
         squares = float(np.sum(demanded[AMPLITUDE::COLUMNS] ** 2))
         energy = self.constants.unit * (squares if squares > 0.0 else 1.0)
         return distance_objective(demanded, self.constants.shapes, energy, self.end.duration)
@@ -157,7 +157,7 @@ class PassingTrain:
             names = self.task.counter_names[: COLUMNS * self.task.waves]
             goal = np.array([info[name] for name in names]).reshape(-1, COLUMNS)
             drive = self.task.passing_waves(goal)
-            self.drive = hold_mean(drive, self.task.hold) / next(iter(self.task.actions.values()))
+            self.drive = action_means(drive, self.task.hold) / next(iter(self.task.actions.values()))
         self.step += 1
         return np.array([self.drive[self.step - 1]])
 
@@ -200,12 +200,12 @@ def make_soliton_train(
     force, -3.4e-4 to -1.45e-3 with a piston. One fixed drive cannot serve every goal; the gradient of `objective` reaches
     -1e-9 or better for each.
     """
-    chain, end, rest = driven_end(make_soliton_train, locals(), internal_steps=3, deadline=200)
-    count, gaps, first = whole_number("waves", waves, 1, 16), limits("spacing", spacing), limits("front", front)
+    chain, end, rest = make_driven_end(make_soliton_train, locals(), internal_steps=3, deadline=200)
+    count, gaps, first = whole_number("waves", waves, 1, 16), parse_range("spacing", spacing), parse_range("front", front)
     last = chain.parameters.grains - 1
     if first[0] - (count - 1) * gaps[1] < 0.0 or first[1] > last:
         expected = f"places up to {last} that leave room for {count} waves with up to {gaps[1]:g} grains between them"
         raise ParameterError(f"got {one_line(front)}", expected=expected, at="front")
-    heights = limits("amplitude", amplitude)
+    heights = parse_range("amplitude", amplitude)
     task = partial(SolitonTrainTask, end=end, waves=count, amplitude=heights, spacing=gaps, front=first, window=window)
     return ComponentEnv(chain, task, **rest)

@@ -25,9 +25,9 @@ from granular_env.components.errors import ParameterError
 from granular_env.components.support.elementary_functions import exponential, logarithm, natural_spline, root
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.jit import inlined, jit
-from granular_env.envs.factory import refuse_early
+from granular_env.envs.factory import refuse_early_deadline
 
-from .driven_end import sum_value
+from .driven_end import single_sum_value
 
 # Layout of the shapes: number of shapes, points per table, points per grain, reach [grains], mass of the shapes' grains, then
 # the tables.
@@ -49,7 +49,7 @@ _LARGEST_REACH = 60.0
 
 
 @inlined
-def _shape(shapes, table, x):
+def _shape_value(shapes, table, x):
     """Return the interpolated table value at distance x from the crest."""
     count, reach = int(shapes[POINTS]), shapes[REACH]
     if not (-reach < x < reach):
@@ -66,60 +66,63 @@ def _shape(shapes, table, x):
 
 
 @jit
-def _target(shapes, goal, waves, left, place, contact):
-    """Return the sum over the waves at a place, time `left` before the deadline: velocity, or contact energy root / sqrt(m)."""
+def _target_value(shapes, goal, waves, time_left, place, contact):
+    """Return the sum over the waves at a place, `time_left` seconds before the deadline.
+
+    The value is the velocity or, with `contact`, the contact energy root / sqrt(m).
+    """
     total, count = 0.0, int(shapes[POINTS])
     for w in range(waves):
         row, table = COLUMNS * w, TABLES + 2 * count * min(w, int(shapes[SHAPES]) - 1)
         table += count if contact else 0
-        x = place - (goal[row + PLACE] - goal[row + SPEED] * left)
-        total += goal[row + AMPLITUDE] * _shape(shapes, table, x)
+        x = place - (goal[row + PLACE] - goal[row + SPEED] * time_left)
+        total += goal[row + AMPLITUDE] * _shape_value(shapes, table, x)
     return total
 
 
 @jit
-def distance(chain, shapes, goal, waves, left):
-    """Return the squared distance to the wanted waves, `left` seconds before the deadline [J]."""
+def distance(chain, shapes, goal, waves, time_left):
+    """Return the squared distance to the wanted waves, `time_left` seconds before the deadline [J]."""
     n, root, total = chain.settings.grains, math.sqrt(shapes[GRAIN_MASS]), 0.0
     for i in range(1, n + 1):
-        off = chain.rows[V, i] - _target(shapes, goal, waves, left, i - 1.0, False)
+        off = chain.rows[V, i] - _target_value(shapes, goal, waves, time_left, i - 1.0, False)
         total += 0.5 * chain.rows[MASS, i] * (off * off)
     for j in range(1, n):
-        off = energy_root(chain, j) - root * _target(shapes, goal, waves, left, j - 0.5, True)
+        off = energy_root(chain, j) - root * _target_value(shapes, goal, waves, time_left, j - 0.5, True)
         total += off * off
     return total
 
 
 @jit
-def distance_pullback(chain, adjoint, shapes, goal, waves, left, slope):
+def distance_pullback(chain, adjoint, shapes, goal, waves, time_left, slope):
     """Add slope times the derivative of `distance` to the adjoint."""
     n, root = chain.settings.grains, math.sqrt(shapes[GRAIN_MASS])
     for i in range(1, n + 1):
-        off = chain.rows[V, i] - _target(shapes, goal, waves, left, i - 1.0, False)
+        off = chain.rows[V, i] - _target_value(shapes, goal, waves, time_left, i - 1.0, False)
         adjoint.rows[V, i] += slope * chain.rows[MASS, i] * off
         adjoint.rows[MASS, i] += slope * 0.5 * (off * off)
     for j in range(1, n):
-        off = energy_root(chain, j) - root * _target(shapes, goal, waves, left, j - 0.5, True)
+        off = energy_root(chain, j) - root * _target_value(shapes, goal, waves, time_left, j - 0.5, True)
         energy_root_pullback(chain, adjoint, j, 2.0 * slope * off)
 
 
 @jit
-def energy_outside(chain, goal, waves, left, window):
+def energy_outside(chain, goal, waves, time_left, window):
     """Return the energy farther than `window` grains from all wanted crests, and the total energy [J]."""
     n, outside, whole = chain.settings.grains, 0.0, 0.0
     for i in range(1, n + 1):
         energy = 0.5 * chain.rows[MASS, i] * (chain.rows[V, i] * chain.rows[V, i])
         whole += energy
-        outside += energy if _apart(goal, waves, left, i - 1.0, window) else 0.0
+        outside += energy if _is_outside(goal, waves, time_left, i - 1.0, window) else 0.0
     for j in range(n + 1):
         q = energy_root(chain, j)
         whole += q * q
-        outside += q * q if _apart(goal, waves, left, j - 0.5, window) else 0.0
+        outside += q * q if _is_outside(goal, waves, time_left, j - 0.5, window) else 0.0
     return outside, whole
 
 
 @jit
-def amplitude_error(chain, shapes, goal, waves, left, window):
+def amplitude_error(chain, shapes, goal, waves, time_left, window):
     """Return the largest relative error, over the waves, of the peak grain velocity within `window` grains of the crest.
 
     The reference is the largest target velocity there at the same instant. Waves that have not entered yet are skipped.
@@ -127,27 +130,27 @@ def amplitude_error(chain, shapes, goal, waves, left, window):
     n, worst = chain.settings.grains, 0.0
     for w in range(waves):
         row = COLUMNS * w
-        place = goal[row + PLACE] - goal[row + SPEED] * left
+        place = goal[row + PLACE] - goal[row + SPEED] * time_left
         fastest, wanted = 0.0, 0.0
         for i in range(max(int(np.ceil(place - window)), 0) + 1, min(int(np.floor(place + window)), n - 1) + 2):
             fastest = max(fastest, chain.rows[V, i])
-            wanted = max(wanted, _target(shapes, goal, waves, left, i - 1.0, False))
+            wanted = max(wanted, _target_value(shapes, goal, waves, time_left, i - 1.0, False))
         if wanted > 0.5 * goal[row + AMPLITUDE]:
             worst = max(worst, abs(fastest / wanted - 1.0))
     return worst
 
 
 @jit
-def _apart(goal, waves, left, place, window):
+def _is_outside(goal, waves, time_left, place, window):
     for w in range(waves):
         row = COLUMNS * w
-        if goal[row + AMPLITUDE] > 0.0 and abs(place - (goal[row + PLACE] - goal[row + SPEED] * left)) <= window:
+        if goal[row + AMPLITUDE] > 0.0 and abs(place - (goal[row + PLACE] - goal[row + SPEED] * time_left)) <= window:
             return False
     return True
 
 
 @jit
-def follow(law, tables, shapes, goals, left, windows, energies, found):
+def compare_with_goals(law, tables, shapes, goals, time_left, windows, energies, found):
     """Write the distance from the goal, the fraction of the energy outside its waves, and the amplitude error.
 
     Every argument except `law` has one row per chain.
@@ -157,18 +160,18 @@ def follow(law, tables, shapes, goals, left, windows, energies, found):
         tables: of the chains.
         shapes: of the waves.
         goals: rows (amplitude, place, speed), shape (chains, 3 waves).
-        left: time until the deadline [s].
+        time_left: time until the deadline [s].
         windows: half width of a wave's window [grains].
         energies: of the wanted waves, the unit of the distance [J].
         found: shape (chains, 3); written.
     """
-    for k in range(len(left)):
+    for k in range(len(time_left)):
         chain, goal, waves = chain_state(law, tables[k]), goals[k], len(goals[k]) // COLUMNS
-        outside, whole = energy_outside(chain, goal, waves, left[k], windows[k])
+        outside, whole = energy_outside(chain, goal, waves, time_left[k], windows[k])
         put_in = max(input_work(chain), whole)
-        found[k, 0] = distance(chain, shapes[k], goal, waves, left[k]) / energies[k]
+        found[k, 0] = distance(chain, shapes[k], goal, waves, time_left[k]) / energies[k]
         found[k, 1] = outside / put_in if put_in > 0.0 else 0.0
-        found[k, 2] = amplitude_error(chain, shapes[k], goal, waves, left[k], windows[k])
+        found[k, 2] = amplitude_error(chain, shapes[k], goal, waves, time_left[k], windows[k])
 
 
 # -- the objective ----------------------------------------------------------------------------------------------------
@@ -179,28 +182,28 @@ _ENERGY, _WAVES, _DURATION, _WAY, _GOAL = range(5)
 
 
 @jit
-def _weight(step, steps, constants):
+def _step_weight(step, steps, constants):
     """Return the weight of the distance after a control step: way / steps for each step, plus 1 - way for the last."""
     way = constants[_WAY]
     return way / steps + (1.0 - way if step == steps - 1 else 0.0)
 
 
 @jit
-def _note(chain, step, steps, inputs, constants, sums):
-    weight = _weight(step, steps, constants)
+def _add_to_sums(chain, step, steps, inputs, constants, sums):
+    weight = _step_weight(step, steps, constants)
     if weight > 0.0:
-        waves, left = int(constants[_WAVES]), (steps - 1 - step) * constants[_DURATION]
+        waves, time_left = int(constants[_WAVES]), (steps - 1 - step) * constants[_DURATION]
         shapes = constants[_GOAL + COLUMNS * waves :]
-        sums[0] += weight * distance(chain, shapes, constants[_GOAL:], waves, left) / constants[_ENERGY]
+        sums[0] += weight * distance(chain, shapes, constants[_GOAL:], waves, time_left) / constants[_ENERGY]
 
 
 @jit
 def _pullback(chain, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
-    weight = _weight(step, steps, constants)
+    weight = _step_weight(step, steps, constants)
     if weight > 0.0:
-        waves, left = int(constants[_WAVES]), (steps - 1 - step) * constants[_DURATION]
+        waves, time_left = int(constants[_WAVES]), (steps - 1 - step) * constants[_DURATION]
         shapes = constants[_GOAL + COLUMNS * waves :]
-        distance_pullback(chain, adjoint, shapes, constants[_GOAL:], waves, left, slopes[0] * weight / constants[_ENERGY])
+        distance_pullback(chain, adjoint, shapes, constants[_GOAL:], waves, time_left, slopes[0] * weight / constants[_ENERGY])
 
 
 def distance_objective(goal: FloatArray, shapes: FloatArray, energy: float, duration: float, way: float = 0.0) -> Objective:
@@ -216,7 +219,7 @@ def distance_objective(goal: FloatArray, shapes: FloatArray, energy: float, dura
     """
     constants = np.concatenate([[energy, len(goal) // COLUMNS, duration, way], goal, shapes])
     text = "square of the distance to the wanted waves at the end, in the energy norm, over their energy"
-    return Objective(_note, sum_value, _pullback, constants, description=text)
+    return Objective(_add_to_sums, single_sum_value, _pullback, constants, description=text)
 
 
 # -- shapes -----------------------------------------------------------------------------------------------------------
@@ -237,10 +240,10 @@ def wave_shapes(mass: float, stiffness: float, rest_overlap: float, amplitudes: 
         speeds = wave.speed_coefficient * root(constant * constant * np.asarray(amplitudes, dtype=np.float64), 5)
         waves = [wave]
     else:
-        waves = [_pressed_wave(constant, rest_overlap, float(one)) for one in amplitudes]
+        waves = [_precompressed_wave(constant, rest_overlap, float(one)) for one in amplitudes]
         # Lengths are in units of the rest overlap d0, times in units of A^-0.5 d0^-0.25.
         speeds = np.array([wave.speed * math.sqrt(constant) * math.sqrt(math.sqrt(rest_overlap)) for wave in waves])
-    return _layout(mass, waves), speeds
+    return _pack_shapes(mass, waves), speeds
 
 
 @cache
@@ -249,48 +252,48 @@ def _wave_without_precompression() -> LatticeWave:
     return lattice_wave(0.0)
 
 
-def _pressed_wave(constant: float, rest_overlap: float, amplitude: float) -> LatticeWave:
+def _precompressed_wave(constant: float, rest_overlap: float, amplitude: float) -> LatticeWave:
     """Return the wave of a given amplitude on a precompressed chain, in units of the rest overlap and A."""
     from scipy.optimize import brentq
 
     unit = math.sqrt(constant) * rest_overlap * math.sqrt(math.sqrt(rest_overlap))
     wanted = amplitude / unit
 
-    def too_high(height: float) -> float:
+    def amplitude_excess(height: float) -> float:
         return float(logarithm(lattice_wave(1.0, float(exponential(height))).velocity.max() / wanted))
 
     low, high = float(logarithm(0.01)), float(logarithm(1e6))
-    if too_high(low) > 0.0 or too_high(high) < 0.0:
+    if amplitude_excess(low) > 0.0 or amplitude_excess(high) < 0.0:
         raise ParameterError(
             f"got {amplitude:g} m/s",
             expected=f"1e-2 to 1e7 times {unit:.3g} m/s in a chain of this precompression",
             at="amplitude",
         )
-    height = float(exponential(brentq(too_high, low, high, xtol=1e-13)))  # type: ignore[arg-type]
+    height = float(exponential(brentq(amplitude_excess, low, high, xtol=1e-13)))  # type: ignore[arg-type]
     return lattice_wave(1.0, height)
 
 
-def _layout(mass: float, waves: list[LatticeWave]) -> FloatArray:
+def _pack_shapes(mass: float, waves: list[LatticeWave]) -> FloatArray:
     density = round(1.0 / float(waves[0].position[1] - waves[0].position[0]))
-    reach = min(max(_reach(wave) for wave in waves), _LARGEST_REACH)
+    reach = min(max(_wave_reach(wave) for wave in waves), _LARGEST_REACH)
     # Two extra points at each end for the cubic interpolation.
     count = 2 * round(reach * density) + 5
     tables = []
     for wave in waves:
         crest = int(np.argmax(wave.velocity))
         piece = slice(crest - count // 2, crest + count // 2 + 1)
-        tables += [_pad(wave.velocity, piece, count), _pad(_energy_roots(wave), piece, count)]
+        tables += [_pad_table(wave.velocity, piece, count), _pad_table(_energy_roots(wave), piece, count)]
     scaled = [table / float(waves[i // 2].velocity.max()) for i, table in enumerate(tables)]
     # The first point lies one spacing beyond the reach.
     head = [float(len(waves)), float(count), float(density), (count - 3) / 2.0 / density, mass]
     return np.concatenate([np.array(head), *scaled])
 
 
-def _reach(wave: LatticeWave) -> float:
+def _wave_reach(wave: LatticeWave) -> float:
     return float(np.abs(wave.position[wave.velocity > _NOTHING * wave.velocity.max()]).max())
 
 
-def _pad(values: FloatArray, piece: slice, count: int) -> FloatArray:
+def _pad_table(values: FloatArray, piece: slice, count: int) -> FloatArray:
     out = np.zeros(count)
     begin = max(piece.start, 0)
     chosen = values[begin : piece.stop]
@@ -363,13 +366,13 @@ def passing_waves(shapes: FloatArray, goal: FloatArray, duration: float, steps: 
     return total
 
 
-def wave_velocities(shapes: FloatArray, goal: FloatArray, left: float, grains: int) -> FloatArray:
-    """Return the grain velocities of travelling waves, `left` seconds before the deadline [m/s]."""
+def wave_velocities(shapes: FloatArray, goal: FloatArray, time_left: float, grains: int) -> FloatArray:
+    """Return the grain velocities of travelling waves, `time_left` seconds before the deadline [m/s]."""
     total = np.zeros(grains)
     for row, wave in enumerate(goal):
         if wave[AMPLITUDE] > 0.0:
             place, values = _velocity_shape(shapes, row)
-            crest = wave[PLACE] - wave[SPEED] * left
+            crest = wave[PLACE] - wave[SPEED] * time_left
             total += wave[AMPLITUDE] * np.interp(np.arange(grains) - crest, place, values, left=0.0, right=0.0)
     return total
 
@@ -405,10 +408,10 @@ def refuse_early_waves(shapes: FloatArray, waves: FloatArray, duration: float, s
             # At the start this point must be left of the first grain's left side.
             least = math.floor((wave[PLACE] + front + 0.5) / (wave[SPEED] * duration)) + 1
             arrival = f"a wave of {wave[AMPLITUDE]:g} m/s needs them from the left end to grain {wave[PLACE]:g}"
-            refuse_early(steps, least, duration, arrival, name)
+            refuse_early_deadline(steps, least, duration, arrival, name)
 
 
-def refuse_crowded(shapes: FloatArray, waves: FloatArray, grains: int, name: str = "place") -> None:
+def refuse_crowded_waves(shapes: FloatArray, waves: FloatArray, grains: int, name: str = "place") -> None:
     """Refuse waves that overlap or extend beyond an end of the chain, because no state is their sum.
 
     Args:

@@ -28,7 +28,7 @@ def closeup_camera(motion: Motion) -> Camera:
     return Camera("cameras/closeup", (0.0, -0.6 * largest), 2.0 * largest * (WINDOW + 1), 4.0 * largest)
 
 
-def windows(motion: Motion) -> npt.NDArray[np.int64]:
+def closeup_windows(motion: Motion) -> npt.NDArray[np.int64]:
     """Return the first grain of each frame's window, around the grain of largest magnitude, shape (frames,)."""
     assert motion.colour is not None
     fastest = np.abs(motion.colour).argmax(axis=1)
@@ -39,7 +39,7 @@ def send_closeup(recording: Any, motion: Motion, scales: Scales, colours: npt.ND
     """Send the windows of all frames, each centred at x = 0; every fifth grain is labelled with its number."""
     rr = import_optional("rerun", "the viewer")
     frames = len(motion.times)
-    members = windows(motion)[:, None] + np.arange(WINDOW)
+    members = closeup_windows(motion)[:, None] + np.arange(WINDOW)
     rows = np.arange(frames)[:, None]
     drawn = motion.reference[members] + scales.exaggeration * motion.displacement[rows, members]
     drawn[..., 0] -= 0.5 * (drawn[:, :1, 0] + drawn[:, -1:, 0])

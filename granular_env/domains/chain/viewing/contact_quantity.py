@@ -10,7 +10,7 @@ from granular_env.components.drawables import Points
 from granular_env.components.support.float_arrays import FloatArray
 
 
-def contacts_of(
+def contact_quantity(
     points: Points, displacement: FloatArray | None, read: Callable[[str], FloatArray | None]
 ) -> tuple[FloatArray | None, str, str]:
     """Return the forces in the contacts between grains if known, else the overlaps, with name and unit.

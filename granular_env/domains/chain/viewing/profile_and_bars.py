@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.colours import sequential, symmetric_limit
+from granular_env.colours import sequential_colours, symmetric_limit
 from granular_env.optional_packages import import_optional
 from granular_env.viewing.scene_data import Motion
 from granular_env.viewing.scene_scales import REST_COLOUR, Scales
@@ -36,7 +36,7 @@ class Row:
     contact_limit: float
 
 
-def row_of(motion: Motion, scales: Scales) -> Row:
+def row_layout(motion: Motion, scales: Scales) -> Row:
     """Return the layout that fits a motion."""
     length = scales.high[0] - scales.low[0]
     height, margin = _BAR_LENGTH * length, 0.015 * length + float(motion.radius.max())
@@ -94,7 +94,7 @@ def send_bars(recording: Any, motion: Motion, scales: Scales, row: Row, drawn: n
     bottom = top.copy()
     bottom[..., 2] -= row.height * motion.contact / row.contact_limit
     bars = np.stack([top, bottom], axis=2).reshape(frames * contacts, 2, 3)
-    colours = sequential(motion.contact, row.contact_limit).reshape(-1, 3)
+    colours = sequential_colours(motion.contact, row.contact_limit).reshape(-1, 3)
     # Bars are half a grain wide if this width is visible.
     thin = motion.radius.min() < 1e-3 * (scales.high[0] - scales.low[0])
     radius = rr.Radius.ui_points(1.0) if thin else 0.25 * motion.radius.min()

@@ -9,19 +9,19 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.colours import diverging, rgb
+from granular_env.colours import diverging_colours, parse_rgb
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.optional_packages import import_optional
 from granular_env.viewing.figures.drawing import (
     DARK,
     NOT_SAMPLED,
-    canvas,
     draw_space_time,
     nearest_frames,
     new_figure,
+    render_canvas,
     time_unit,
 )
-from granular_env.viewing.recorded_fields import as_field
+from granular_env.viewing.recorded_fields import to_field
 from granular_env.viewing.scene_data import Motion
 
 # Rows kept for a running simulation; beyond this number, every second row is dropped.
@@ -59,8 +59,8 @@ def space_time_picture(motion: Motion, limit: float, ends: tuple[float, float] |
         # Fixed layout: the layout engine takes longer than the drawing, and a run waits while a live view draws.
         figure.set_layout_engine("none")
         axes = figure.add_axes((0.11, 0.1, 0.84, 0.87))
-        draw_space_time(figure, axes, as_field(motion), limit, ends)
-        drawn = canvas(figure, 150)
+        draw_space_time(figure, axes, to_field(motion), limit, ends)
+        drawn = render_canvas(figure, 150)
     pixels = np.asarray(drawn.buffer_rgba())[..., :3].copy()
     box, (low, high) = axes.get_window_extent(), axes.get_ylim()
     scale, _ = time_unit(float(motion.times[-1]) if ends is None else ends[1])
@@ -87,11 +87,11 @@ class GrowingPicture:
         """Return whether there is a time interval to draw."""
         return len(self._rows) > 1 and self._rows[-1][0] > self._start
 
-    def prepare(self, motion: Motion, limit: float) -> None:
+    def prepare_axes(self, motion: Motion, limit: float) -> None:
         """Draw the axes in advance, so that the first frames do not wait for them."""
         self._empty_axes(motion, limit, self._start + 1e-9)
 
-    def keep(self, motion: Motion) -> None:
+    def store_frame(self, motion: Motion) -> None:
         """Store the single frame of a motion; of many frames, only every second, fourth, ... is kept."""
         assert motion.colour is not None
         if self._offered % self._kept_every == 0:
@@ -100,7 +100,7 @@ class GrowingPicture:
         if len(self._rows) > _ROWS:
             self._rows, self._kept_every = self._rows[::2], 2 * self._kept_every
 
-    def draw(self, motion: Motion, limit: float) -> Picture:
+    def draw_picture(self, motion: Motion, limit: float) -> Picture:
         """Return the diagram up to the present; `motion` supplies the particles."""
         axes = self._empty_axes(motion, limit, self._rows[-1][0])
         times, values = np.array([time for time, _ in self._rows]), np.stack([row for _, row in self._rows])
@@ -110,8 +110,8 @@ class GrowingPicture:
         instants = np.linspace(axes.start, axes.end, bottom - top)
         columns = np.linspace(0, values.shape[1], right - left, endpoint=False).astype(np.int64)
         frames = nearest_frames(times, instants)
-        colours = diverging(values[:, columns], limit)
-        rows = np.where((frames >= 0)[:, None, None], colours[frames], np.array(rgb(NOT_SAMPLED), np.uint8))
+        colours = diverging_colours(values[:, columns], limit)
+        rows = np.where((frames >= 0)[:, None, None], colours[frames], np.array(parse_rgb(NOT_SAMPLED), np.uint8))
         pixels[top:bottom, left:right] = rows[::-1]
         return dataclasses.replace(axes, pixels=pixels)
 

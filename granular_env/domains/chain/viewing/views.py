@@ -8,16 +8,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.colours import rgb
+from granular_env.colours import parse_rgb
 from granular_env.optional_packages import import_optional
 from granular_env.viewing.domain_views import Views
-from granular_env.viewing.rerun.caption import plain
+from granular_env.viewing.rerun.caption import escape_markdown
 from granular_env.viewing.rerun.scene import time_columns
 from granular_env.viewing.scene_data import Motion
-from granular_env.viewing.scene_scales import Scales, roomy_limit
+from granular_env.viewing.scene_scales import Scales, enlarge_limit
 
 from .closeup import WINDOW, closeup_camera, has_closeup, send_closeup
-from .profile_and_bars import WORDS, row_of, send_bars, send_guides, send_profile
+from .profile_and_bars import WORDS, row_layout, send_bars, send_guides, send_profile
 from .space_time_diagram import GrowingPicture, Picture, space_time_picture
 
 
@@ -26,23 +26,23 @@ class ChainViews(Views):
 
     def __init__(self, motion: Motion, scales: Scales, begin: float = 0.0, end: float | None = None) -> None:
         """Compute the layout of the views; see `Views`."""
-        self._row = row_of(motion, scales)
+        self._row = row_layout(motion, scales)
         self._growing = None if scales.settled else GrowingPicture(begin, end)
         if self._growing is not None and motion.colour is not None:
             # Draw the axes in advance, so that the first frames do not wait for them.
-            self._growing.prepare(motion, scales.colour_limit)
+            self._growing.prepare_axes(motion, scales.colour_limit)
 
-    def reach(self, scales: Scales) -> tuple[float, float]:
+    def vertical_extent(self, scales: Scales) -> tuple[float, float]:
         """Return the lower and upper ends of the zero lines' labels [m]."""
         beyond = (WORDS + 0.18) * self._row.height
         return self._row.contact_level - beyond, self._row.profile_level + beyond
 
-    def grow(self, motion: Motion) -> bool:
+    def add_frame(self, motion: Motion) -> bool:
         """Add a frame; return whether it has increased the limit of the bars."""
         if self._growing is not None and motion.colour is not None:
-            self._growing.keep(motion)
+            self._growing.store_frame(motion)
         largest = 0.0 if motion.contact is None else float(motion.contact.max(initial=0.0))
-        limit = roomy_limit(self._row.contact_limit, largest)
+        limit = enlarge_limit(self._row.contact_limit, largest)
         has_grown = limit != self._row.contact_limit
         self._row = dataclasses.replace(self._row, contact_limit=limit)
         return has_grown
@@ -74,29 +74,29 @@ class ChainViews(Views):
             return
         if self._growing is not None:
             if self._growing.is_drawable:
-                _send_picture(recording, self._growing.draw(motion, scales.colour_limit))
+                _send_picture(recording, self._growing.draw_picture(motion, scales.colour_limit))
         elif len(motion.times) > 1:
             picture = space_time_picture(motion, scales.colour_limit)
             _send_picture(recording, picture)
-            _send_now(recording, picture, motion)
+            _send_time_line(recording, picture, motion)
 
-    def rows(self, motion: Motion, scales: Scales) -> list[tuple[Any, float]]:
+    def full_width_panes(self, motion: Motion, scales: Scales) -> list[tuple[Any, float]]:
         """Return the close-up."""
         if not has_closeup(motion):
             return []
         name = f"Close-up: the {WINDOW} grains around the one of largest {motion.colour_variable.name}"
-        drawn = f"overlaps drawn {scales.stretch}" if motion.located else "positions at the start"
-        return [(closeup_camera(motion).view(f"{name}; {drawn}", ["closeup/**"]), 1.2)]
+        drawn = f"overlaps drawn {scales.stretch_text}" if motion.located else "positions at the start"
+        return [(closeup_camera(motion).make_pane(f"{name}; {drawn}", ["closeup/**"]), 1.2)]
 
-    def panes(self, motion: Motion, scales: Scales) -> list[Any]:
+    def side_panes(self, motion: Motion, scales: Scales) -> list[Any]:
         """Return the x-t diagram."""
         if motion.colour is None or (scales.settled and len(motion.times) < 2):
             return []
         return [import_optional("rerun.blueprint", "the viewer").Spatial2DView(origin="space_time", name="x-t diagram")]
 
-    def words(self, motion: Motion, scales: Scales) -> list[str]:
+    def caption_paragraphs(self, motion: Motion, scales: Scales) -> list[str]:
         """Return captions for the curve, the bars, the close-up and the diagram."""
-        name, unit = plain(motion.colour_variable.name), plain(motion.colour_variable.unit)
+        name, unit = escape_markdown(motion.colour_variable.name), escape_markdown(motion.colour_variable.unit)
         words = []
         if motion.colour is not None:
             words.append(f"**White curve above:** {name} of each grain, full height {scales.colour_limit:g} {unit}.")
@@ -117,11 +117,11 @@ def _send_picture(recording: Any, picture: Picture) -> None:
     recording.log("space_time/picture", import_optional("rerun", "the viewer").Image(picture.pixels), static=True)
 
 
-def _send_now(recording: Any, picture: Picture, motion: Motion) -> None:
+def _send_time_line(recording: Any, picture: Picture, motion: Motion) -> None:
     rr = import_optional("rerun", "the viewer")
     rows = picture.rows(motion.times)
     lines = np.empty((len(rows), 2, 2), np.float32)
     lines[:, 0, 0], lines[:, 1, 0] = picture.left, picture.right
     lines[:, :, 1] = rows[:, None]
-    now = rr.LineStrips2D.columns(strips=lines, colors=np.full((len(rows), 3), rgb("#e69f00"), np.uint8))
+    now = rr.LineStrips2D.columns(strips=lines, colors=np.full((len(rows), 3), parse_rgb("#e69f00"), np.uint8))
     recording.send_columns("space_time/now", time_columns(motion.times, motion.ticks), now.partition(np.ones(len(rows), int)))

@@ -13,7 +13,7 @@ from granular_env.components.discs import Discs
 from granular_env.components.errors import ParameterError, one_line
 from granular_env.components.support.validation import finite_number, positive_number, whole_number
 from granular_env.envs.environment import ComponentEnv
-from granular_env.envs.factory import Options, environment_factory, refuse_early
+from granular_env.envs.factory import Options, environment_factory, refuse_early_deadline
 from granular_env.envs.policies import Constant, OpenLoop, Policy
 from granular_env.envs.task import Seen, Task
 
@@ -63,9 +63,9 @@ class SplittingTask(Task):
 
     def baselines(self) -> Mapping[str, Policy]:
         """Return the policies "nothing" and "theory": outward pulses from both ends that meet at the wanted link."""
-        return {"nothing": Constant([0.0, 0.0]), "theory": OpenLoop(self._theory())}
+        return {"nothing": Constant([0.0, 0.0]), "theory": OpenLoop(self._theory_drive())}
 
-    def _theory(self) -> np.ndarray:
+    def _theory_drive(self) -> np.ndarray:
         """Return two half sines, the one with the shorter path delayed, shape (control steps, 2)."""
         ways = np.array([self.target + 0.5, self._links - self.target - 0.5])
         starts, length = (ways.max() - ways) * self._disc_time, _PULSE_LENGTH * self._disc_time
@@ -137,5 +137,5 @@ def make_splitting(
     if deadline is not None:
         ways = min(target + 0.5, links - target - 0.5) * math.sqrt(component.parameters.mass / component.parameters.stiffness)
         why = f"a wave takes {ways:.3g} s from the nearer end to link {target}"
-        refuse_early(whole_number("deadline", deadline), math.ceil(ways / control_step), control_step, why)
+        refuse_early_deadline(whole_number("deadline", deadline), math.ceil(ways / control_step), control_step, why)
     return ComponentEnv(component, SplittingTask(component, target, scale, price, control_step), **settings)

@@ -14,7 +14,7 @@ from granular_env.components.materials.elastic import Material
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.validation import finite_number, positive_number, whole_number
 from granular_env.envs.environment import ComponentEnv
-from granular_env.envs.factory import Options, environment_factory, refuse_early
+from granular_env.envs.factory import Options, environment_factory, refuse_early_deadline
 from granular_env.envs.policies import Constant, OpenLoop, Policy
 from granular_env.envs.task import Seen, Task
 
@@ -50,11 +50,11 @@ class BuriedTargetTask(Task):
 
     def begin(self, component: Any, seen: Seen) -> None:
         """Store the target's energy at the start."""
-        self.counters = {"target_energy": self._energy(seen)}
+        self.counters = {"target_energy": self._target_energy(seen)}
 
     def judge(self, component: Any, seen: Seen, duration: float) -> tuple[float, bool]:
         """Return the gain in the target's energy, relative to the largest possible energy at the deadline."""
-        before, self.counters["target_energy"] = self.counters["target_energy"], self._energy(seen)
+        before, self.counters["target_energy"] = self.counters["target_energy"], self._target_energy(seen)
         return self.counters["target_energy"] - before, False
 
     def baselines(self) -> Mapping[str, Policy]:
@@ -73,7 +73,7 @@ class BuriedTargetTask(Task):
             "theory": OpenLoop(self.drive),
         }
 
-    def _energy(self, seen: Seen) -> float:
+    def _target_energy(self, seen: Seen) -> float:
         """Return the square of the target's speed, relative to the largest possible at the deadline."""
         vx, vy = (float(number) for number in np.asarray(seen["receiver_velocity"])[-1])
         return (vx * vx + vy * vy) / (self.best_speed * self.best_speed)
@@ -160,7 +160,7 @@ def make_buried_target(
         raise ParameterError(
             f"got {loads}", expected=f"at most {(_COLUMNS - 2) // _SPACING}: they are {_SPACING} cells apart", at="loads"
         )
-    place = [finite_number(f"target[{axis}]", number) for axis, number in enumerate(_pair(target))]
+    place = [finite_number(f"target[{axis}]", number) for axis, number in enumerate(_parse_pair(target))]
     if not (abs(place[0]) <= 0.5 * _COLUMNS * _CELL and -_ROWS * _CELL <= place[1] < 0.0):
         raise ParameterError(
             f"got {place}", expected="a point of the block: |x| at most 0.15 m, y from -0.18 m to below 0", at="target"
@@ -178,12 +178,12 @@ def make_buried_target(
     duration = internal_steps * grid.step_size
     arrival = way / Material(**_ROCK).longitudinal_speed
     why = f"a P wave takes {arrival:.3g} s from the nearest load to the target"
-    refuse_early(deadline, math.ceil(arrival / duration), duration, why)
+    refuse_early_deadline(deadline, math.ceil(arrival / duration), duration, why)
     task = BuriedTargetTask(grid, force, internal_steps, deadline, hold)
     return ComponentEnv(grid, task, **settings)
 
 
-def _pair(given: Any) -> list[Any]:
+def _parse_pair(given: Any) -> list[Any]:
     """Return the two entries of a pair; `ParameterError` for any other length."""
     entries = list(given) if isinstance(given, (list, tuple, np.ndarray)) else []
     if len(entries) != 2:

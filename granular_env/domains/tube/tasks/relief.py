@@ -16,7 +16,7 @@ from granular_env.components.shell.theory import static_hoop_stress
 from granular_env.components.support.validation import positive_number, whole_number
 from granular_env.components.tube import Tube
 from granular_env.envs.environment import ComponentEnv
-from granular_env.envs.factory import Options, environment_factory, refuse_early
+from granular_env.envs.factory import Options, environment_factory, refuse_early_deadline
 from granular_env.envs.policies import Constant, OpenLoop, Policy
 from granular_env.envs.task import Seen, Task
 
@@ -71,7 +71,7 @@ class ReliefTask(Task):
             return driven
         assert isinstance(component, Tube)
         pressure = _LEAST + (_MOST - _LEAST) * driven["vent_area"] / self.actions["vent_area"]
-        fill(component, pressure)
+        fill_tube(component, pressure)
         self.counters["initial_pressure"] = pressure
         return {"vent_area": 0.0}
 
@@ -86,7 +86,7 @@ class ReliefTask(Task):
 
     def baselines(self) -> Mapping[str, Policy]:
         """Return the weakest filling, the strongest, the theoretically safe one without a vent, and the best known drive."""
-        safe = (safe_filling() - _LEAST) / (_MOST - _LEAST)
+        safe = (safe_pressure() - _LEAST) / (_MOST - _LEAST)
         return {
             "nothing": Constant([0.0]),
             "strongest": OpenLoop([1.0]),
@@ -95,25 +95,25 @@ class ReliefTask(Task):
         }
 
 
-def fill(tube: Tube, pressure: float) -> None:
+def fill_tube(tube: Tube, pressure: float) -> None:
     """Reset with the gas mass scaled by a uniform factor at unchanged temperature, to an initial pressure [Pa]."""
     start = {name: tube.get(name) for name, variable in tube.variables.items() if variable.state}
     more = pressure / tube.parameters.gas.initial_pressure
     tube.reset(**{**start, "gas_pressure": more * start["gas_pressure"], "gas_density": more * start["gas_density"]})
 
 
-def safe_filling() -> float:
+def safe_pressure() -> float:
     """Return the initial pressure [Pa] at which the reflected detonation raises the mean hoop stress to the yield stress.
 
     The pressure on a rigid wall that stops the burnt gas is taken as static. The wall overshoots by up to a factor of two, but
     the pressure decays within one oscillation, and both effects nearly cancel.
     """
     pressures = np.linspace(_LEAST, _MOST, 11)
-    stresses = [static_hoop_stress(_RADIUS, _WALL, _returning_pressure(float(pressure))) for pressure in pressures]
+    stresses = [static_hoop_stress(_RADIUS, _WALL, _reflected_pressure(float(pressure))) for pressure in pressures]
     return float(np.interp(Thermoviscoplastic().yield_stress, stresses, pressures))
 
 
-def _returning_pressure(initial: float) -> float:
+def _reflected_pressure(initial: float) -> float:
     """Return the pressure behind the reflected detonation at a rigid wall, for an initial pressure [Pa]."""
     gas = gas_from_name("ethylene_oxygen", initial, _TEMPERATURE)
     front = chapman_jouguet(gas, initial, initial / (gas.gas_constant * _TEMPERATURE))
@@ -181,7 +181,7 @@ def make_relief(
     internal_steps, deadline = (whole_number(name, settings[name]) for name in ("internal_steps", "deadline"))
     duration, arrival = internal_steps * tube.step_size, _LENGTH / tube.gas.front.speed
     why = f"the detonation takes {arrival:.3g} s to the end"
-    refuse_early(deadline, math.ceil(arrival / duration), duration, why)
+    refuse_early_deadline(deadline, math.ceil(arrival / duration), duration, why)
     area, limit = positive_number("vent_area", vent_area), positive_number("limit", limit)
     task = ReliefTask(tube, area, limit, deadline * duration)
     return ComponentEnv(tube, task, **settings)
