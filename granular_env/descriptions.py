@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, get_args, get_origin
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, Any, NamedTuple, get_args, get_origin
 
 import numpy as np
 from pydantic import BaseModel
@@ -20,30 +20,29 @@ from granular_env.experiments.templates import default_of, example_of, example_v
 from granular_env.package_contents import first_sentence
 from granular_env.terminal_text import columns, wrap_text
 
+
+class DescribedTable(NamedTuple):
+    """A table of a description: the key that it belongs to ("" for a component), what it lists, and its rows."""
+
+    key: str
+    text: str
+    rows: Sequence[tuple[str, ...]]
+
+
 _NO_BATCH = "no native batch: make_vec steps one after the other, in Gymnasium's SyncVectorEnv"
 
 
 def describe_component(name: str, parameters: dict[str, Any]) -> str:
     """Describe a component's parameters, inputs and outputs with units, shapes and meaning."""
     kind = catalogue.component_class(name)
-    parts = [wrap_text(f"component {name}, version {kind.version}: {first_sentence(kind.__doc__ or '')}"), "", "parameters"]
-    parts.append(columns(_rows(kind.Parameters)))
-    for parameter, choice, model in _chosen_tables(kind.Parameters):
-        parts += ["", wrap_text(f'{parameter} = {{ name = "{choice}", ... }}: {first_sentence(model.__doc__ or "")}')]
-        parts += [columns(rows)] if (rows := [row for row in _rows(model) if row[0] != "name"]) else []
-    for parameter, model in parts_of(kind.Parameters).items():
-        if component := _component_of(model):
-            parts += ["", wrap_text(f"{parameter} = {{ ... }}: the keys that `granular-env describe {component}` names")]
+    component = example_of(name, parameters)
+    parts = [wrap_text(f"component {name}, version {kind.version}: {first_sentence(kind.__doc__ or '')}")]
+    for table in parameter_tables(kind.Parameters):
+        parts += ["", wrap_text(": ".join(filter(None, table[:2])))] + ([columns(table.rows)] if table.rows else [])
     if any("[]" in part or ".*" in part for part in parts):
         parts += ["", wrap_text("NAME[] is each element of the list NAME; NAME.* each table in NAME, whatever its key.")]
-    component = example_of(name, parameters)
-    variables = [v for v in component.variables.values() if v.causality != "parameter"]
-    for causality in ("input", "output"):
-        if chosen := [v for v in variables if v.causality == causality]:
-            rows = [(v.name, v.unit, str(v.shape) if v.shape else "number", v.description + _remarks(v)) for v in chosen]
-            parts += ["", f"{causality}s", columns(rows)]
-    if component.event_kinds:
-        parts += ["", "events", columns(component.event_kinds.items())]
+    for table in variable_tables(component):
+        parts += ["", table.text, columns(table.rows)]
     if offered := _environments(name):
         parts += ["", "environments (gymnasium.make, gymnasium.make_vec)", columns(offered)]
     parts += ["", "What is (state) can be given to reset and [start]."]
@@ -51,6 +50,30 @@ def describe_component(name: str, parameters: dict[str, Any]) -> str:
         parts.append(wrap_text("Shapes and inputs are those of this example; see others with --set:"))
         parts.append(columns((key, "=", value_text(value)) for key, value in given.items()))
     return "\n".join(parts)
+
+
+def parameter_tables(model: type[BaseModel]) -> list[DescribedTable]:
+    """Return the parameters of a model (name, unit, default, meaning), then those of each table that they choose by name."""
+    found = [DescribedTable("", "parameters", _rows(model))]
+    for parameter, choice, table in _chosen_tables(model):
+        rows = [row for row in _rows(table) if row[0] != "name"]
+        found.append(DescribedTable(f'{parameter} = {{ name = "{choice}", ... }}', first_sentence(table.__doc__ or ""), rows))
+    for parameter, part in parts_of(model).items():
+        if component := _component_of(part):
+            text = f"the keys that `granular-env describe {component}` names"
+            found.append(DescribedTable(f"{parameter} = {{ ... }}", text, []))
+    return found
+
+
+def variable_tables(component: Component) -> list[DescribedTable]:
+    """Return the inputs and outputs of a component (name, unit, shape, meaning), and its events (name, meaning)."""
+    found: list[DescribedTable] = []
+    for causality in ("input", "output"):
+        chosen = [v for v in component.variables.values() if v.causality == causality]
+        rows = [(v.name, v.unit, str(v.shape) if v.shape else "number", v.description + _remarks(v)) for v in chosen]
+        found.append(DescribedTable("", f"{causality}s", rows))
+    found.append(DescribedTable("", "events", list(component.event_kinds.items())))
+    return [table for table in found if table.rows]
 
 
 def _component_of(model: type[BaseModel]) -> str:
