@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, get_args, get_origin
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, Any, NamedTuple, get_args, get_origin
 
 import numpy as np
 from pydantic import BaseModel
@@ -20,32 +20,29 @@ from granular_env.experiments.templates import default_text, example_values, mak
 from granular_env.package_contents import first_sentence
 from granular_env.terminal_text import align_columns, wrap_text
 
+
+class DescribedTable(NamedTuple):
+    """A table of a description: the key that it belongs to ("" for a component), what it lists, and its rows."""
+
+    key: str
+    text: str
+    rows: Sequence[tuple[str, ...]]
+
+
 _NO_BATCH = "no native batch: make_vec steps one after the other, in Gymnasium's SyncVectorEnv"
 
 
 def describe_component(name: str, parameters: dict[str, Any]) -> str:
     """Describe a component's parameters, inputs and outputs with units, shapes and meaning."""
     kind = catalogue.component_class(name)
-    parts = [wrap_text(f"component {name}, version {kind.version}: {first_sentence(kind.__doc__ or '')}"), "", "parameters"]
-    parts.append(align_columns(_parameter_rows(kind.Parameters)))
-    for parameter, choice, model in _chosen_tables(kind.Parameters):
-        parts += ["", wrap_text(f'{parameter} = {{ name = "{choice}", ... }}: {first_sentence(model.__doc__ or "")}')]
-        parts += [align_columns(rows)] if (rows := [row for row in _parameter_rows(model) if row[0] != "name"]) else []
-    for parameter, model in parameter_tables(kind.Parameters).items():
-        if component := _component_name(model):
-            parts += ["", wrap_text(f"{parameter} = {{ ... }}: the keys that `granular-env describe {component}` names")]
+    component = make_example(name, parameters)
+    parts = [wrap_text(f"component {name}, version {kind.version}: {first_sentence(kind.__doc__ or '')}")]
+    for table in described_parameters(kind.Parameters):
+        parts += ["", wrap_text(": ".join(filter(None, table[:2])))] + ([align_columns(table.rows)] if table.rows else [])
     if any("[]" in part or ".*" in part for part in parts):
         parts += ["", wrap_text("NAME[] is each element of the list NAME; NAME.* each table in NAME, whatever its key.")]
-    component = make_example(name, parameters)
-    variables = [v for v in component.variables.values() if v.causality != "parameter"]
-    for causality in ("input", "output"):
-        if chosen := [v for v in variables if v.causality == causality]:
-            rows = [
-                (v.name, v.unit, str(v.shape) if v.shape else "number", v.description + _variable_remarks(v)) for v in chosen
-            ]
-            parts += ["", f"{causality}s", align_columns(rows)]
-    if component.event_kinds:
-        parts += ["", "events", align_columns(component.event_kinds.items())]
+    for table in described_variables(component):
+        parts += ["", table.text, align_columns(table.rows)]
     if offered := _component_environments(name):
         parts += ["", "environments (gymnasium.make, gymnasium.make_vec)", align_columns(offered)]
     parts += ["", "What is (state) can be given to reset and [start]."]
@@ -53,6 +50,30 @@ def describe_component(name: str, parameters: dict[str, Any]) -> str:
         parts.append(wrap_text("Shapes and inputs are those of this example; see others with --set:"))
         parts.append(align_columns((key, "=", value_text(value)) for key, value in given.items()))
     return "\n".join(parts)
+
+
+def described_parameters(model: type[BaseModel]) -> list[DescribedTable]:
+    """Return the parameters of a model (name, unit, default, meaning), then those of each table that they choose by name."""
+    found = [DescribedTable("", "parameters", _parameter_rows(model))]
+    for parameter, choice, table in _chosen_tables(model):
+        rows = [row for row in _parameter_rows(table) if row[0] != "name"]
+        found.append(DescribedTable(f'{parameter} = {{ name = "{choice}", ... }}', first_sentence(table.__doc__ or ""), rows))
+    for parameter, part in parameter_tables(model).items():
+        if component := _component_name(part):
+            text = f"the keys that `granular-env describe {component}` names"
+            found.append(DescribedTable(f"{parameter} = {{ ... }}", text, []))
+    return found
+
+
+def described_variables(component: Component) -> list[DescribedTable]:
+    """Return the inputs and outputs of a component (name, unit, shape, meaning), and its events (name, meaning)."""
+    found: list[DescribedTable] = []
+    for causality in ("input", "output"):
+        chosen = [v for v in component.variables.values() if v.causality == causality]
+        rows = [(v.name, v.unit, str(v.shape) if v.shape else "number", v.description + _variable_remarks(v)) for v in chosen]
+        found.append(DescribedTable("", f"{causality}s", rows))
+    found.append(DescribedTable("", "events", list(component.event_kinds.items())))
+    return [table for table in found if table.rows]
 
 
 def _component_name(model: type[BaseModel]) -> str:
@@ -138,22 +159,22 @@ def _chosen_tables(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[s
 
 
 def _field_choices(model: type[BaseModel], key: str) -> list[tuple[str, Mapping[str, type[Parameters]]]]:
-    """Return the tables that a field, or each of its elements, chooses by name; see `_type_tables`."""
+    """Return the tables that a field, or each of its elements, chooses by name; see `_parts_of_type`."""
     if key in (own := table_choices(model)):
         return [("", own[key])]
-    found = _type_tables(model.model_fields[key].annotation)
+    found = _parts_of_type(model.model_fields[key].annotation)
     return [(place, part.choices) for place, part in found if isinstance(part, Choices)]
 
 
 def _field_tables(field: FieldInfo) -> list[tuple[str, type[Parameters]]]:
-    """Return the unnamed tables of a field, except parts that are components; see `_type_tables`."""
+    """Return the unnamed tables of a field, except parts that are components; see `_parts_of_type`."""
     if any(isinstance(mark, Choices) for mark in field.metadata):
         return []
-    found = _type_tables(field.annotation)
+    found = _parts_of_type(field.annotation)
     return [(place, part) for place, part in found if not isinstance(part, Choices) and not _component_name(part)]
 
 
-def _type_tables(annotation: Any, place: str = "") -> Iterator[tuple[str, type[Parameters] | Choices]]:
+def _parts_of_type(annotation: Any, place: str = "") -> Iterator[tuple[str, type[Parameters] | Choices]]:
     """Yield the tables in a type with their location: "" for itself, "[]" in a list, ".*" in a table with arbitrary keys."""
     if isinstance(annotation, type) and issubclass(annotation, Parameters):
         yield place, annotation
@@ -167,7 +188,7 @@ def _type_tables(annotation: Any, place: str = "") -> Iterator[tuple[str, type[P
     elif kind in (list, tuple):
         place = f"{place}[]"
     for part in parts[:1] if kind is Annotated else parts:
-        yield from _type_tables(part, place)
+        yield from _parts_of_type(part, place)
 
 
 def _parameter_facts(model: type[BaseModel]) -> list[dict[str, Any]]:

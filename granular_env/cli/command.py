@@ -24,11 +24,15 @@ class Status(IntEnum):
     INTERRUPTED = 130
 
 
-MEANINGS = (
-    "Exit status: 0 done; 1 a verification found a difference, a file is not whole, or a task, an entry or a trial failed; "
-    "2 an error, reported in one message; 3 a verification of a log that is incomplete or holds no step; 70 a fault of "
-    "granular-env itself; 130 ended by Ctrl-C."
-)
+MEANINGS = {
+    Status.DONE: "done",
+    Status.DIFFERENT: "a verification found a difference, a file is not whole, or a task, an entry or a trial failed",
+    Status.ERROR: "an error, reported in one message",
+    Status.INCOMPLETE: "a verification of a log that is incomplete or holds no step",
+    Status.FAULT: "a fault of granular-env itself",
+    Status.INTERRUPTED: "ended by Ctrl-C",
+}
+EXIT_STATUS = f"Exit status: {'; '.join(f'{status:d} {meaning}' for status, meaning in MEANINGS.items())}."
 
 
 class Command(click.Command):

@@ -26,7 +26,7 @@ _MOST = 40
 
 
 @command("events")
-@click.argument("log", type=FILE)
+@click.argument("log", help="A log.", type=FILE)
 @click.option("--kind", metavar="KIND", help="Only events of this kind.")
 @click.option("--index", metavar="N", type=int, help="Only those of this link, cell, ...")
 @click.option(

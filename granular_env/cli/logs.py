@@ -32,7 +32,7 @@ _VERIFIED = {
     "incomplete": Status.INCOMPLETE,
     "nothing was compared": Status.INCOMPLETE,
 }
-log_argument = click.argument("log", type=FILE)
+log_argument = click.argument("log", help="A log.", type=FILE)
 
 
 @command(

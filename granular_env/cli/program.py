@@ -10,7 +10,7 @@ import click
 from click.shell_completion import shell_complete
 
 from granular_env.cli import check, contents, events, logs, runs, studies, sweeps, views
-from granular_env.cli.command import MEANINGS, Command, Status
+from granular_env.cli.command import EXIT_STATUS, Command, Status
 from granular_env.cli.failures import discard_output, report_failure, report_misuse
 
 PROGRAM = "granular-env"
@@ -45,7 +45,7 @@ program = Program(
     PROGRAM,
     COMMANDS,
     help="Wave and fracture experiments in granular media: run, record, replay, branch, see.",
-    epilog=f"Begin with: granular-env list; granular-env run nesterenko-1983/3.4-piston\n\n{MEANINGS}",
+    epilog=f"Begin with: granular-env list; granular-env run nesterenko-1983/3.4-piston\n\n{EXIT_STATUS}",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 click.version_option(package_name="granular-env", message="%(prog)s %(version)s", help="Print the version.")(program)

@@ -32,7 +32,7 @@ _SEARCH_SEED, _TEST_SEED = 1_000_000, 2_000_000
 
 
 class TaskTable(Table):
-    """The `[task]` table: an environment's name and its arguments."""
+    """The environment: its name and, as further keys, its arguments."""
 
     model_config = ConfigDict(extra="allow")
 
@@ -45,7 +45,7 @@ class TaskTable(Table):
 
 
 class DriveTable(Table):
-    """The `[drive]` table: see `DriveShape`."""
+    """The map from a few numbers, the knots, to the actions of an episode."""
 
     knots: int = Field(default=32, ge=1, le=100_000, description="values of each entry of the action over the driven steps")
     between: Literal["linear", "held"] = Field(default="linear", description="what the action is between two knots")
@@ -68,15 +68,22 @@ class Study(Document):
 
     version: Literal[1] = Field(description="version of the file's format")
     name: str = Field(min_length=1, max_length=200, description="name of the results")
-    description: str = Field("", description="what it shows, for people")
+    description: str = Field("", description="the purpose and the result", examples=["a search against theory"])
     budget: int = Field(ge=1, description="control steps that every method may simulate")
     seeds: list[int] = Field(default=[1], min_length=1, max_length=1000, description="every method runs once with each")
-    episodes: int = Field(1, ge=1, le=100_000, description="starts that a drive is tried from while it is searched")
-    test_episodes: int = Field(1, ge=0, le=100_000, description="other starts, to judge what was found; 0: the search's own")
-    task: TaskTable = Field(json_schema_extra={"advice": 'give a table [task] with a name, such as name = "pulse-forming"'})
-    drive: DriveTable = DriveTable()
+    episodes: int = Field(1, ge=1, le=100_000, description="episodes that evaluate a drive during the search")
+    test_episodes: int = Field(
+        1, ge=0, le=100_000, description="other episodes that evaluate the result; 0: those of the search"
+    )
+    task: TaskTable = Field(
+        description="environment and its arguments",
+        json_schema_extra={"advice": 'give a table [task] with a name, such as name = "pulse-forming"'},
+    )
+    drive: DriveTable = Field(DriveTable(), description="map from the searched numbers to a drive")
     method: list[Annotated[AnyMethod, TableChoice("type")]] = Field(
-        min_length=1, json_schema_extra={"advice": 'give tables [[method]], each with a type, such as type = "cma"'}
+        min_length=1,
+        description="methods to compare",
+        json_schema_extra={"advice": 'give tables [[method]], each with a type, such as type = "cma"'},
     )
 
     @model_validator(mode="after")

@@ -32,7 +32,7 @@ from .stop_rules import StopRule
 
 
 class ComponentTable(Table):
-    """The `[component]` table: the type and its parameters."""
+    """The component: its type and, as further keys, its parameters."""
 
     model_config = ConfigDict(extra="allow")
 
@@ -57,14 +57,20 @@ class ComponentTable(Table):
 
 
 class RecordTable(Table):
-    """The `[record]` table."""
+    """The content of the log in addition to inputs, hashes and snapshots."""
 
-    every: float | None = Field(default=None, gt=0.0, description="time between two frames of the outputs [s]")
-    variables: list[str] | None = Field(
-        default=None, description="names of the outputs to keep; default: the component's own choice"
+    every: float | None = Field(
+        default=None, gt=0.0, description="time between two frames of the outputs [s]; default: 160 to 400 frames"
     )
-    hash_every: int | None = Field(default=None, ge=1, description="internal steps between two hashes of the state")
-    snapshot_every: float | None = Field(default=None, gt=0.0, description="time between two whole snapshots [s]")
+    variables: list[str] | None = Field(
+        default=None, description="names of the recorded outputs; default: the state, drawn outputs and numbers"
+    )
+    hash_every: int | None = Field(
+        default=None, ge=1, description="ticks between two hashes of the state; default: 4096", examples=[1]
+    )
+    snapshot_every: float | None = Field(
+        default=None, gt=0.0, description="time between two snapshots [s]; default: automatic", examples=[1e-4]
+    )
 
     @field_validator("variables")
     @classmethod
@@ -82,17 +88,23 @@ class Experiment(Document):
     shelf: ClassVar[str] = "experiments"
 
     name: str = Field(min_length=1, max_length=200, description="name of the experiment in logs and reports")
-    description: str = Field("", description="what it shows, for people")
-    source: str | None = Field(None, description="where it comes from: a citation")
+    description: str = Field("", description="the purpose and the result", examples=["a solitary wave at 5 m/s"])
+    source: str | None = Field(None, description="a citation")
     duration: float = Field(gt=0.0, description="simulated time from start to end [s]")
-    seed: int | None = Field(None, ge=0, lt=2**63, description="for components that draw random numbers")
+    seed: int | None = Field(None, ge=0, lt=2**63, description="seed of components that draw random numbers", examples=[1])
     component: ComponentTable = Field(
-        json_schema_extra={"advice": 'give a table [component] with a type, such as type = "chain"'}
+        description="type and parameters of the component",
+        examples=[{"type": "chain", "grains": 40}],
+        json_schema_extra={"advice": 'give a table [component] with a type, such as type = "chain"'},
     )
     start: dict[str, Any] = Field(default_factory=dict, description="start values of state variables")
-    input: dict[str, Input] = Field(default_factory=dict, description="numbers, arrays, or profiles of time")
-    stop: list[StopRule] = Field(default_factory=list, description="rules that end the run early")
-    record: RecordTable = RecordTable()
+    input: dict[str, Input] = Field(
+        default_factory=dict, description="inputs of the component: numbers, lists, or profiles of time"
+    )
+    stop: list[StopRule] = Field(
+        default_factory=list, description="rules that end the run early", examples=[[{"variable": "position", "above": 1.0}]]
+    )
+    record: RecordTable = Field(RecordTable(), description="content of the log")
 
     @classmethod
     def advice_for_unknown(cls, key: str, given: Mapping[str, Any]) -> str:

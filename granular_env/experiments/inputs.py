@@ -55,13 +55,12 @@ def _parse_pattern(given: Any) -> list[Any] | dict[str, Any]:
 
 
 class ProfileTable(Table):
-    """A profile as a table: its field `profile` names the function of `Profile`; the other fields are the arguments."""
+    """A profile: the input as a function of time. The other keys depend on `profile`."""
 
-    profile: Any
-
+    profile: Any = Field(description="constant, triangle, half_sine, table, csv, piecewise or sum")
     pattern: Annotated[list[Any] | dict[str, Any], PlainValidator(_parse_pattern)] | None = Field(
         None,
-        description="for an input of several elements: what the profile is multiplied by, a list or {index: value or row}",
+        description="factor of each element of the input: a list, or a table {index: value or row}; default: 1",
     )
 
     @classmethod
@@ -79,7 +78,7 @@ class ConstantTable(ProfileTable):
 
     profile: Literal["constant"] = "constant"
     value: float = Field(description="the input's value, in its unit")
-    start: float = Field(0.0, description="when it begins [s]")
+    start: float = Field(0.0, description="start time [s]")
 
 
 class TriangleTable(ProfileTable):
@@ -87,9 +86,9 @@ class TriangleTable(ProfileTable):
 
     profile: Literal["triangle"] = "triangle"
     peak: float = Field(description="the greatest value, in the input's unit")
-    duration: float = Field(description="from first to last [s]")
-    rise: float = Field(0.0, description="from 0 to the peak [s]")
-    start: float = Field(0.0, description="when it begins [s]")
+    duration: float = Field(description="length of the pulse [s]")
+    rise: float = Field(0.0, description="time from 0 to the peak [s]")
+    start: float = Field(0.0, description="start time [s]")
 
 
 class HalfSineTable(ProfileTable):
@@ -97,21 +96,21 @@ class HalfSineTable(ProfileTable):
 
     profile: Literal["half_sine"] = "half_sine"
     peak: float = Field(description="the greatest value, in the input's unit")
-    duration: float = Field(description="from zero to zero [s]")
-    start: float = Field(0.0, description="when it begins [s]")
+    duration: float = Field(description="length of the pulse [s]")
+    start: float = Field(0.0, description="start time [s]")
 
 
 class SamplesTable(ProfileTable):
     """Straight lines between samples written in the file."""
 
     profile: Literal["table"] = "table"
-    times: list[float] = Field(description="increasing [s]")
+    times: list[float] = Field(description="increasing times [s]")
     values: list[float] = Field(description="one for each time, in the input's unit")
     after: float | Literal["hold"] = Field(0.0, description='the value after the last sample, or "hold"')
 
 
 class CsvTable(ProfileTable):
-    """A measured history in a CSV file; see `Profile.from_csv`."""
+    """A measured history in a CSV file."""
 
     profile: Literal["csv"] = "csv"
     path: str = Field(min_length=1, pattern=r"^[^\x00]*$", description="the CSV file, relative to the experiment's")
@@ -121,11 +120,11 @@ class CsvTable(ProfileTable):
     value_unit: str | None = Field(
         None, description="such as kN or mm/s, or V with a scale; may stand in the CSV's header instead"
     )
-    delimiter: Literal[",", ";", "\t", " "] = Field(",", description="what separates the columns")
+    delimiter: Literal[",", ";", "\t", " "] = Field(",", description="separator of the columns")
     decimal: Literal[".", ","] = Field(".", description="the decimal mark")
-    skip: int = Field(0, ge=0, description="lines to leave out at the beginning, such as the preamble of an oscilloscope")
+    skip: int = Field(0, ge=0, description="number of lines to skip at the beginning, such as the preamble of an oscilloscope")
     gaps: Literal["refuse", "bridge"] = Field(
-        "refuse", description="holes in the sampling, of over 10 median steps: refuse them, or cross them in a straight line"
+        "refuse", description="gaps of over 10 median sampling steps: refuse them, or interpolate linearly"
     )
     scale: float | None = Field(
         None, description="the values are multiplied by it: a number, or the input's unit for each volt of a sensor"
@@ -140,18 +139,22 @@ class CsvTable(ProfileTable):
 
 
 class PiecewiseTable(ProfileTable):
-    """Polynomials by hand: each piece in powers of the time since it began."""
+    """Polynomials: each piece in powers of the time since its start."""
 
     profile: Literal["piecewise"] = "piecewise"
-    starts: list[float] = Field(description="when each piece begins [s]")
-    coefficients: list[list[float]] = Field(description="for each piece, the value, its rate per second, ...")
+    starts: list[float] = Field(description="start times of the pieces [s]", examples=[[0.0, 1e-4]])
+    coefficients: list[list[float]] = Field(
+        description="for each piece: value, rate per second, ...", examples=[[[0.0, 5e4], [5.0]]]
+    )
 
 
 class SumTable(ProfileTable):
-    """Several profiles added up."""
+    """The sum of several profiles."""
 
     profile: Literal["sum"] = "sum"
-    profiles: list[AnyProfile] = Field(min_length=1, description="the tables to add")
+    profiles: list[AnyProfile] = Field(
+        min_length=1, description="the profiles to add", examples=[[{"profile": "constant", "value": 2.0}]]
+    )
 
     @field_validator("profiles")
     @classmethod

@@ -25,13 +25,17 @@ from granular_env.documents import Table
 
 
 class StopRule(Table):
-    """One `[[stop]]` table."""
+    """A rule that ends the run; a file may have several."""
 
-    variable: str = Field(description="the output that is watched, or an element of it, such as velocity[99]")
-    reduce: Literal["max", "min", "any"] | None = Field(None, description="how an array becomes one decision")
-    above: float | None = Field(None, description="stop when the value is greater, in the variable's unit")
-    below: float | None = Field(None, description="stop when the value is smaller, in the variable's unit")
-    every: float | None = Field(None, gt=0.0, description="time between two looks [s]; default: record.every, or each step")
+    variable: str = Field(description="the watched output, or an element of it", examples=["velocity[99]"])
+    reduce: Literal["max", "min", "any"] | None = Field(
+        None, description="how the elements of an array are combined; default: any"
+    )
+    above: float | None = Field(None, description="upper limit, in the variable's unit", examples=[1.0])
+    below: float | None = Field(None, description="lower limit, in the variable's unit", examples=[0.0])
+    every: float | None = Field(
+        None, gt=0.0, description="time between two evaluations [s]; default: record.every, or each tick", examples=[1e-6]
+    )
     _element: Element = PrivateAttr()
 
     @model_validator(mode="after")

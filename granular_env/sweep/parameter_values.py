@@ -27,12 +27,12 @@ from granular_env.documents import Table
 
 
 class Range(Table):
-    """Evenly spaced values of a grid key."""
+    """Evenly spaced values of a key of the experiment, instead of a list of values."""
 
     begin: float = Field(alias="from", description="the first value")
     end: float = Field(alias="to", description="the last value")
-    count: int = Field(ge=1, description="how many values")
-    spacing: Literal["linear", "log"] = Field("linear", description="even steps, or even ratios")
+    count: int = Field(ge=1, description="number of values")
+    spacing: Literal["linear", "log"] = Field("linear", description="equal steps, or equal ratios")
 
     @model_validator(mode="after")
     def _check_ends(self) -> Self:
@@ -58,10 +58,12 @@ class Distribution(Table):
     including the ends. choice: an entry of a list.
     """
 
-    distribution: Literal["uniform", "log_uniform", "integer", "choice"] = Field(description="how values are drawn")
-    begin: float | None = Field(None, alias="from", description="the least value")
-    end: float | None = Field(None, alias="to", description="the greatest value")
-    values: list[Any] = Field([], description="those to choose from")
+    distribution: Literal["uniform", "log_uniform", "integer", "choice"] = Field(
+        description="kind of distribution", examples=["uniform"]
+    )
+    begin: float | None = Field(None, alias="from", description="least value", examples=[2e-3])
+    end: float | None = Field(None, alias="to", description="greatest value", examples=[4e-3])
+    values: list[Any] = Field([], description="values to choose from", examples=[["hertz", "viscous"]])
 
     @model_validator(mode="after")
     def _check_ends(self) -> Self:
@@ -90,13 +92,13 @@ class Distribution(Table):
 
 
 class Samples(Table):
-    """The [samples] table: the number of samples, and keys with their distributions."""
+    """The number of samples; further keys are those of the experiment, each with its distribution."""
 
     model_config = {"extra": "allow"}
     __pydantic_extra__: dict[str, Distribution]  # pyright: ignore[reportIncompatibleVariableOverride]
 
-    count: int = Field(ge=1, description="how many samples")
-    seed: int = Field(0, ge=0, lt=2**63, description="of the draws")
+    count: int = Field(ge=1, description="number of samples", examples=[100])
+    seed: int = Field(0, ge=0, lt=2**63, description="seed of the samples")
 
     @property
     def distributions(self) -> dict[str, Distribution]:

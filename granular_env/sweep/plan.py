@@ -40,17 +40,32 @@ class Plan(Document):
     kind: ClassVar[str] = "plan"
     shelf: ClassVar[str] = "plans of sweeps"
 
-    version: Literal[1] = Field(description="the format of this file: version = 1")
-    name: str = Field("", max_length=200, description="what the results are called")
-    description: str = Field("", description="what it shows, for people")
+    version: Literal[1] = Field(description="version of the file's format")
+    name: str = Field("", max_length=200, description="name of the results; default: the file's name", examples=["speeds"])
+    description: str = Field("", description="the purpose and the result", examples=["speed against amplitude"])
     experiment: str = Field(min_length=1, description="a shipped experiment's name, or a TOML file beside the plan")
-    every: float | None = Field(None, gt=0.0, description="time between two looks for extremes and histories [s]")
-    log_every: int | None = Field(None, ge=1, description="the logs of the tasks whose number this divides are kept")
+    every: float | None = Field(
+        None, gt=0.0, description="sampling interval of extremes and histories [s]; default: record.every, or each tick"
+    )
+    log_every: int | None = Field(
+        None, ge=1, description="keep the logs of tasks 0, N, 2N, ...; default: keep none", examples=[10]
+    )
     set: dict[str, Any] = Field({}, description="keys of the experiment that are the same in every task")
-    grid: dict[str, Axis] = Field({}, description="keys of the experiment, each with its values")
-    samples: Samples | None = Field(None, description="keys of the experiment that are drawn")
+    grid: dict[str, Axis] = Field(
+        {},
+        description="keys of the experiment, each with its values; all combinations run",
+        examples=[{"component.grains": [20, 40]}],
+    )
+    samples: Samples | None = Field(
+        None,
+        description="keys of the experiment with random values",
+        examples=[{"count": 9, "duration": {"distribution": "uniform", "from": 1e-4, "to": 2e-4}}],
+    )
     measure: dict[str, AnyMeasure] = Field(
-        min_length=1, json_schema_extra={"advice": 'give a table [measure], such as peak = "max velocity[40]"'}
+        min_length=1,
+        description="columns of the results, each with its measure",
+        examples=[{"peak": "max velocity[40]"}],
+        json_schema_extra={"advice": 'give a table [measure], such as peak = "max velocity[40]"'},
     )
 
     @classmethod

@@ -33,7 +33,9 @@ class Gradient(MethodTable):
     starts: int = Field(default=4, ge=1, description="starts of a round")
     trial: int = Field(default=20, ge=1, description="iterations from each start before the best goes on")
     iterations: int = Field(default=1000, ge=1, description="most iterations from the best")
-    rounds: int | None = Field(default=None, ge=1, description="rounds of such starts; default: until the budget is spent")
+    rounds: int | None = Field(
+        default=None, ge=1, description="rounds of starts; default: until the budget is spent", examples=[3]
+    )
     stages: list[dict[str, Any]] = Field(
         default=[{}],
         min_length=1,

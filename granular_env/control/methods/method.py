@@ -16,7 +16,7 @@ from ..search import Search
 
 
 class MethodTable(Table):
-    """Base of every method: a `[[method]]` table of the study file.
+    """Keys of every method.
 
     Attributes:
         packages: required optional modules.
@@ -26,8 +26,10 @@ class MethodTable(Table):
     packages: ClassVar[tuple[str, ...]] = ()
     needs_gradient: ClassVar[bool] = False
 
-    type: Any = Field(description="which method")
-    name: str = Field(default="", pattern=r"^([A-Za-z0-9][A-Za-z0-9_-]{0,60})?$", description="its name in the results")
+    type: Any = Field(description="gradient, cma, random, ppo or sac")
+    name: str = Field(
+        default="", pattern=r"^([A-Za-z0-9][A-Za-z0-9_-]{0,60})?$", description="name in the results; default: the type"
+    )
     knots: int | None = Field(default=None, ge=1, le=100_000, description="values of each entry; default: those of [drive]")
 
     @property

@@ -20,7 +20,7 @@ from .method import MethodTable
 
 
 class Reinforcement(MethodTable):
-    """Base of both: rounds of training and, every few rounds, an evaluation of the noise-free policy in the study's episodes.
+    """Keys of ppo and sac: rounds of training, and evaluations of the noise-free policy in the study's episodes.
 
     The best policy is kept.
     """
