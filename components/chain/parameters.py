@@ -39,7 +39,7 @@ class UniformRadii(Parameters):
             raise ParameterError(f"got {self.high:g} m", expected=f"at least low = {self.low:g} m", at="high")
         return self
 
-    def draw(self, grains: int) -> FloatArray:
+    def draw_radii(self, grains: int) -> FloatArray:
         """Return the radii, shape (grains,) [m]; the radius of grain i depends only on the seed and on i."""
         return self.low + (self.high - self.low) * uniform(self.seed, 0, grains)
 

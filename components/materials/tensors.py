@@ -194,11 +194,11 @@ def largest_principal(stress):
 
 
 @internal_inlined
-def _jacobi_rotation(first, second, between):
+def _jacobi_rotation(first, second, off_diagonal):
     """Return cosine, sine and tangent of the rotation that makes the entry between two axes vanish."""
-    if between == 0.0:
+    if off_diagonal == 0.0:
         return 1.0, 0.0, 0.0
-    half = 0.5 * (second - first) / between
+    half = 0.5 * (second - first) / off_diagonal
     root = sqrt(half * half + 1.0)
     tangent = 1.0 / (half + root) if half >= 0.0 else 1.0 / (half - root)
     cosine = 1.0 / sqrt(tangent * tangent + 1.0)

@@ -212,11 +212,16 @@ class Tube(Component):
         return {f"gas_{name}": value for name, value in starts.items() if name != "area"}
 
     def _start_part(
-        self, part: Component, prefix: str, seed: int | None, values: Mapping[str, FloatArray], more: Mapping[str, FloatArray]
+        self,
+        part: Component,
+        prefix: str,
+        seed: int | None,
+        values: Mapping[str, FloatArray],
+        extra_values: Mapping[str, FloatArray],
     ) -> Mapping[str, Any]:
         """Write the start state of a part; report faults in its values as faults of this component."""
         try:
-            return part._start(seed, {**part_values(prefix, values), **more})
+            return part._start(seed, {**part_values(prefix, values), **extra_values})
         except ParameterError as error:
             raise ParameterError(*(_fault_of_part(fault, prefix) for fault in error.faults)) from None
 
@@ -316,11 +321,11 @@ class Tube(Component):
             awake[0] = float(np.abs(pressures - room).max()) > _WAKING * room
         return bool(awake[0])
 
-    def _advance_shell(self, tick: int, before: FloatArray, after: FloatArray, works: FloatArray) -> int:
+    def _advance_shell(self, tick: int, old_pressures: FloatArray, new_pressures: FloatArray, works: FloatArray) -> int:
         """Advance the shell under pressures linear in time over the tick, and add the work of the gas at each station."""
         room, tally, around = self.parameters.room_pressure, self._block["tally"], self.shell.lattice.shape[1]
         for step in range(self.shell_steps):
-            acting = before + (step + 0.5) / self.shell_steps * (after - before)
+            acting = old_pressures + (step + 0.5) / self.shell_steps * (new_pressures - old_pressures)
             self._failed_tick = tick * self.shell_steps + step
             tables = self.shell.tables()
             area = tables.state.area.copy()
