@@ -55,7 +55,7 @@ class Stepping(Physics):
     _held: Mapping[str, Held]
     _profiled: bool
 
-    def _prepare_steps(self) -> None:
+    def _initialise_stepping(self) -> None:
         """Set the attributes of this instance that stepping needs."""
         self._observers: list[Observer] = []
         # The component that contains this one as a part; only the owner steps, resets and restores it.

@@ -32,7 +32,7 @@ class Arrangement(Named):
     per_grain: ClassVar[tuple[str, ...]] = ("radius", "material")
     """Fields that set chain parameters of the same name per grain: if given here, they must not be given for the chain."""
 
-    def own_parameters(self) -> tuple[str, ...]:
+    def replaced_parameters(self) -> tuple[str, ...]:
         """Return the chain parameters that this arrangement sets."""
         return tuple(name for name in self.per_grain if getattr(self, name, None) is not None)
 
@@ -122,8 +122,8 @@ class Tapered(Arrangement):
             raise ParameterError(f"got {come} of taper and last_radius", expected="one of them", at="taper")
         return self
 
-    def own_parameters(self) -> tuple[str, ...]:  # noqa: D102
-        return ("radius", *super().own_parameters())
+    def replaced_parameters(self) -> tuple[str, ...]:  # noqa: D102
+        return ("radius", *super().replaced_parameters())
 
     def check_fit(self, grains: int) -> None:  # noqa: D102
         if self.last_radius is not None and grains == 1 and self.last_radius != self.first_radius:
@@ -257,7 +257,7 @@ def refuse_unfit_arrangement(parameters: ChainParameters) -> None:
         arrangement.check_fit(parameters.grains)
     except ParameterError as error:
         raise error.with_outer_location("arrangement") from None
-    for name in arrangement.own_parameters():
+    for name in arrangement.replaced_parameters():
         if name in parameters.model_fields_set:
             raise ParameterError(
                 "the arrangement gives it too", hint=f"give it in one place, as {name} or in the arrangement", at=name

@@ -452,7 +452,7 @@ class Chain(Component):
         if not isinstance(law, Dissipative):
             return 0.0
         peak = np.maximum(self._overlaps(), self._peak_overlaps)[places]
-        coefficients = np.where(peak > 0.0, law.coefficients(self.geometry.law_constants[places], peak), 0.0)
+        coefficients = np.where(peak > 0.0, law.damping_coefficients(self.geometry.law_constants[places], peak), 0.0)
         return float(np.max(coefficients / self.geometry.reduced_mass[places], initial=0.0)) * self.step_size
 
     def _resolution_caution(self) -> str:

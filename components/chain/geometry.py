@@ -185,7 +185,7 @@ def _dissipation_rate(law: Dissipative, chain: Geometry, speed: float) -> float:
     """Return the largest c / m* of the contacts at their deepest overlap [1/s]."""
     real = chain.contact_slice
     overlap, reduced = _deepest_overlap(chain, speed, law.exponent)[real], chain.reduced_mass[real]
-    return float(np.max(law.coefficients(chain.law_constants[real], overlap) / reduced, initial=0.0))
+    return float(np.max(law.damping_coefficients(chain.law_constants[real], overlap) / reduced, initial=0.0))
 
 
 def _deepest_overlap(chain: Geometry, speed: float, exponent: float) -> FloatArray:

@@ -159,7 +159,7 @@ class ChainParameters(Parameters):
     def _serialize_without_arrangement(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
         """Omit values set by the arrangement, so that the result can be read back, and an arrangement without effect."""
         fields = serialize(self)
-        spared = ("arrangement",) if isinstance(self.arrangement, Uniform) else self.arrangement.own_parameters()
+        spared = ("arrangement",) if isinstance(self.arrangement, Uniform) else self.arrangement.replaced_parameters()
         return {name: value for name, value in fields.items() if name not in spared}
 
     @property

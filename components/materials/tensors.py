@@ -57,7 +57,7 @@ class Moduli(NamedTuple):
 
 
 @internal_inlined
-def load_deformation(gradient, p):
+def load_deformation_gradient(gradient, p):
     """Return the deformation gradient 1 + H of row p of displacement gradients H, shape (m, 9)."""
     h = gradient
     return Tensor(
@@ -66,13 +66,13 @@ def load_deformation(gradient, p):
 
 
 @internal_inlined
-def load_symmetric(rows, p):
+def load_symmetric_tensor(rows, p):
     """Return row p of symmetric tensors, shape (m, 6)."""
     return SymmetricTensor(rows[p, 0], rows[p, 1], rows[p, 2], rows[p, 3], rows[p, 4], rows[p, 5])
 
 
 @internal_inlined
-def store_symmetric(rows, p, tensor):
+def store_symmetric_tensor(rows, p, tensor):
     """Write row p of symmetric tensors, shape (m, 6)."""
     rows[p, 0], rows[p, 1], rows[p, 2] = tensor.xx, tensor.yy, tensor.zz
     rows[p, 3], rows[p, 4], rows[p, 5] = tensor.xy, tensor.yz, tensor.zx

@@ -394,14 +394,14 @@ class Tube(Component):
             "steps of the gas in a tick": float(self.gas_steps),
             "steps of the shell in a tick": float(self.shell_steps),
             "largest pressure at the shell so far, Pa": float(self._block["peak_pressure"].max()),
-            "largest change of the cross-section now": self._largest_change(),
+            "largest change of the cross-section now": self._largest_area_change(),
             "work of the gas that it did not pay for, over that on the shell": self._exchange_difference() / work
             if work
             else 0.0,
             "energy residual over the work on the shell": float(self.balances()[0].residual) / work if work else 0.0,
         }
 
-    def _largest_change(self) -> float:
+    def _largest_area_change(self) -> float:
         """Return the largest present relative change of a station's cross-section."""
         return float(np.abs(self._block["widening"]).max())
 
@@ -410,7 +410,7 @@ class Tube(Component):
         missing_detonation, found = self.gas.missing_detonation, [f"gas: {text}" for text in self.gas.conclusions()]
         found.append(
             f"wall: the largest pressure on it was {1e-6 * self._block['peak_pressure'].max():.4g} MPa, and the cross-section "
-            f"has changed by {100.0 * self._largest_change():.3g} % at most"
+            f"has changed by {100.0 * self._largest_area_change():.3g} % at most"
         )
         for event in self.events(_GROWN):
             assert event.index is not None
@@ -425,7 +425,7 @@ class Tube(Component):
     def cautions(self) -> list[str]:
         """Return the cautions of the parts, and one if the motion of the wall should have affected the gas."""
         said = [f"gas: {text}" for text in self.gas.cautions()] + [f"shell: {text}" for text in self.shell.cautions()]
-        change = self._largest_change()
+        change = self._largest_area_change()
         if change > _LARGE_CHANGE and not self.parameters.coupling.has_moving_wall:
             said.append(
                 f"the wall has changed the cross-section by {change:.1%}, which a gas in a rigid tube does not feel; take "

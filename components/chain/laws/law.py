@@ -93,12 +93,12 @@ class Dissipative(Law, ABC):
         return (np.zeros(len(stiffness)) + np.asarray(self.dissipation))[contacts, None]
 
     @abstractmethod
-    def coefficients(self, constants: FloatArray, overlap: FloatArray) -> FloatArray:
+    def damping_coefficients(self, constants: FloatArray, overlap: FloatArray) -> FloatArray:
         """Return the force per approach speed at an overlap, shape (contacts,) [N s/m]."""
 
     @abstractmethod
     def overlap_from_coefficient(self, constants: FloatArray, coefficients: FloatArray) -> FloatArray:
-        """Return the overlap above which force per speed exceeds `coefficients`; 0: always, inf: never; (contacts,) [m]."""
+        """Return the overlap above which the damping exceeds `coefficients`; 0: always, inf: never; shape (contacts,) [m]."""
 
 
 def missing_members(law: type[Law], *, gradient: bool = False) -> tuple[str, ...]:

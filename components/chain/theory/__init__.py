@@ -45,7 +45,14 @@ from .continuum import (
     speed_ratio,
     strain_wave,
 )
-from .dispersion import BandEdges, diatomic_edges, diatomic_frequencies, monatomic_edge, monatomic_frequency, tangent_stiffness
+from .dispersion import (
+    BandEdges,
+    diatomic_band_edges,
+    diatomic_frequencies,
+    monatomic_cutoff_frequency,
+    monatomic_frequency,
+    tangent_stiffness,
+)
 from .lattice_wave import (
     FREE_END_VELOCITY,
     LATTICE_PRESSURE_OVERSHOOT,

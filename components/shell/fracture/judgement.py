@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...errors import ParameterError
-from ...materials.tensors import determinant, largest_principal, load_deformation, load_symmetric
+from ...materials.tensors import determinant, largest_principal, load_deformation_gradient, load_symmetric_tensor
 from ...support.float_arrays import FloatArray
 from ...support.jit import internal, internal_inlined, jit
 from ..geometry.bodies import EDGES
@@ -77,7 +77,7 @@ def find_parting(judged, stress, gradient, plastic_strain, found, nearest, tick)
     count = 0
     for p in range(judged.limit.size):
         largest = min(max(nearest[0], _NOTED), 1.0)
-        if not may_exceed(judged.law, largest * judged.limit[p], load_symmetric(stress, p), flown(plastic_strain, p)):
+        if not may_exceed(judged.law, largest * judged.limit[p], load_symmetric_tensor(stress, p), flown(plastic_strain, p)):
             continue
         value, nx, ny, nz = judge(judged.law, stress, gradient, plastic_strain, p)
         if judged.cracks[p] == 0 and value > nearest[0] * judged.limit[p] and value > _NOTED * judged.limit[p]:
@@ -113,8 +113,8 @@ def flown(plastic_strain, p):
 @internal
 def judge(law, stress, gradient, plastic_strain, p):
     """Return the decisive value of a point and the direction of its largest principal stress."""
-    volume = determinant(load_deformation(gradient, p))
-    largest, nx, ny, nz = largest_principal(load_symmetric(stress, p))
+    volume = determinant(load_deformation_gradient(gradient, p))
+    largest, nx, ny, nz = largest_principal(load_symmetric_tensor(stress, p))
     return decisive_value(law, Point(largest, volume, flown(plastic_strain, p))), nx, ny, nz
 
 
