@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from granular_env import Chain
-from granular_env.components.chain.adjoint import evaluate
+from granular_env.components.chain.adjoint import evaluate_objective
 from granular_env.domains.chain.control import total, value_and_grad, velocity
 
 from .figures import Figure
@@ -33,7 +33,7 @@ def measure(steps: int = 512, rounds: int = 21, chains: tuple[str, ...] = tuple(
         objective, drive = total(chain, velocity(-1).at_end()), _drive(steps)
         times = time_interleaved(
             {
-                "plain": lambda c=chain, d=drive, o=objective: evaluate(c, d[None], _TICKS, o),
+                "plain": lambda c=chain, d=drive, o=objective: evaluate_objective(c, d[None], _TICKS, o),
                 "gradient": lambda c=chain, d=drive, o=objective: value_and_grad(o, c, d, ticks=_TICKS, with_respect_to=_BY),
             },
             rounds,

@@ -144,7 +144,7 @@ class Component(Stepping):
         parts = {v.name: self._block.views.get(v.name) for v in self.declared_variables() if v.causality == "output"}
         views = {name: _view_reader(part) for name, part in parts.items() if part is not None}
         self._readers: dict[str, Callable[[], Any]] = views | self._outputs()
-        self._prepare_steps()
+        self._initialise_stepping()
         for part, *_ in self._included:
             part._owner = self
 

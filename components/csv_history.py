@@ -141,7 +141,7 @@ def _read_rows(path: Path, delimiter: str, skip: int) -> tuple[list[int], list[l
 
 
 def _column_conversion(
-    first: list[str], header: list[str] | None, line: int, quantity: str, column: str | int, unit: str | None,
+    first_row: list[str], header: list[str] | None, line: int, quantity: str, column: str | int, unit: str | None,
     wanted_unit: str | None, scaled: bool,
 ) -> _Column:  # fmt: skip
     """Return the index of the times or the values, and their conversion to the requested unit."""
@@ -153,8 +153,8 @@ def _column_conversion(
             hint = spelling_hint(column, names) if header else "there is no header line; give the column's number from 0"
             raise ParameterError(f"{where}: {key} = {column!r} is no column of the header", hint=hint)
         place = names.index(column)
-    elif not 0 <= column < len(first):
-        raise ParameterError(f"{where}: {key} = {column}", expected=f"a column from 0 to {len(first) - 1}")
+    elif not 0 <= column < len(first_row):
+        raise ParameterError(f"{where}: {key} = {column}", expected=f"a column from 0 to {len(first_row) - 1}")
     written = parsed[int(place)][1] if header else None
     if unit is not None and written not in (None, unit) and (written in UNITS or written == wanted_unit):
         raise ParameterError(f"{where}: the header says {written!r}, and {quantity}_unit = {unit!r} was given", hint="give one")
@@ -226,19 +226,19 @@ def _is_number(text: str, decimal: str) -> bool:
         return False
 
 
-def read_limited_file(path: Path, largest: int, advice: str, kind: type[GranularError] = ParameterError) -> bytes:
-    """Return the content of a regular file of at most `largest` bytes.
+def read_limited_file(path: Path, size_limit: int, advice: str, error_type: type[GranularError] = ParameterError) -> bytes:
+    """Return the content of a regular file of at most `size_limit` bytes.
 
     Raises:
-        GranularError: of the given `kind`; it is a folder, a device or a pipe, or too large; `advice` is a hint for the latter.
+        GranularError: an `error_type`; it is a folder, a device or a pipe, or too large; `advice` is a hint for the latter.
         OSError: it cannot be read.
     """
     mode = path.stat().st_mode
     if not stat.S_ISREG(mode):
         what = "a folder" if stat.S_ISDIR(mode) else "a device, a pipe or a socket"
-        raise kind(f"{path}: it is {what}, expected a file")
+        raise error_type(f"{path}: it is {what}, expected a file")
     with path.open("rb") as file:
-        data = file.read(largest + 1)
-    if len(data) > largest:
-        raise kind(f"{path}: it has more than {largest} bytes; {advice}")
+        data = file.read(size_limit + 1)
+    if len(data) > size_limit:
+        raise error_type(f"{path}: it has more than {size_limit} bytes; {advice}")
     return data

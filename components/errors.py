@@ -266,10 +266,10 @@ def issue_warning(message: str) -> None:
     warnings.warn(message, GranularWarning, stacklevel=level)
 
 
-def spelling_hint(word: str, known: Iterable[str], others: str = "") -> str:
-    """Return the hint for an unknown name: a similar known one, or the list of all; then the text `others`."""
-    names = sorted(known)
+def spelling_hint(word: str, known_names: Iterable[str], addition: str = "") -> str:
+    """Return the hint for an unknown name: a similar known one, or the list of all; then the text `addition`."""
+    names = sorted(known_names)
     close = difflib.get_close_matches(str(word), names, n=1, cutoff=0.7)
     if close:
-        return f"did you mean {close[0]!r}?{others and ' '}{others}"
-    return f"known: {', '.join(names) or 'none'}{others and '; '}{others}"
+        return f"did you mean {close[0]!r}?{addition and ' '}{addition}"
+    return f"known: {', '.join(names) or 'none'}{addition and '; '}{addition}"

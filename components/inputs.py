@@ -53,14 +53,14 @@ def make_read_only(array: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     return array
 
 
-def input_value(held: Held, tick: int) -> Any:
+def input_value(held_input: Held, tick: int) -> Any:
     """Return the value of an input at a tick: a number, or an array."""
-    return held.value(tick) if isinstance(held, CompiledProfile) else held
+    return held_input.value(tick) if isinstance(held_input, CompiledProfile) else held_input
 
 
-def input_mean(held: Held, tick: int, part: int = 0, parts: int = 1) -> Any:
+def input_mean(held_input: Held, tick: int, part: int = 0, parts: int = 1) -> Any:
     """Return the mean of an input over a tick, or over one of its equal parts: a number, or an array."""
-    return held.mean(tick, part, parts) if isinstance(held, CompiledProfile) else held
+    return held_input.mean(tick, part, parts) if isinstance(held_input, CompiledProfile) else held_input
 
 
 def _hold_profile(at: Location, value: Profile | CompiledProfile, shape: tuple[int, ...], step_size: float) -> CompiledProfile:

@@ -77,14 +77,14 @@ class CompiledProfile:
         """Shape of the values."""
         return () if self.pattern is None else self.pattern.shape
 
-    def factor(self, tick: int, part: float = 0.0) -> float:
+    def polynomial_value(self, tick: int, part: float = 0.0) -> float:
         """Return the polynomial alone, `part` of a step after a tick; a breakpoint belongs to the piece that begins there."""
         piece = int(np.searchsorted(self.ticks, tick, side="right")) - 1
         return 0.0 if piece < 0 else polynomial_value(self.coefficients[piece], float(tick - self.ticks[piece]) + part)
 
     def value(self, tick: int, part: float = 0.0) -> Any:
         """Return the value `part` of a step after a tick [unit of the input]: a number, or an array of the input's shape."""
-        factor = self.factor(tick, part)
+        factor = self.polynomial_value(tick, part)
         return factor if self.pattern is None else factor * self.pattern
 
     def mean(self, tick: int, part: int = 0, parts: int = 1) -> Any:
@@ -374,7 +374,7 @@ class Profile:
             places = self.starts / step_size
         if np.abs(places).max() > 2.0**52:
             raise ParameterError(f"a breakpoint lies more than 2^52 steps of {step_size:g} s from the start", at=name)
-        self._warn_of_unused_times(step_size, name)
+        self._warn_about_early_samples(step_size, name)
         nearest = np.rint(places)
         # The quotient of two rounded times is exact to a few ulp.
         inside = np.abs(places - nearest) > np.maximum(_SAME_TICK, 4.0 * np.spacing(np.abs(places)))
@@ -407,7 +407,7 @@ class Profile:
             )
         return CompiledProfile(step_size, ticks.astype(np.int64), rows, self.pattern)
 
-    def _warn_of_unused_times(self, step_size: float, name: str) -> None:
+    def _warn_about_early_samples(self, step_size: float, name: str) -> None:
         """Warn if the signal begins before time 0, where no run applies it."""
         early = int(np.searchsorted(self.starts, -_SAME_TICK * step_size))
         ends = np.append(self.starts[1:], np.inf)[:early]

@@ -175,15 +175,15 @@ class Block:
     def _list_rows(self) -> list[memoryview]:
         return [block[name].data for block, name in self._tables]
 
-    def _load_parts(self, fixed: memoryview, rows: bytes | memoryview) -> None:
-        words, offset = np.frombuffer(fixed, np.int64), 0
+    def _load_parts(self, fixed_part: memoryview, rows: bytes | memoryview) -> None:
+        words, offset = np.frombuffer(fixed_part, np.int64), 0
         for block, name in self._tables:
             array, count = block._lists[name], int(words[self._count_word(block, name)])
             kept = np.frombuffer(rows, array.dtype, count * array[:1].size, offset).reshape(count, *array.shape[1:])
             block.set_row_count(name, 0)
             block.reserve_rows(name, count)[:count] = kept
             offset += kept.nbytes
-        self.memory_bytes[:] = fixed
+        self.memory_bytes[:] = fixed_part
 
     def _count_word(self, block: Block, name: str) -> int:
         """Return the word of this memory with the row count of a list of this block or of a part."""

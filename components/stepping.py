@@ -55,7 +55,7 @@ class Stepping(Physics):
     _held: Mapping[str, Held]
     _profiled: bool
 
-    def _prepare_steps(self) -> None:
+    def _initialise_stepping(self) -> None:
         """Set the attributes of this instance that stepping needs."""
         self._observers: list[Observer] = []
         # The component that contains this one as a part; only the owner steps, resets and restores it.
@@ -135,10 +135,10 @@ class Stepping(Physics):
         finally:
             own["_busy"] = False
 
-    def _undo_step(self, tick: int, held: Mapping[str, Held], error: BaseException) -> None:
+    def _undo_step(self, tick: int, held_inputs: Mapping[str, Held], error: BaseException) -> None:
         self._block.restore_backup()
         self._tick = tick
-        self._hold_inputs(held)
+        self._hold_inputs(held_inputs)
         for observer in self._observers:
             observer.on_failure(self, error)
 
@@ -183,9 +183,9 @@ class Stepping(Physics):
         if observer in self._observers:
             self._observers.remove(observer)
 
-    def _has_sample_until(self, end: int) -> bool:
+    def _has_sample_until(self, end_tick: int) -> bool:
         for observer in self._observers:  # noqa: SIM110 - `any` would take twice as long, of each step that is recorded
-            if observer.next_tick <= end:
+            if observer.next_tick <= end_tick:
                 return True
         return False
 
@@ -270,12 +270,12 @@ class Stepping(Physics):
             held[name] = hold_input(variable, value, self.step_size)
         return held
 
-    def _hold_inputs(self, held: Mapping[str, Held]) -> None:
+    def _hold_inputs(self, inputs: Mapping[str, Held]) -> None:
         """Hold these inputs, which must be all inputs of the component, from now on."""
-        before, self._profiled = self._profiled, any(value.__class__ is CompiledProfile for value in held.values())
-        self._held = held
+        before, self._profiled = self._profiled, any(value.__class__ is CompiledProfile for value in inputs.values())
+        self._held = inputs
         if before or self._profiled:
-            self._apply(held)
+            self._apply(inputs)
 
     def input_advice(self, name: str) -> str:
         """Return the hint for an unknown input."""

@@ -36,7 +36,7 @@ def shaken_dimer():
         arrangement={"name": "dimer", "radius": R, "material": ["steel", "aluminium"]},
     )  # fmt: skip
     tangent = theory.tangent_stiffness(chain.geometry.stiffness[1], FORCE)
-    edges = theory.diatomic_edges(tangent, chain.geometry.mass[1], chain.geometry.mass[0])
+    edges = theory.diatomic_band_edges(tangent, chain.geometry.mass[1], chain.geometry.mass[0])
     # Amplitude of 1e-4 of the static overlap; nonlinear frequency shifts are of the order of its square.
     chain.reset(velocity=1e-4 * edges.acoustic * chain.geometry.rest_overlap[1] * (uniform(1, 0, 301) - 0.5))
     omega, power = spectrum(chain, 1 << 15, 8, np.arange(0, 301, 10))
@@ -67,7 +67,7 @@ def test_a_light_impurity_holds_a_mode_above_the_band(ratio):
         "chain", grains=101, radius=R, precompression=FORCE, step_size=2e-7,
         arrangement={"name": "impurity", "index": 50, "mass": ratio * mass},
     )  # fmt: skip
-    top = theory.monatomic_edge(theory.tangent_stiffness(chain.geometry.stiffness[1], FORCE), mass)
+    top = theory.monatomic_cutoff_frequency(theory.tangent_stiffness(chain.geometry.stiffness[1], FORCE), mass)
     chain.reset(velocity={50: 1e-4 * top * chain.geometry.rest_overlap[1]})
     omega, power = spectrum(chain, 1 << 14, 10, np.arange(50, 54))
     line = np.argmax(np.where(omega > 1.002 * top, power[:, 0], 0.0))

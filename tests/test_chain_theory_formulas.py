@@ -86,7 +86,7 @@ def test_the_paper_s_constants() -> None:
     chain = ge.make("chain", grains=2, radius=RADIUS, material="steel").geometry
     assert constant == pytest.approx(chain.stiffness[1] / chain.mass[0], rel=1e-12)
     speed = theory.contact_speed(constant, 2.0 * RADIUS)
-    assert speed == pytest.approx(theory.paper_speed(*steel), rel=1e-12)
+    assert speed == pytest.approx(theory.nesterenko_speed(*steel), rel=1e-12)
     assert speed == pytest.approx(math.sqrt(2.0 * 2e11 / (math.pi * 7800.0 * (1.0 - 0.29**2))), rel=1e-12)
     # v0 = D1 xi_c, with mass and momentum balance across the shock.
     shock = theory.shock_speed(constant, 2.0 * RADIUS, 5.0)

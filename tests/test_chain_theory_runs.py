@@ -136,7 +136,7 @@ def test_frequencies_of_equal_grains(mode: int) -> None:
     expected = theory.monatomic_frequency(phase, tangent, 1.0, 1.0)
     shape = np.sin(phase * np.arange(1, GRAINS + 1))
     assert frequency_of_mode(shape, expected) == pytest.approx(expected, rel=1e-7)
-    assert expected <= theory.monatomic_edge(tangent, 1.0) == pytest.approx(2.0 * math.sqrt(3.0), rel=1e-12)
+    assert expected <= theory.monatomic_cutoff_frequency(tangent, 1.0) == pytest.approx(2.0 * math.sqrt(3.0), rel=1e-12)
 
 
 def diatomic_shape(phase: float, frequency: float, tangent: float, light: float) -> np.ndarray:

@@ -32,14 +32,14 @@ def test_extremes_against_the_derivative(c3: float) -> None:
 @pytest.mark.parametrize("ratio", [1.05, 1.2, 1.563, 3.0, 7.93, 20.0, 185.8, 1e3, 1e5])
 def test_closed_form_of_the_speed_against_w(ratio: float) -> None:
     """Return the crest from W(y_m) = W(y1) and V/c0 = sqrt(2/3) y1^(-1/5), computed numerically for a given ratio."""
-    c3 = theory.c3_of_ratio(ratio)
+    c3 = theory.c3_from_ratio(ratio)
     y1, y2 = theory.extremes(c3)
     crest = brentq(lambda y: theory.W(y, c3) - theory.W(y1, c3), y2, 2.0, xtol=1e-16)
     assert (crest / y1) ** 0.8 == pytest.approx(ratio, rel=1e-6)
     assert math.sqrt(2.0 / 3.0) * y1**-0.2 == pytest.approx(theory.speed_ratio(ratio), rel=1e-6)
     printed = math.sqrt(4.0 / 15.0 * (3.0 + 2.0 * ratio**2.5 - 5.0 * ratio)) / (ratio - 1.0)
     assert theory.speed_ratio(ratio) == pytest.approx(printed, rel=1e-6)
-    assert theory.ratio_of_c3(c3) == pytest.approx(ratio, rel=1e-10)
+    assert theory.ratio_from_c3(c3) == pytest.approx(ratio, rel=1e-10)
 
 
 # -- profiles ---------------------------------------------------------------------------------------------------------
@@ -83,8 +83,8 @@ def test_the_wave_without_precompression_is_cos4() -> None:
 
 def test_waves_tend_to_their_limits() -> None:
     """C3 -> 0: cos^4; r -> 1: the soliton."""
-    assert theory.solitary_wave(theory.c3_of_ratio(1e8)).width == pytest.approx(theory.HALF_WIDTH, rel=1e-6)
-    wave = theory.solitary_wave(theory.c3_of_ratio(1.001))
+    assert theory.solitary_wave(theory.c3_from_ratio(1e8)).width == pytest.approx(theory.HALF_WIDTH, rel=1e-6)
+    wave = theory.solitary_wave(theory.c3_from_ratio(1.001))
     shape = (wave.strain_ratio - 1.0) / 0.001
     assert shape == pytest.approx(theory.korteweg_de_vries_shape(wave.position, 0.001), abs=5e-4)
 

@@ -110,7 +110,7 @@ def limits(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     def end(*_: object) -> None:
         raise AssertionError(f"not done after {LONGEST:g} s")
 
-    monkeypatch.setattr(memory_limits, "available", lambda: LARGEST_STATE)
+    monkeypatch.setattr(memory_limits, "available_memory", lambda: LARGEST_STATE)
     before = signal.signal(signal.SIGALRM, end)
     try:
         with warnings.catch_warnings():

@@ -167,7 +167,7 @@ def test_a_part_is_checked_by_its_own_ranges(tmp_path: Path) -> None:
         if record.kind != SNAPSHOTS:
             return record
         words = np.array(ge.Snapshot.from_bytes(record.arrays["snapshot"].tobytes()).memory)
-        words[medium._block._word_of(medium.grid._block)] = np.nan  # noqa: SLF001
+        words[medium._block._first_word(medium.grid._block)] = np.nan  # noqa: SLF001
         forged = ge.Snapshot(medium.identity, record.first, words.tobytes(), medium.held_inputs)
         return change_arrays(record, snapshot=np.frombuffer(forged.to_bytes(), np.uint8))
 

@@ -25,7 +25,7 @@ CHAIN = {
 
 @pytest.fixture
 def small_machine(monkeypatch):
-    monkeypatch.setattr(memory_limits, "available", lambda: 8_000_000_000)
+    monkeypatch.setattr(memory_limits, "available_memory", lambda: 8_000_000_000)
 
 
 def test_a_hundred_million_grains_are_refused_before_they_are_built(small_machine, tmp_path):
@@ -39,7 +39,7 @@ def test_a_hundred_million_grains_are_refused_before_they_are_built(small_machin
 
 def test_the_copies_that_a_recorder_holds_are_counted_too(tmp_path, monkeypatch):
     small = {**CHAIN, "component": {"type": "chain", "grains": 1000}}
-    monkeypatch.setattr(memory_limits, "available", lambda: 100_000)
+    monkeypatch.setattr(memory_limits, "available_memory", lambda: 100_000)
     monkeypatch.setattr(catalogue.component_class("chain"), "memory_needed", classmethod(lambda kind, parameters: 0))
     with pytest.raises(ExperimentError, match=r"recording component 'chain' needs at least 0\.000212 GB"):
         run(small, log=tmp_path / "x.mcap")
@@ -49,7 +49,7 @@ def test_the_copies_that_a_recorder_holds_are_counted_too(tmp_path, monkeypatch)
 def test_a_log_that_asks_for_more_than_there_is_is_refused(tmp_path, monkeypatch):
     path = tmp_path / "a.mcap"
     run({**CHAIN, "component": {"type": "chain", "grains": 1000}}, log=path)
-    monkeypatch.setattr(memory_limits, "available", lambda: 1000)
+    monkeypatch.setattr(memory_limits, "available_memory", lambda: 1000)
     with pytest.raises(LogError, match="needs at least .* are available"):
         replay(path, allow_large=True)
     with pytest.raises(LogError, match=r"what was asked for needs at least 9 GB"):

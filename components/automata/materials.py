@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import ParameterError
-from ..materials.elastic import Material, material
+from ..materials.elastic import Material, to_material
 from .lattice import Layout
 from .laws.criterion import WeakerLaw
 from .laws.responses import ElasticResponses, LinkResponses, ResponseConstants
@@ -20,7 +20,7 @@ IntArray = npt.NDArray[np.int64]
 
 def chosen_materials(parameters: AutomataParameters) -> list[Material]:
     """Return the materials, by number."""
-    return [material(one) for one in parameters.materials]
+    return [to_material(one) for one in parameters.materials]
 
 
 def material_numbers(parameters: AutomataParameters, packing: Packing) -> IntArray:

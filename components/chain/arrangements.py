@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field, SerializeAsAny, model_validator
 
 from ..errors import ParameterError
-from ..materials.elastic import Material, Preset, material
+from ..materials.elastic import Material, Preset, to_material
 from ..support.elementary_functions import integer_power, nth_root
 from ..support.float_arrays import FloatArray
 from ..support.parameter_fields import Index, Positive, field
@@ -32,7 +32,7 @@ class Arrangement(Named):
     per_grain: ClassVar[tuple[str, ...]] = ("radius", "material")
     """Fields that set chain parameters of the same name per grain: if given here, they must not be given for the chain."""
 
-    def own_parameters(self) -> tuple[str, ...]:
+    def replaced_parameters(self) -> tuple[str, ...]:
         """Return the chain parameters that this arrangement sets."""
         return tuple(name for name in self.per_grain if getattr(self, name, None) is not None)
 
@@ -46,7 +46,7 @@ class Arrangement(Named):
     def materials(self, defaults: list[Material]) -> list[Material]:
         """Return the material of each grain, given the chain's own materials."""
         chosen = getattr(self, "material", None)
-        return defaults if chosen is None else [material(chosen)] * len(defaults)
+        return defaults if chosen is None else [to_material(chosen)] * len(defaults)
 
     def masses(self, defaults: FloatArray) -> FloatArray:
         """Return the mass of each grain, given density x volume, shape (n,) [kg]."""
@@ -95,7 +95,7 @@ class Dimer(Arrangement):
     def materials(self, defaults: list[Material]) -> list[Material]:  # noqa: D102
         if not isinstance(self.material, list):
             return super().materials(defaults)
-        pair = [material(one) for one in self.material]
+        pair = [to_material(one) for one in self.material]
         return [pair[kind] for kind in self._grain_kinds(len(defaults))]
 
     def _grain_kinds(self, grains: int) -> np.ndarray:
@@ -122,8 +122,8 @@ class Tapered(Arrangement):
             raise ParameterError(f"got {come} of taper and last_radius", expected="one of them", at="taper")
         return self
 
-    def own_parameters(self) -> tuple[str, ...]:  # noqa: D102
-        return ("radius", *super().own_parameters())
+    def replaced_parameters(self) -> tuple[str, ...]:  # noqa: D102
+        return ("radius", *super().replaced_parameters())
 
     def check_fit(self, grains: int) -> None:  # noqa: D102
         if self.last_radius is not None and grains == 1 and self.last_radius != self.first_radius:
@@ -180,7 +180,7 @@ class Decorated(Arrangement):
         large = super().materials(defaults)
         if self.decoration_material is not None:
             large = list(large)
-            large[1::2] = [material(self.decoration_material)] * (len(defaults) // 2)
+            large[1::2] = [to_material(self.decoration_material)] * (len(defaults) // 2)
         return large
 
 
@@ -226,7 +226,7 @@ class Impurity(Arrangement):
             return defaults
         mixed = list(defaults)
         for index in self.indices:
-            mixed[index] = material(self.material)
+            mixed[index] = to_material(self.material)
         return mixed
 
     def masses(self, defaults: FloatArray) -> FloatArray:  # noqa: D102
@@ -257,7 +257,7 @@ def refuse_unfit_arrangement(parameters: ChainParameters) -> None:
         arrangement.check_fit(parameters.grains)
     except ParameterError as error:
         raise error.with_outer_location("arrangement") from None
-    for name in arrangement.own_parameters():
+    for name in arrangement.replaced_parameters():
         if name in parameters.model_fields_set:
             raise ParameterError(
                 "the arrangement gives it too", hint=f"give it in one place, as {name} or in the arrangement", at=name

@@ -171,7 +171,7 @@ class Chain(Component):
         if isinstance(law, Dissipative):
             constants, whole = chain.law_constants[places], chain.reduced_mass[places] / self.step_size
             wanted[places] = np.minimum(wanted[places], law.overlap_from_coefficient(constants, _STOPPED_IN_A_STEP * whole))
-            if self._scheme.explicit:
+            if self._scheme.is_explicit:
                 refused[places] = np.minimum(refused[places], law.overlap_from_coefficient(constants, whole))
         return wanted, refused
 
@@ -253,24 +253,24 @@ class Chain(Component):
             return f"{side} is {getattr(self.parameters, side)!r}, and {name} needs {side} = {wanted!r}"
         return super().input_advice(name)
 
-    def _limit_status(self, done: int, ticks: int) -> int:
-        """Return a status for a limit passed in the last of `done` ticks, or warn (once) and continue.
+    def _limit_status(self, done_ticks: int, ticks: int) -> int:
+        """Return a status for a limit passed in the last of `done_ticks` ticks, or warn (once) and continue.
 
         Only the state determines a refusal. LIMIT only determines when the kernel returns: after the warning it need not return
         for poorly resolved contacts.
         """
-        unsound = done >= UNSOUND
-        done -= UNSOUND if unsound else 0
-        self._failed_tick = self._tick + done
+        unsound = done_ticks >= UNSOUND
+        done_ticks -= UNSOUND if unsound else 0
+        self._failed_tick = self._tick + done_ticks
         if unsound or self._largest_excess(self._peak_overlaps)[2] > 1.0:
             return 1
         self._table[layout.LIMIT, : self.parameters.grains + 1] = self._refused_overlap
         issue_warning(self._resolution_caution())
-        if done == ticks:
+        if done_ticks == ticks:
             return 0
-        begin, self._tick = self._tick, self._tick + done
+        begin, self._tick = self._tick, self._tick + done_ticks
         try:
-            return self._advance(ticks - done)
+            return self._advance(ticks - done_ticks)
         finally:
             self._tick = begin
 
@@ -340,7 +340,7 @@ class Chain(Component):
         n = self.parameters.grains
         carried = self._table[layout.V, n + 2 : n + layout.BESIDE_GRAINS]
         # In conservative chains this row is scratch and zero.
-        heat = 0.0 if self.parameters.law.conservative else self._table[layout.LOST].sum()
+        heat = 0.0 if self.parameters.law.is_conservative else self._table[layout.LOST].sum()
         work, lost = self._input_work(), float(heat + carried[4])
         impulse = float(tally[layout.IMPULSE_LEFT] + tally[layout.IMPULSE_RIGHT] + carried[2] + carried[3])
         impulse += self._whole_weight * self.time
@@ -452,7 +452,7 @@ class Chain(Component):
         if not isinstance(law, Dissipative):
             return 0.0
         peak = np.maximum(self._overlaps(), self._peak_overlaps)[places]
-        coefficients = np.where(peak > 0.0, law.coefficients(self.geometry.law_constants[places], peak), 0.0)
+        coefficients = np.where(peak > 0.0, law.damping_coefficients(self.geometry.law_constants[places], peak), 0.0)
         return float(np.max(coefficients / self.geometry.reduced_mass[places], initial=0.0)) * self.step_size
 
     def _resolution_caution(self) -> str:
@@ -470,11 +470,11 @@ def _first_state_row(law: Law) -> int:
     """Return the first row of the state, which includes history rows only for laws with a history."""
     if law.has_history:
         return layout.LOST - law.history_rows
-    return layout.TALLY if law.conservative else layout.LOST
+    return layout.TALLY if law.is_conservative else layout.LOST
 
 
-def _input_pieces(held: Held) -> FloatArray:
+def _input_pieces(held_input: Held) -> FloatArray:
     """Return an input as rows (first tick, coefficients)."""
-    if not isinstance(held, CompiledProfile):
+    if not isinstance(held_input, CompiledProfile):
         return _NO_PIECES
-    return np.column_stack([held.ticks.astype(np.float64), held.coefficients])
+    return np.column_stack([held_input.ticks.astype(np.float64), held_input.coefficients])

@@ -181,7 +181,7 @@ def energy_pullback(chain, adjoint, first, last, slope):
 
 
 @jit
-def energy_between(chain, first, last):
+def excess_energy(chain, first, last):
     """Energy above the rest state of columns first..last and of contacts first..last [J]."""
     energy = kinetic_energy(chain, first - 1, last - 1)
     for j in range(first, last + 1):
@@ -191,8 +191,8 @@ def energy_between(chain, first, last):
 
 
 @jit
-def energy_between_pullback(chain, adjoint, first, last, slope):
-    """Add slope denergy/da of `energy_between` to adjoint."""
+def excess_energy_pullback(chain, adjoint, first, last, slope):
+    """Add slope denergy/da of `excess_energy` to adjoint."""
     kinetic_energy_pullback(chain, adjoint, first - 1, last - 1, slope)
     for j in range(first, last + 1):
         energy_root_pullback(chain, adjoint, j, 2.0 * slope * energy_root(chain, j))

@@ -172,16 +172,16 @@ def end_values(chain, x):
 
 
 @internal_inlined
-def tally_pistons(chain, before):
-    """Tally the work and impulse that changed prescribed grains from their velocities `before` to the present ones."""
+def tally_pistons(chain, old_velocities):
+    """Tally the work and impulse that changed prescribed grains from their velocities `old_velocities` to the present ones."""
     left, right, tally = chain.settings.left, chain.settings.right, chain.rows[TALLY]
     first, last = end_values(chain, chain.rows[V])
     if left.is_piston:
-        add_compensated(tally, WORK_LEFT, 0.5 * left.mass * (first - before[0]) * (first + before[0]))
-        add_compensated(tally, IMPULSE_LEFT, left.mass * (first - before[0]))
+        add_compensated(tally, WORK_LEFT, 0.5 * left.mass * (first - old_velocities[0]) * (first + old_velocities[0]))
+        add_compensated(tally, IMPULSE_LEFT, left.mass * (first - old_velocities[0]))
     if right.is_piston:
-        add_compensated(tally, WORK_RIGHT, 0.5 * right.mass * (last - before[1]) * (last + before[1]))
-        add_compensated(tally, IMPULSE_RIGHT, right.mass * (last - before[1]))
+        add_compensated(tally, WORK_RIGHT, 0.5 * right.mass * (last - old_velocities[1]) * (last + old_velocities[1]))
+        add_compensated(tally, IMPULSE_RIGHT, right.mass * (last - old_velocities[1]))
 
 
 @internal_inlined

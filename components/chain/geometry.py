@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import ParameterError
-from ..materials.elastic import Material, material
+from ..materials.elastic import Material, to_material
 from ..support.elementary_functions import nth_root
 from ..support.float_arrays import FloatArray
 from ..support.powers import power
@@ -185,7 +185,7 @@ def _dissipation_rate(law: Dissipative, chain: Geometry, speed: float) -> float:
     """Return the largest c / m* of the contacts at their deepest overlap [1/s]."""
     real = chain.contact_slice
     overlap, reduced = _deepest_overlap(chain, speed, law.exponent)[real], chain.reduced_mass[real]
-    return float(np.max(law.coefficients(chain.law_constants[real], overlap) / reduced, initial=0.0))
+    return float(np.max(law.damping_coefficients(chain.law_constants[real], overlap) / reduced, initial=0.0))
 
 
 def _deepest_overlap(chain: Geometry, speed: float, exponent: float) -> FloatArray:
@@ -242,9 +242,9 @@ def static_forces(parameters: ChainParameters, mass: FloatArray) -> FloatArray:
     return above + _left_end_force(p, above)
 
 
-def _left_end_force(p: ChainParameters, above: FloatArray) -> float:
+def _left_end_force(p: ChainParameters, cumulative_weight: FloatArray) -> float:
     """Return the force at the left end."""
-    total = float(above[-1])
+    total = float(cumulative_weight[-1])
     if p.left == "free" and p.right == "free":
         raise ParameterError(
             f"{p.gravity:g} m/s^2 pulls a chain whose both ends are free, so there is no equilibrium",
@@ -257,7 +257,7 @@ def _left_end_force(p: ChainParameters, above: FloatArray) -> float:
         force, end = p.precompression - total, "left"
     else:
         return p.precompression + max(0.0, -total)
-    lowest = force + float(above.min())
+    lowest = force + float(cumulative_weight.min())
     if lowest < 0.0:
         raise ParameterError(
             f"{p.gravity:g} m/s^2 would pull the grains away from the {end} end with {-lowest:.6g} N, and contacts "
@@ -271,15 +271,15 @@ def _left_end_force(p: ChainParameters, above: FloatArray) -> float:
 def _radius(parameters: ChainParameters) -> FloatArray:
     given = parameters.radius
     if isinstance(given, UniformRadii):
-        return given.draw(parameters.grains)
+        return given.draw_radii(parameters.grains)
     return np.full(parameters.grains, given) if isinstance(given, float) else np.array(given)
 
 
 def _materials(parameters: ChainParameters) -> list[Material]:
     given = parameters.material
     if isinstance(given, list):
-        return [material(one) for one in given]
-    return [material(given)] * parameters.grains
+        return [to_material(one) for one in given]
+    return [to_material(given)] * parameters.grains
 
 
 def _mass(parameters: ChainParameters, radius: FloatArray, materials: list[Material]) -> FloatArray:
@@ -313,7 +313,7 @@ def _yield_strength(parameters: ChainParameters, materials: list[Material]) -> F
     """Return the yield strength of the weaker side; free ends, pistons and rigid planes count as the adjacent grain."""
     grains = _grain_values(materials, "yield_strength")
     walls = [
-        grains[end] if given is None else material(given).yield_strength or np.nan
+        grains[end] if given is None else to_material(given).yield_strength or np.nan
         for end, given in ((0, parameters.left_wall_material), (-1, parameters.right_wall_material))
     ]
     return np.fmin(*_side_values(grains, float(walls[0]), float(walls[1])))
@@ -350,4 +350,4 @@ def _stiffness(parameters: ChainParameters, materials: list[Material], reduced_r
 def _wall_compliance(boundary: str, wall_material: str | Material | None, grain: Material) -> float:
     if boundary == "rigid_plane":
         return 0.0
-    return (material(wall_material) if wall_material is not None else grain).plane_compliance
+    return (to_material(wall_material) if wall_material is not None else grain).plane_compliance

@@ -39,7 +39,7 @@ class UniformRadii(Parameters):
             raise ParameterError(f"got {self.high:g} m", expected=f"at least low = {self.low:g} m", at="high")
         return self
 
-    def draw(self, grains: int) -> FloatArray:
+    def draw_radii(self, grains: int) -> FloatArray:
         """Return the radii, shape (grains,) [m]; the radius of grain i depends only on the seed and on i."""
         return self.low + (self.high - self.low) * uniform(self.seed, 0, grains)
 
@@ -159,7 +159,7 @@ class ChainParameters(Parameters):
     def _serialize_without_arrangement(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
         """Omit values set by the arrangement, so that the result can be read back, and an arrangement without effect."""
         fields = serialize(self)
-        spared = ("arrangement",) if isinstance(self.arrangement, Uniform) else self.arrangement.own_parameters()
+        spared = ("arrangement",) if isinstance(self.arrangement, Uniform) else self.arrangement.replaced_parameters()
         return {name: value for name, value in fields.items() if name not in spared}
 
     @property

@@ -13,7 +13,7 @@ import numpy as np
 
 from .geometry import FloatArray, Geometry
 from .laws.law import YIELD_PRESSURE, Law
-from .theory.collisions import duration_of_overlap, duration_times_frequency
+from .theory.collisions import duration_from_overlap, duration_times_frequency
 
 _PRESSURE = "peak contact pressure [Pa]"
 _PRESSURE_TO_YIELD = "peak pressure / pressure at first yield"
@@ -85,7 +85,7 @@ def validity_cautions(figures: Mapping[str, float], law: Law, minimum_evaluation
 def _collision_durations(reduced_mass: FloatArray, stiffness: FloatArray, overlap: FloatArray, exponent: float) -> FloatArray:
     """Return the durations of collisions with these largest overlaps, ignoring the loss, shape (contacts,) [s]."""
     if exponent == 1.5:
-        return np.asarray(duration_of_overlap(reduced_mass, stiffness, overlap))
+        return np.asarray(duration_from_overlap(reduced_mass, stiffness, overlap))
     return duration_times_frequency(exponent) / np.sqrt(exponent * stiffness * overlap ** (exponent - 1.0) / reduced_mass)
 
 

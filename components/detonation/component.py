@@ -455,7 +455,7 @@ class DetonationTube(Component):
         return ignition.missing_detonation_text(self)
 
     @property
-    def unburnt_part(self) -> float:
+    def unburnt_fraction(self) -> float:
         """Unreacted fraction of the gas in the tube."""
         state = self._state
         return float((state.fuel * state.area).sum() / (state.density * state.area).sum())

@@ -97,7 +97,7 @@ def piston_impedance(gamma, density, speed, pressure):
 
 
 @inlined
-def opening_flux(medium, state, side, outside):
+def opening_flux(medium, state, side, room_pressure):
     """Return the flux through an opening into a room at rest.
 
     Outflowing gas expands or is compressed isentropically to the pressure outside; the outflow is at most sonic. Inflowing gas
@@ -107,13 +107,13 @@ def opening_flux(medium, state, side, outside):
         medium: the gas.
         state: as in `wall_flux`.
         side: -1.0 at the left end, 1.0 at the right one.
-        outside: pressure of the room [Pa].
+        room_pressure: pressure of the room [Pa].
     """
     gamma = medium.gamma
     r, u, p, y = state
     out = side * u
     c = sqrt(gamma * p / r)
-    room = outside if outside > _VACUUM * p else _VACUUM * p
+    room = room_pressure if room_pressure > _VACUUM * p else _VACUUM * p
     ratio = room / p
     # power() accepts only non-negative exponents.
     scale = power(ratio, 0.5 * (gamma - 1.0) / gamma)
@@ -127,11 +127,11 @@ def opening_flux(medium, state, side, outside):
         return state_flux(medium, density, side * choked, density * choked * choked / gamma, y)
     if speed >= 0.0:
         return state_flux(medium, gamma * room / (sound * sound), side * speed, room, y)
-    return inflow_flux(medium, r, out, p, side, outside)
+    return inflow_flux(medium, r, out, p, side, room_pressure)
 
 
 @internal
-def inflow_flux(medium, density, out, pressure, side, outside):
+def inflow_flux(medium, density, outward_velocity, pressure, side, room_pressure):
     """Return the flux of gas that flows through an opening from a room at rest into the tube.
 
     Inflowing gas keeps the entropy and total enthalpy of the room. With c0 the speed of sound there and w the inflow velocity:
@@ -147,46 +147,46 @@ def inflow_flux(medium, density, out, pressure, side, outside):
     Args:
         medium: the gas.
         density: inside [kg/m^3].
-        out: velocity inside, towards the opening [m/s].
+        outward_velocity: velocity inside, towards the opening [m/s].
         pressure: inside [Pa].
         side: -1.0 at the left end, 1.0 at the right one.
-        outside: pressure of the room [Pa].
+        room_pressure: pressure of the room [Pa].
     """
     gamma = medium.gamma
-    if out > 0.0:
-        stopped = 1.0 + 0.5 * (gamma - 1.0) * out / sqrt(gamma * pressure / density)
+    if outward_velocity > 0.0:
+        stopped = 1.0 + 0.5 * (gamma - 1.0) * outward_velocity / sqrt(gamma * pressure / density)
         density *= power(stopped, 2.0 / (gamma - 1.0))
         pressure *= power(stopped, 2.0 * gamma / (gamma - 1.0))
-        out = 0.0
-    w = inflow_velocity(medium, density, out, pressure, outside)
+        outward_velocity = 0.0
+    w = inflow_velocity(medium, density, outward_velocity, pressure, room_pressure)
     room_temperature = medium.outside_temperature
     cooling = 1.0 - 0.5 * (gamma - 1.0) * w * w / (gamma * medium.gas_constant * room_temperature)
-    pressure = outside * power(cooling, gamma / (gamma - 1.0))
+    pressure = room_pressure * power(cooling, gamma / (gamma - 1.0))
     density = pressure / (medium.gas_constant * room_temperature * cooling)
     return state_flux(medium, density, -side * w, pressure, 0.0)
 
 
 @internal
-def inflow_velocity(medium, density, out, pressure, outside):
+def inflow_velocity(medium, density, outward_velocity, pressure, room_pressure):
     """Return the inflow velocity from the room, at which its pressure equals that behind the wave inside, at most sonic [m/s].
 
     The pressure of the entering gas minus that behind the wave falls with w, ever more steeply (for subsonic w). Newton's
     method from w = 0 therefore overshoots once and then converges to the solution from above.
 
     Args:
-        medium: as in `inflow_flux`, like the following; `out` is not positive.
+        medium: as in `inflow_flux`, like the following; `outward_velocity` is not positive.
         density: inside.
-        out: velocity inside.
+        outward_velocity: velocity inside.
         pressure: inside.
-        outside: pressure of the room.
+        room_pressure: pressure of the room.
     """
     gamma, square = medium.gamma, medium.gamma * medium.gas_constant * medium.outside_temperature
     sonic, w = sqrt(2.0 / (gamma + 1.0) * square), 0.0
     for step in range(_NEWTON_STEPS):
         cooling = 1.0 - 0.5 * (gamma - 1.0) * w * w / square
-        entering = outside * power(cooling, gamma / (gamma - 1.0))
-        excess = entering - piston_pressure(gamma, density, out + w, pressure)
-        fall = gamma * entering * w / (square * cooling) + piston_impedance(gamma, density, out + w, pressure)
+        entering = room_pressure * power(cooling, gamma / (gamma - 1.0))
+        excess = entering - piston_pressure(gamma, density, outward_velocity + w, pressure)
+        fall = gamma * entering * w / (square * cooling) + piston_impedance(gamma, density, outward_velocity + w, pressure)
         if (excess >= 0.0 and w == sonic) or (excess <= 0.0 and w == 0.0):
             return w
         # Gas that leaves a vacuum behind has no impedance.
@@ -199,12 +199,12 @@ def inflow_velocity(medium, density, out, pressure, outside):
 
 
 @internal_inlined
-def end_flux(medium, state, side, code, is_open, outside):
-    """Return the flux at an end; `code` is defined in `boundaries`. A diaphragm is a wall until `is_open`."""
-    if code == ABSORBING:
+def end_flux(medium, state, side, end_code, is_open, room_pressure):
+    """Return the flux at an end; `end_code` is defined in `boundaries`. A diaphragm is a wall until `is_open`."""
+    if end_code == ABSORBING:
         return state_flux(medium, state[0], state[1], state[2], state[3])
     if is_open:
-        return opening_flux(medium, state, side, outside)
-    if code == CLOSED or code == DIAPHRAGM or code == PISTON:
+        return opening_flux(medium, state, side, room_pressure)
+    if end_code == CLOSED or end_code == DIAPHRAGM or end_code == PISTON:
         return wall_flux(medium, state, side)
     return nan, nan, nan, nan  # an unknown code ends the run

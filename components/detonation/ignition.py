@@ -53,7 +53,7 @@ def ignition_pressure(gas: DetonationTube) -> float:
 def missing_detonation_text(gas: DetonationTube) -> str:
     """Return a description of gas that could detonate but does not; "" for other gas."""
     _, _, state, _, tally = gas.tables()
-    if isinstance(gas.parameters.chosen_reaction, Inert) or gas.unburnt_part <= _UNBURNT:
+    if isinstance(gas.parameters.chosen_reaction, Inert) or gas.unburnt_fraction <= _UNBURNT:
         return ""
     if tally[kernel_arrays.IDLE] * gas.step_size > _IDLE_CELLS * gas.cell_size / gas.front.speed:
         return "the gas burns no more" if state.flags[kernel_arrays.IGNITED] else "the gas has not ignited"
@@ -77,7 +77,7 @@ def ignition_conclusion(gas: DetonationTube) -> str:
     time = f"{1e6 * first[0].tick * gas.step_size:.4g} us after the start" if first else "before the start"
     runs = f"; the front ran at {ratio:.3f} of the speed of Chapman and Jouguet" if ratio else ""
     outcome = missing_detonation_text(gas) or f"the gas ignited {time}"
-    return f"{outcome}: {gas.unburnt_part:.0%} of it is unburnt; burnt gas lies from {begin:.4g} to {end:.4g} m{runs}"
+    return f"{outcome}: {gas.unburnt_fraction:.0%} of it is unburnt; burnt gas lies from {begin:.4g} to {end:.4g} m{runs}"
 
 
 def ignition_cautions(gas: DetonationTube) -> list[str]:

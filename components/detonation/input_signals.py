@@ -18,25 +18,25 @@ COLUMNS = {
 }  # fmt: skip
 
 
-def tick_signals(held: Mapping[str, Held], tick: int, ticks: int) -> FloatArray:
+def tick_signals(held_inputs: Mapping[str, Held], tick: int, ticks: int) -> FloatArray:
     """Return the mean of each input over each of `ticks` ticks, starting at `tick`, shape (ticks, SIGNALS)."""
     signals = np.zeros((ticks, SIGNALS))
     for name, column in COLUMNS.items():
-        signals[:, column] = _mean_factors(held.get(name, 0.0), tick, ticks)
-    area = held.get("area")
+        signals[:, column] = _mean_factors(held_inputs.get(name, 0.0), tick, ticks)
+    area = held_inputs.get("area")
     signals[:, AREA] = _mean_factors(area, tick, ticks) if isinstance(area, CompiledProfile) else 1.0
     return signals
 
 
-def _mean_factors(held: Any, tick: int, ticks: int) -> FloatArray | float:
-    return held.mean_factors(tick, ticks) if isinstance(held, CompiledProfile) else held
+def _mean_factors(held_input: Any, tick: int, ticks: int) -> FloatArray | float:
+    return held_input.mean_factors(tick, ticks) if isinstance(held_input, CompiledProfile) else held_input
 
 
-def area_pattern(held: Mapping[str, Held]) -> FloatArray:
+def area_pattern(held_inputs: Mapping[str, Held]) -> FloatArray:
     """Return a copy of the cross-sections that the area's signal scales, shape (n,) [m^2].
 
     The copy is always writable. Held arrays are read-only and arrays of some profiles are not: numba would compile twice.
     """
-    area = held["area"]
+    area = held_inputs["area"]
     pattern = area.pattern if isinstance(area, CompiledProfile) else area
     return np.array(pattern)

@@ -56,7 +56,7 @@ AT_REST = (0.0, 0.0)
 
 
 @jit
-def advance(tables, signals, areas, first_tick, events, failed):
+def advance(tables, signals, areas, first_tick, events, failure):
     """Advance by one tick per row of `signals`; return 0 or a status of `kernel_arrays`.
 
     Args:
@@ -65,26 +65,26 @@ def advance(tables, signals, areas, first_tick, events, failed):
         areas: cross-sections that the area's factor scales, shape (n,) [m^2].
         first_tick: number at the beginning of the first of these ticks.
         events: `kernel_arrays.Events`, updated.
-        failed: cell and tick of a failure, shape (2,).
+        failure: cell and tick of a failure, shape (2,).
     """
     for row in range(signals.shape[0]):
         tick = first_tick + row + 1
-        failed[1] = tick
-        status = change_area(tables, areas, signals[row, AREA], failed)
+        failure[1] = tick
+        status = change_area(tables, areas, signals[row, AREA], failure)
         if status != 0:
             return status
-        status = heun_step(tables, signals[row], tick, events, failed)
+        status = heun_step(tables, signals[row], tick, events, failure)
         if status != 0:
             return status
         add_heat(tables, signals[row, POWER])
-        status = finish_tick(tables, AT_REST, tick, events, failed)
+        status = finish_tick(tables, AT_REST, tick, events, failure)
         if status != 0:
             return status
     return 0
 
 
 @internal
-def change_area(tables, areas, factor, failed):
+def change_area(tables, areas, factor, failure):
     """Move the walls to a new area before the tick, and tally their work; return 0 or a status.
 
     Each cell is compressed at the mean of its pressures before and after, without flow along the tube.
@@ -98,7 +98,7 @@ def change_area(tables, areas, factor, failed):
         old = area[i]
         if new != old:
             if not (new * LARGEST_RATIO >= old and new <= LARGEST_RATIO * old):
-                failed[0] = i
+                failure[0] = i
                 return BAD_AREA
             change, before = new - old, state.pressure[i]
             after = before * (old - half * change) / (new + half * change)
@@ -125,7 +125,7 @@ def load_stage(state, stage):
 
 
 @internal
-def load_first_stage(tables, failed):
+def load_first_stage(tables, failure):
     """Write the stage after the first Heun step; return 0, or a status if a density or pressure is not positive."""
     medium, state, stage, first = tables.medium, tables.state, tables.scratch.stage, tables.scratch.first
     for i in range(state.density.size):
@@ -134,13 +134,13 @@ def load_first_stage(tables, failed):
         p = (medium.gamma - 1.0) * (energy - 0.5 * momentum * u - fuel * medium.heat)
         stage[0, i + 1], stage[1, i + 1], stage[2, i + 1], stage[3, i + 1] = r, u, p, fuel / r
         if not (r > 0.0 and p > 0.0):
-            failed[0], state.density[i], state.pressure[i] = i, r, p
+            failure[0], state.density[i], state.pressure[i] = i, r, p
             return NOT_POSITIVE
     return 0
 
 
 @internal
-def heun_step(tables, signals, tick, events, failed):
+def heun_step(tables, signals, tick, events, failure):
     """Move the gas by one step of Heun's method: the mean of the state and of the result of two whole steps.
 
     Returns 0, or a status if the first step leaves a density or pressure that is not positive.
@@ -149,7 +149,7 @@ def heun_step(tables, signals, tick, events, failed):
     compute_fluxes(tables, signals, tick, events)
     tally_end_flows(tables)
     write_first_step(tables)
-    status = load_first_stage(tables, failed)
+    status = load_first_stage(tables, failure)
     if status != 0:
         return status
     compute_fluxes(tables, signals, tick, events)
@@ -322,7 +322,7 @@ def add_heat(tables, heat_rate):
 
 
 @internal
-def finish_tick(tables, motion, tick, events, failed):
+def finish_tick(tables, motion, tick, events, failure):
     """Let the gas react, compute velocity, pressure and progress, and record events; return 0 or a status.
 
     If the cells move, given by `motion`, waves are too fast only if they are too fast both for a cell at rest and for the
@@ -337,7 +337,7 @@ def finish_tick(tables, motion, tick, events, failed):
         velocity, fraction = state.momentum[i] / density, state.fuel[i] / density
         kinetic = 0.5 * state.momentum[i] * velocity
         pressure = (gamma - 1.0) * (energy - kinetic - state.fuel[i] * heat)
-        failed[0], burns = i, False
+        failure[0], burns = i, False
         if not (density > 0.0 and pressure > 0.0 and density < 1e300):
             state.pressure[i] = pressure
             return NOT_POSITIVE

@@ -37,33 +37,33 @@ NOWHERE = -1e300
 
 
 @jit
-def advance(tables, walls, places, signals, first_tick, events, failed):
+def advance(tables, walls, front_positions, signals, first_tick, events, failure):
     """Advance as `kernels.advance` does, with moving ends; the cross-section is one constant number.
 
     Args:
         tables: `kernel_arrays.Tables`; the cell size of its medium has no effect.
         walls: positions of the ends and pressures on them, shape (WALLS,); updated.
-        places: position of each cell when the front passed it, shape (n,) [m]; updated.
+        front_positions: position of each cell when the front passed it, shape (n,) [m]; updated.
         signals: the means of the inputs over each tick, shape (ticks, SIGNALS).
         first_tick: number at the beginning of the first of these ticks.
         events: `kernel_arrays.Events`, updated.
-        failed: cell and tick of a failure, shape (2,).
+        failure: cell and tick of a failure, shape (2,).
     """
     given, state = tables.medium, tables.state
     n, step = state.density.size, given.step_size
     for row in range(signals.shape[0]):
         tick = first_tick + row + 1
-        failed[1] = tick
+        failure[1] = tick
         velocities = (signals[row, LEFT_VELOCITY], signals[row, RIGHT_VELOCITY])
         before = (walls[RIGHT] - walls[LEFT]) / n
         motion = (velocities[0], (velocities[1] - velocities[0]) / n)
-        status = refuse_long_tick(given, state, motion, before, failed)
+        status = refuse_long_tick(given, state, motion, before, failure)
         if status != 0:
             return status
         walls[LEFT] += step * velocities[0]
         walls[RIGHT] += step * velocities[1]
         after = (walls[RIGHT] - walls[LEFT]) / n
-        status = heun_step(tables, walls, signals[row], velocities, (before, after), tick, events, failed)
+        status = heun_step(tables, walls, signals[row], velocities, (before, after), tick, events, failure)
         if status != 0:
             return status
         medium = Medium(
@@ -71,20 +71,20 @@ def advance(tables, walls, places, signals, first_tick, events, failed):
         )  # fmt: skip
         now = Tables(medium, tables.tube, state, tables.scratch, tables.tally)
         add_heat(now, signals[row, POWER])
-        status = finish_tick(now, motion, tick, events, failed)
+        status = finish_tick(now, motion, tick, events, failure)
         if status != 0:
             return status
         for i in range(n):
-            if state.arrival[i] >= 0.0 and places[i] == NOWHERE:
-                places[i] = walls[LEFT] + (i + 0.5) * after
+            if state.arrival[i] >= 0.0 and front_positions[i] == NOWHERE:
+                front_positions[i] = walls[LEFT] + (i + 0.5) * after
     return 0
 
 
 @internal
-def refuse_long_tick(medium, state, motion, size, failed):
+def refuse_long_tick(medium, state, motion, size, failure):
     """Return a status if waves cross a cell too fast, relative to the cell, or if the ends would meet; otherwise 0.
 
-    `failed` then names the cell with the fastest waves, so that a step that suits this cell suits all cells.
+    `failure` then names the cell with the fastest waves, so that a step that suits this cell suits all cells.
     """
     step, fastest, fits = medium.step_size, 0.0, True
     allowed = LARGEST_COURANT * size / step
@@ -92,7 +92,7 @@ def refuse_long_tick(medium, state, motion, size, failed):
         relative = state.velocity[i] - (motion[0] + (i + 0.5) * motion[1])
         speed = abs(relative) + sqrt(medium.gamma * state.pressure[i] / state.density[i])
         if not speed <= fastest:
-            fastest, failed[0] = speed, i
+            fastest, failure[0] = speed, i
         if not speed <= allowed:
             fits = False
     if not fits:
@@ -101,7 +101,7 @@ def refuse_long_tick(medium, state, motion, size, failed):
 
 
 @internal
-def heun_step(tables, walls, signals, velocities, sizes, tick, events, failed):
+def heun_step(tables, walls, signals, velocities, sizes, tick, events, failure):
     """Move gas and faces by one Heun step, as `kernels.heun_step` does; return 0 or a status.
 
     Args:
@@ -112,7 +112,7 @@ def heun_step(tables, walls, signals, velocities, sizes, tick, events, failed):
         sizes: length of a cell before and after the tick [m].
         tick: number at the end of the tick.
         events: updated.
-        failed: cell and tick of a failure.
+        failure: cell and tick of a failure.
     """
     state, step, (before, after) = tables.state, tables.medium.step_size, sizes
     first, f = tables.scratch.first, tables.scratch.fluxes
@@ -125,7 +125,7 @@ def heun_step(tables, walls, signals, velocities, sizes, tick, events, failed):
         first[1, i] = (before * state.momentum[i] - step * (f[1, i + 1] - f[1, i])) / after
         first[2, i] = (before * state.energy[i] - step * (f[2, i + 1] - f[2, i])) / after
         first[3, i] = (before * state.fuel[i] - step * (f[3, i + 1] - f[3, i])) / after
-    status = load_first_stage(tables, failed)
+    status = load_first_stage(tables, failure)
     if status != 0:
         return status
     compute_fluxes(tables, walls, signals, velocities, tick, events)

@@ -14,7 +14,7 @@ from ..drawables import Cells, Drawable, Points
 from ..errors import ParameterError, StepError
 from ..events import EventDetail
 from ..inputs import Held
-from ..materials.elastic import Material, material
+from ..materials.elastic import Material, to_material
 from ..materials.hypoelastic import logarithmic_strain
 from ..materials.plastic_law import yield_limit
 from ..profiles import CompiledProfile
@@ -76,7 +76,7 @@ class Grid(Component):
                     "no side is left of this edge, all of its cells are cut out", hint="leave it out", at=("boundaries", name)
                 )
         self.cell_material: IntArray = self._cell_materials()
-        self._materials: list[Material] = [material(one) for one in p.materials]
+        self._materials: list[Material] = [to_material(one) for one in p.materials]
         self._off_nodes: list[str] = []
         self._forced = self._selected_nodes("forced_nodes", p.forced_nodes)
         self._receivers = self._selected_nodes("receivers", p.receivers)

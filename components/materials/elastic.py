@@ -132,7 +132,7 @@ def preset_text() -> str:
     )
 
 
-def material(value: str | Material) -> Material:
+def to_material(value: str | Material) -> Material:
     """Return a preset by name, or the material itself."""
     if isinstance(value, Material):
         return value

@@ -57,7 +57,7 @@ class Moduli(NamedTuple):
 
 
 @internal_inlined
-def load_deformation(gradient, p):
+def load_deformation_gradient(gradient, p):
     """Return the deformation gradient 1 + H of row p of displacement gradients H, shape (m, 9)."""
     h = gradient
     return Tensor(
@@ -66,13 +66,13 @@ def load_deformation(gradient, p):
 
 
 @internal_inlined
-def load_symmetric(rows, p):
+def load_symmetric_tensor(rows, p):
     """Return row p of symmetric tensors, shape (m, 6)."""
     return SymmetricTensor(rows[p, 0], rows[p, 1], rows[p, 2], rows[p, 3], rows[p, 4], rows[p, 5])
 
 
 @internal_inlined
-def store_symmetric(rows, p, tensor):
+def store_symmetric_tensor(rows, p, tensor):
     """Write row p of symmetric tensors, shape (m, 6)."""
     rows[p, 0], rows[p, 1], rows[p, 2] = tensor.xx, tensor.yy, tensor.zz
     rows[p, 3], rows[p, 4], rows[p, 5] = tensor.xy, tensor.yz, tensor.zx
@@ -194,11 +194,11 @@ def largest_principal(stress):
 
 
 @internal_inlined
-def _jacobi_rotation(first, second, between):
+def _jacobi_rotation(first, second, off_diagonal):
     """Return cosine, sine and tangent of the rotation that makes the entry between two axes vanish."""
-    if between == 0.0:
+    if off_diagonal == 0.0:
         return 1.0, 0.0, 0.0
-    half = 0.5 * (second - first) / between
+    half = 0.5 * (second - first) / off_diagonal
     root = sqrt(half * half + 1.0)
     tangent = 1.0 / (half + root) if half >= 0.0 else 1.0 / (half - root)
     cosine = 1.0 / sqrt(tangent * tangent + 1.0)

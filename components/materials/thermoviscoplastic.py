@@ -219,7 +219,7 @@ def advance_stress(law, stress, strain, plastic_strain, temperature):
 
 
 @internal_inlined
-def plastic_strain_increment(law, before, trial, strain, temperature, shear):
+def plastic_strain_increment(law, old_stress, trial_stress, strain, temperature, shear):
     """Return the plastic strain of a tick, the root of q_trial - 3 mu de = g(e + de) (de / (e0' dt))^(1/m).
 
     The left side decreases with de, the right side increases: there is one root. Upward Newton steps are taken in de and cannot
@@ -227,30 +227,30 @@ def plastic_strain_increment(law, before, trial, strain, temperature, shear):
 
     Args:
         law: `FlowConstants`.
-        before: equivalent stress before the tick [Pa].
-        trial: trial equivalent stress after the tick [Pa].
+        old_stress: equivalent stress before the tick [Pa].
+        trial_stress: trial equivalent stress after the tick [Pa].
         strain: equivalent plastic strain before the tick.
         temperature: for the flow stress [K].
         shear: mu [Pa].
     """
     initial = initial_flow_stress(law, temperature)
-    if not trial > law.still * initial:
+    if not trial_stress > law.still * initial:
         return 0.0
     stress, triple = initial * hardening_factor(law, strain), 3.0 * shear
-    if not trial > law.still * stress:
+    if not trial_stress > law.still * stress:
         return 0.0
     hardness = law.hardening_rate / (1.0 + strain * law.hardening_rate)
     # First guess: if it flows as in the tick before, stress grows by hardening alone. Two upper bounds are the strain that
     # leaves the smallest stress with flow, and the rate at the trial stress.
-    flow = (trial - before) / (triple + law.hardening_exponent * hardness * before)
-    largest = (trial - law.still * stress) / triple
-    if not (flow > 0.0 and flow < largest and before > stress):
-        flow = min(largest, law.reference_flow * power(trial / stress, law.rate_exponent))
+    flow = (trial_stress - old_stress) / (triple + law.hardening_exponent * hardness * old_stress)
+    largest = (trial_stress - law.still * stress) / triple
+    if not (flow > 0.0 and flow < largest and old_stress > stress):
+        flow = min(largest, law.reference_flow * power(trial_stress / stress, law.rate_exponent))
     for _ in range(_MOST_STEPS):
         added = flow * hardness
         resistance = stress * _power_1p(added, law.hardening_exponent) * power(flow / law.reference_flow, law.rate_root)
         slope = triple * flow + resistance * (law.rate_root + law.hardening_exponent * added / (1.0 + added))
-        step = (trial - triple * flow - resistance) / slope
+        step = (trial_stress - triple * flow - resistance) / slope
         flow = flow * (1.0 + step) if step > 0.0 else flow / (1.0 - step)
         if abs(step) < _LAST_STEP:
             break

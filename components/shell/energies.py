@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..materials.tensors import elastic_energy_density, largest_principal, load_symmetric
+from ..materials.tensors import elastic_energy_density, largest_principal, load_symmetric_tensor
 from ..materials.thermoviscoplastic import elastic_moduli
 from ..support.float_arrays import FloatArray, ordered_sum, ordered_sum_of_rows
 from ..support.jit import jit
@@ -25,14 +25,14 @@ def write_elastic_densities(law, stress, temperature, out):
     for p in range(out.size):
         if temperature.size > 0:
             moduli = elastic_moduli(law, temperature[p])
-        out[p] = elastic_energy_density(load_symmetric(stress, p), moduli)
+        out[p] = elastic_energy_density(load_symmetric_tensor(stress, p), moduli)
 
 
 @jit
 def write_largest_principal(stress, out):
     """Write the largest principal value of each row of symmetric tensors, shape (m, 6)."""
     for p in range(out.size):
-        out[p] = largest_principal(load_symmetric(stress, p)).value
+        out[p] = largest_principal(load_symmetric_tensor(stress, p)).value
 
 
 def elastic_energy(solid: Solid, state: State, points: IntArray | slice = slice(None)) -> float:

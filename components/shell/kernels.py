@@ -18,9 +18,9 @@ from ..materials.tensors import (
     add,
     contract,
     determinant,
-    load_deformation,
-    load_symmetric,
-    store_symmetric,
+    load_deformation_gradient,
+    load_symmetric_tensor,
+    store_symmetric_tensor,
     subtract,
     trace,
     trial_stress,
@@ -181,14 +181,14 @@ def update_stresses(points, law, is_plastic, state, pull, begin, end, failure_ou
         if not (volume > 0.0 and volume < 1e300):
             failure_out[0], pull[p, 0], pull[p, 1] = p, volume, 0.0
             return INVERTED
-        strain, spin = strain_and_spin(load_deformation(old, p), after)
+        strain, spin = strain_and_spin(load_deformation_gradient(old, p), after)
         largest = max(abs(strain.xx), abs(strain.yy), abs(strain.zz), abs(strain.xy), abs(strain.yz), abs(strain.zx))
         if not largest < LARGEST_STRAIN_OF_TICK:
             failure_out[0], pull[p, 0], pull[p, 1] = p, largest, LARGEST_STRAIN_OF_TICK
             return STRAINED
         old[p, 0], old[p, 1], old[p, 2], old[p, 3], old[p, 4] = axx, axy, axz, ayx, ayy
         old[p, 5], old[p, 6], old[p, 7], old[p, 8] = ayz, azx, azy, azz
-        turned = rotate_tensor(load_symmetric(stresses, p), spin)
+        turned = rotate_tensor(load_symmetric_tensor(stresses, p), spin)
         if is_plastic:
             new = advance_stress(law, turned, strain, state.plastic_strain[p], state.temperature[p])
             if not new.plastic_strain < LARGEST_PLASTIC_STRAIN:
@@ -204,7 +204,7 @@ def update_stresses(points, law, is_plastic, state, pull, begin, end, failure_ou
             state.plastic_strain[p], state.temperature[p] = new.plastic_strain, new.temperature
         else:
             stress = trial_stress(turned, strain, moduli)
-        store_symmetric(stresses, p, stress)
+        store_symmetric_tensor(stresses, p, stress)
         write_point_pull(pull, p, nominal_stress(after, stress), points.volume[p], c, s, stretch)
     return 0
 

@@ -39,7 +39,7 @@ def dispatch_by_class(function: Callable[..., Any], *, inlined: bool = False, ha
     implementations: dict[type, Callable[..., Any]] = {}
 
     @wraps(function)
-    def call(law: Any, *arguments: Any) -> Any:
+    def call_implementation(law: Any, *arguments: Any) -> Any:
         return implementation_for(law if isinstance(law, type) else type(law))(law, *arguments)
 
     def implementation_for(kind: type) -> Callable[..., Any]:
@@ -50,23 +50,23 @@ def dispatch_by_class(function: Callable[..., Any], *, inlined: bool = False, ha
             raise TypeError(f"{function.__name__}: got a law {kind.__name__}, expected one of {known}")
         return function
 
-    def compiled(law: Any, *arguments: Any) -> Callable[..., Any]:
+    def compiled_implementation(law: Any, *arguments: Any) -> Callable[..., Any]:
         return implementation_for(getattr(law, "instance_class", type(law)))
 
     def register(kind: type) -> Callable[[Any], Any]:
         _register_class(kind)
 
-        def add(implementation: Any) -> Any:
+        def add_implementation(implementation: Any) -> Any:
             implementations[kind] = implementation
             return implementation
 
-        return add
+        return add_implementation
 
-    compiled.__signature__ = inspect.signature(function)  # type: ignore[attr-defined]
+    compiled_implementation.__signature__ = inspect.signature(function)  # type: ignore[attr-defined]
     options: Any = {**_COMPILED, "forceinline": inlined}
-    overload(call, jit_options=options)(compiled)
-    call.register, call.implementations = register, implementations  # type: ignore[attr-defined]
-    return call
+    overload(call_implementation, jit_options=options)(compiled_implementation)
+    call_implementation.register, call_implementation.implementations = register, implementations  # type: ignore[attr-defined]
+    return call_implementation
 
 
 def _register_class(kind: type) -> None:

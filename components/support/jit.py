@@ -77,7 +77,7 @@ def _compile(function: F, **options: Any) -> F:
 
 def is_cached(module: str) -> bool:
     """Return whether machine code of a module is cached on disk, i.e. whether it belongs to this package or a plug-in."""
-    return module.partition(".")[0] in _hashed_packages()
+    return module.partition(".")[0] in _hashed_package_names()
 
 
 @cache
@@ -88,7 +88,7 @@ def cache_folder() -> Path | None:
     use.
     """
     try:
-        kernels = cache_base() / "kernels"
+        kernels = cache_root() / "kernels"
         folder = kernels / kernel_source_hash()
         is_new = not folder.is_dir()
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -109,7 +109,7 @@ def print_notice(message: str) -> None:
         print(f"granular-env: {message}", file=sys.stderr, flush=True)
 
 
-def cache_base() -> Path:
+def cache_root() -> Path:
     """Return ``GRANULAR_ENV_CACHE``, or else the package's folder in the user's cache."""
     given = os.environ.get("GRANULAR_ENV_CACHE")
     if given:
@@ -135,7 +135,7 @@ def kernel_source_hash() -> str:
 
 
 @cache
-def _hashed_packages() -> frozenset[str]:
+def _hashed_package_names() -> frozenset[str]:
     """Return the names of this package and of plug-in packages with components or laws."""
     plugins = [entry.module for group in _PLUGIN_GROUPS for entry in metadata.entry_points(group=group)]
     return frozenset(module.partition(".")[0] for module in (__name__, *plugins))
@@ -143,6 +143,6 @@ def _hashed_packages() -> frozenset[str]:
 
 def _plugin_sources() -> list[Path]:
     """Return the folders, or single files, of plug-in packages with components or laws."""
-    specs = [util.find_spec(name) for name in sorted(_hashed_packages()) if name != __name__.partition(".")[0]]
+    specs = [util.find_spec(name) for name in sorted(_hashed_package_names()) if name != __name__.partition(".")[0]]
     files = [Path(spec.origin) for spec in specs if spec is not None and spec.origin]
     return [file.parent if file.name == "__init__.py" else file for file in files]

@@ -34,7 +34,7 @@ def _validate_magnitude(value: float) -> float:
     return value
 
 
-def _validate_signed(value: float) -> float:
+def _validate_coordinate(value: float) -> float:
     refuse_extreme_coordinates([((), value)])
     return value
 
@@ -47,7 +47,7 @@ PositivePair = Annotated[list[Positive], Field(min_length=2, max_length=2)]
 # The same types within the bounds above.
 Magnitude = Annotated[float, Field(gt=0.0), AfterValidator(_validate_magnitude)]
 NotNegativeMagnitude = Annotated[float, Field(ge=0.0), AfterValidator(_validate_magnitude)]
-SignedMagnitude = Annotated[float, AfterValidator(_validate_signed)]
+SignedMagnitude = Annotated[float, AfterValidator(_validate_coordinate)]
 SignedPair = Annotated[list[SignedMagnitude], Field(min_length=2, max_length=2)]
 
 

@@ -12,12 +12,12 @@ from .jit import JIT
 def _unowned_array(typing_context: Any, array: Any) -> Any:
     """Return the array without its owner."""
 
-    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+    def generate_code(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         found = context.make_array(array)(context, builder, values[0])
         found.meminfo, found.parent = found.meminfo.type(None), found.parent.type(None)
         return found._getvalue()
 
-    return array(array), generate
+    return array(array), generate_code
 
 
 # unowned_array(array): numba counts references to the owner of an array, and of each view of it, atomically. In a tick of a

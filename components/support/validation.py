@@ -32,7 +32,7 @@ class Fixed(BaseModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _plain(cls, fields: Any) -> Any:
+    def _plain_fields(cls, fields: Any) -> Any:
         """Return the fields in the types of pydantic: arrays and tuples as lists, numpy numbers as Python numbers."""
         return {name: to_plain(value) for name, value in fields.items()} if isinstance(fields, dict) else fields
 

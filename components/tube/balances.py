@@ -14,25 +14,25 @@ from ..support.float_arrays import FloatArray
 _ABSENT = ("wall_energy",)
 
 
-def join_energy(gas: Balance, shell: Balance, leaked: float) -> Balance:
+def join_energy(gas: Balance, shell: Balance, leaked_amount: float) -> Balance:
     """Return the energy balance of both parts; leakage counts as a loss."""
     stored = {name: amount for name, amount in _summed_entries((gas.stored, shell.stored)).items() if name not in _ABSENT}
-    supplied, lost = _summed_entries((gas.supplied, shell.supplied)), {**shell.lost, "leaked_energy": leaked}
+    supplied, lost = _summed_entries((gas.supplied, shell.supplied)), {**shell.lost, "leaked_energy": leaked_amount}
     return Balance("energy", "J", stored, supplied, lost, gas.initial + shell.initial)
 
 
-def join_mass(gas: Balance, shell: Balance, leaked: float) -> Balance:
+def join_mass(gas: Balance, shell: Balance, leaked_amount: float) -> Balance:
     """Return the mass balance of both parts; leakage counts as a loss."""
     stored = {"gas_mass": gas.stored["mass"], "shell_mass": shell.stored["mass"]}
-    return Balance("mass", "kg", stored, gas.supplied, {"leaked_mass": leaked}, gas.initial + shell.initial)
+    return Balance("mass", "kg", stored, gas.supplied, {"leaked_mass": leaked_amount}, gas.initial + shell.initial)
 
 
-def join_momentum(gas: Balance, shell: Balance, leaked: float) -> Balance:
+def join_momentum(gas: Balance, shell: Balance, leaked_amount: float) -> Balance:
     """Return the momentum balance of both parts; gas momentum is along x, and `wall_impulse` acts from walls on the gas."""
     ours = {name: vector_along_x(amount) for name, amount in gas.supplied.items()}
     theirs = {name: amount for name, amount in shell.supplied.items() if name != "wall_impulse"}
     stored = {"momentum": vector_along_x(gas.stored["momentum"]) + shell.stored["momentum"]}
-    lost = {"leaked_momentum": vector_along_x(leaked)}
+    lost = {"leaked_momentum": vector_along_x(leaked_amount)}
     return Balance("momentum", "kg m/s", stored, {**ours, **theirs}, lost, vector_along_x(gas.initial) + shell.initial)
 
 

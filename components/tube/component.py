@@ -212,11 +212,16 @@ class Tube(Component):
         return {f"gas_{name}": value for name, value in starts.items() if name != "area"}
 
     def _start_part(
-        self, part: Component, prefix: str, seed: int | None, values: Mapping[str, FloatArray], more: Mapping[str, FloatArray]
+        self,
+        part: Component,
+        prefix: str,
+        seed: int | None,
+        values: Mapping[str, FloatArray],
+        extra_values: Mapping[str, FloatArray],
     ) -> Mapping[str, Any]:
         """Write the start state of a part; report faults in its values as faults of this component."""
         try:
-            return part._start(seed, {**part_values(prefix, values), **more})
+            return part._start(seed, {**part_values(prefix, values), **extra_values})
         except ParameterError as error:
             raise ParameterError(*(_fault_of_part(fault, prefix) for fault in error.faults)) from None
 
@@ -316,11 +321,11 @@ class Tube(Component):
             awake[0] = float(np.abs(pressures - room).max()) > _WAKING * room
         return bool(awake[0])
 
-    def _advance_shell(self, tick: int, before: FloatArray, after: FloatArray, works: FloatArray) -> int:
+    def _advance_shell(self, tick: int, old_pressures: FloatArray, new_pressures: FloatArray, works: FloatArray) -> int:
         """Advance the shell under pressures linear in time over the tick, and add the work of the gas at each station."""
         room, tally, around = self.parameters.room_pressure, self._block["tally"], self.shell.lattice.shape[1]
         for step in range(self.shell_steps):
-            acting = before + (step + 0.5) / self.shell_steps * (after - before)
+            acting = old_pressures + (step + 0.5) / self.shell_steps * (new_pressures - old_pressures)
             self._failed_tick = tick * self.shell_steps + step
             tables = self.shell.tables()
             area = tables.state.area.copy()
@@ -389,14 +394,14 @@ class Tube(Component):
             "steps of the gas in a tick": float(self.gas_steps),
             "steps of the shell in a tick": float(self.shell_steps),
             "largest pressure at the shell so far, Pa": float(self._block["peak_pressure"].max()),
-            "largest change of the cross-section now": self._largest_change(),
+            "largest change of the cross-section now": self._largest_area_change(),
             "work of the gas that it did not pay for, over that on the shell": self._exchange_difference() / work
             if work
             else 0.0,
             "energy residual over the work on the shell": float(self.balances()[0].residual) / work if work else 0.0,
         }
 
-    def _largest_change(self) -> float:
+    def _largest_area_change(self) -> float:
         """Return the largest present relative change of a station's cross-section."""
         return float(np.abs(self._block["widening"]).max())
 
@@ -405,7 +410,7 @@ class Tube(Component):
         missing_detonation, found = self.gas.missing_detonation, [f"gas: {text}" for text in self.gas.conclusions()]
         found.append(
             f"wall: the largest pressure on it was {1e-6 * self._block['peak_pressure'].max():.4g} MPa, and the cross-section "
-            f"has changed by {100.0 * self._largest_change():.3g} % at most"
+            f"has changed by {100.0 * self._largest_area_change():.3g} % at most"
         )
         for event in self.events(_GROWN):
             assert event.index is not None
@@ -420,7 +425,7 @@ class Tube(Component):
     def cautions(self) -> list[str]:
         """Return the cautions of the parts, and one if the motion of the wall should have affected the gas."""
         said = [f"gas: {text}" for text in self.gas.cautions()] + [f"shell: {text}" for text in self.shell.cautions()]
-        change = self._largest_change()
+        change = self._largest_area_change()
         if change > _LARGE_CHANGE and not self.parameters.coupling.has_moving_wall:
             said.append(
                 f"the wall has changed the cross-section by {change:.1%}, which a gas in a rigid tube does not feel; take "

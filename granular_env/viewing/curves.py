@@ -151,7 +151,7 @@ def _curve_maker(log: Any, variable: Variable, held: Sequence[InputInterval]) ->
             if isinstance(one.value, CompiledProfile):
                 # For a negative factor, the largest product is the factor times the smallest element.
                 positive, negative = float(choose(row)), -float(choose(-row))
-                factors = np.array([one.value.factor(tick) for tick in own])
+                factors = np.array([one.value.polynomial_value(tick) for tick in own])
                 values += np.where(factors < 0.0, negative * factors, positive * factors).tolist()
             else:
                 values += [float(choose(row))] * len(own)

@@ -79,7 +79,7 @@ def main(page: Page) -> None:
     found = {}
     for rise in (0.1, 0.01, 0.001):
         speed = (theory.korteweg_de_vries_speed_ratio(rise) - 1.0) / (theory.speed_ratio(1.0 + rise) - 1.0) - 1.0
-        wave = theory.solitary_wave(theory.c3_of_ratio(1.0 + rise))
+        wave = theory.solitary_wave(theory.c3_from_ratio(1.0 + rise))
         shape = (wave.strain_ratio - 1.0) / rise - theory.korteweg_de_vries_shape(wave.position, rise)
         found[rise] = np.array([abs(float(speed)), float(np.abs(shape).max())])
     falls = (found[0.01] < 0.2 * found[0.1]).all() and (found[0.001] < 0.2 * found[0.01]).all()

@@ -62,7 +62,7 @@ def _check_balances(component: Component) -> None:
 
 
 def _check_events(component: Component) -> None:
-    own, drawn = component._own_kinds, {one.name for one in component.drawables()}
+    own, drawn = component._own_event_kinds, {one.name for one in component.drawables()}
     assert not own or component._block["events"].shape[1:] == (5,), "declare kinds of events before `_lay_out`"
     assert set(component.event_details) <= set(component.event_kinds)
     for kind in own:

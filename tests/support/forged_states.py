@@ -95,7 +95,7 @@ def _assemble_snapshot(
     block = component._block  # noqa: SLF001
     words = np.frombuffer(snapshot.data, np.int64)[: block.memory.size].copy()
     for number, one in enumerate(whole):
-        start = block._word_of(one)  # noqa: SLF001
+        start = block._first_word(one)  # noqa: SLF001
         for name, view in one.views.items():
             if (number, name) not in covered:
                 begin = start + one._words[name]  # noqa: SLF001

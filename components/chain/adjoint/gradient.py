@@ -17,7 +17,7 @@ from ...support.validation import whole_number
 from ..component import Chain
 from ..integrators import SCHEMES, DampedComposition
 from ..laws import LAWS
-from ..laws.law import Law, missing_parts
+from ..laws.law import Law, missing_members
 from ..layout import INVERSE_MASS, LEFT_DRIVE, LEFT_FREE, LEFT_PISTON, LOST, RIGHT_FREE, RIGHT_PISTON, SCALARS, U, V
 from ..objective import Objective
 from .loops import ObjectiveLoops, make_objective_loops, make_run_loops
@@ -214,21 +214,21 @@ def value_and_slopes(objective: Objective, sums: FloatArray) -> tuple[float, Flo
 
 def has_gradient(law: type[Law]) -> bool:
     """Return whether runs with a contact law have gradients, i.e. whether it has the functions for them and no history."""
-    return not law.history_rows and not missing_parts(law, gradient=True)
+    return not law.history_rows and not missing_members(law, gradient=True)
 
 
 def refuse_missing_adjoint(chain: Chain) -> None:
     """Raise `ParameterError` if the law or the integrator of a chain has no adjoint."""
     law, integrator = chain.parameters.law, chain.parameters.integrator
     if not has_gradient(type(law)):
-        missing = missing_parts(type(law), gradient=True)
+        missing = missing_members(type(law), gradient=True)
         reason = "whose contacts remember" if law.has_history else f"which lacks {', '.join(missing)}"
         known = [name for name, one in LAWS.items() if has_gradient(one)]
         raise ParameterError(
             f"there are no gradients of {law.name!r}, {reason}", hint=f"use {', '.join(known[:-1])} or {known[-1]}", at="law"
         )
     if type(chain.scheme) not in reverse_tick.implementations:
-        known = " or ".join(repr(name) for name, one in SCHEMES.items() if not one.explicit)
+        known = " or ".join(repr(name) for name, one in SCHEMES.items() if not one.is_explicit)
         raise ParameterError(
             f"there are no gradients of {integrator!r}", hint=f"build the chain with integrator = {known}", at="integrator"
         )
@@ -265,12 +265,12 @@ def _raise_infinite_derivative(adjoint: FloatArray, step: int, steps: int, *, by
     )
 
 
-def _raise_step_error(chain: Chain, drive: FloatArray, ticks: int, failed: int) -> None:
+def _raise_step_error(chain: Chain, drive: FloatArray, ticks: int, failed_step: int) -> None:
     """Step a twin of the chain to the failed control step, so that it raises its own error."""
     twin = type(chain)(**chain.parameters.model_dump())
     twin.restore(chain.save())
     names = [name for name, variable in twin.variables.items() if variable.causality == "input"]
-    for step, held in enumerate(drive[: failed + 1]):
+    for step, held in enumerate(drive[: failed_step + 1]):
         inputs = {name: float(held[0 if name.startswith("left") else 1]) for name in names}
         try:
             twin.step(ticks * twin.step_size, **inputs)

@@ -37,7 +37,7 @@ class Scheme:
     minimum_evaluations: float = 60.0
 
     @property
-    def explicit(self) -> bool:
+    def is_explicit(self) -> bool:
         """Return whether dissipation is treated explicitly, like any other force; strong dissipation is then unstable."""
         return not isinstance(self.numbers, Composition)
 

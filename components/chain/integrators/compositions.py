@@ -199,7 +199,7 @@ def _restore_pistons(chain, velocities):
 
 
 @internal_inlined
-def _tally_kick(chain, drive, stage, before, f):
+def _tally_kick(chain, drive, stage, old_velocities, f):
     """Tally impulse and work of both ends in a kick; a free end moves at the mean of its velocities before and after."""
     left, right, tally = chain.settings.left, chain.settings.right, chain.rows[TALLY]
     first, last = forces.end_values(chain, chain.rows[V])
@@ -210,11 +210,11 @@ def _tally_kick(chain, drive, stage, before, f):
         forces.add_compensated(tally, WORK_LEFT, time * f.second * polynomial_value(drive.left, e))
     else:
         push = f.first if left.is_free else 0.0
-        forces.add_compensated(tally, WORK_LEFT, time * push * (0.5 * (before[0] + first)))
+        forces.add_compensated(tally, WORK_LEFT, time * push * (0.5 * (old_velocities[0] + first)))
     if right.is_piston:
         forces.add_compensated(tally, IMPULSE_RIGHT, -time * f.before_last)
         forces.add_compensated(tally, WORK_RIGHT, -time * f.before_last * polynomial_value(drive.right, e))
     else:
         pull = -f.last if right.is_free else 0.0
         forces.add_compensated(tally, IMPULSE_RIGHT, -time * f.last)
-        forces.add_compensated(tally, WORK_RIGHT, time * pull * (0.5 * (before[1] + last)))
+        forces.add_compensated(tally, WORK_RIGHT, time * pull * (0.5 * (old_velocities[1] + last)))

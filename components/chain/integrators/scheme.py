@@ -56,9 +56,9 @@ class EntryPoints(NamedTuple):
     Attributes:
         advance: advance(table, pieces, left_pieces, left, right, tick, ticks), for a drive of pieces.
         advance_held: advance_held(table, left, right, tick, ticks), for constant inputs.
-        advance_batch: advance_batch(tables, inputs, ticks, count, moving, kept, first) advances each chain in `moving` by
-            `count` ticks with the inputs held; a chain that fails keeps its state and is removed from `moving`. `kept` is
-            scratch for the state of a chain, whose rows begin at `first`.
+        advance_batch: advance_batch(tables, inputs, ticks, count, is_moving, saved_rows, first) advances each chain in
+            `is_moving` by `count` ticks with the inputs held; a chain that fails keeps its state and is removed from
+            `is_moving`. `saved_rows` is scratch for the state of a chain, whose rows begin at `first`.
         energies: energies(table, mass), see `forces.energies`.
         contact_forces: contact_forces(table, out).
         initialise_histories: initialise_histories(table).
@@ -94,20 +94,20 @@ def make_entry_points(kind: type, integrator: Any) -> EntryPoints:
         return advance(integrator, chain_state(kind, table), drive, tick, ticks, table[:0])
 
     @jit
-    def advance_batch(tables, inputs, ticks, count, moving, kept, first):
+    def advance_batch(tables, inputs, ticks, count, is_moving, saved_rows, first):
         tables = unowned_array(tables)
         for k in range(len(ticks)):
-            if moving[k]:
+            if is_moving[k]:
                 table = tables[k]
-                for row in range(len(kept)):
-                    forces.copy_array(table[first + row], kept[row])
+                for row in range(len(saved_rows)):
+                    forces.copy_array(table[first + row], saved_rows[row])
                 drive = make_drive(table, table[:0], 0, inputs[k, 0], inputs[k, 1])
                 if advance(integrator, chain_state(kind, table), drive, ticks[k], count, table[:0]) == count:
                     ticks[k] += count
                 else:
-                    moving[k] = False
-                    for row in range(len(kept)):
-                        forces.copy_array(kept[row], table[first + row])
+                    is_moving[k] = False
+                    for row in range(len(saved_rows)):
+                        forces.copy_array(saved_rows[row], table[first + row])
 
     @jit
     def energies(table, mass):

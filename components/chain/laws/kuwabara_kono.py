@@ -32,7 +32,7 @@ class KuwabaraKono(HertzRest, Dissipative):
     name: Literal["kuwabara_kono"] = field("kuwabara_kono", "viscoelastic spheres", "1")
     dissipation: NotNegative | list[NotNegative] = field(..., "gamma: one for all contacts, or one for each place", "N s/m^1.5")
 
-    def coefficients(self, constants: FloatArray, overlap: FloatArray) -> FloatArray:
+    def damping_coefficients(self, constants: FloatArray, overlap: FloatArray) -> FloatArray:
         """Return gamma sqrt(d)."""
         return constants[:, 0] * np.sqrt(overlap)
 

@@ -73,7 +73,7 @@ class Law(Named):
         return self.history_rows > 0
 
     @property
-    def conservative(self) -> bool:
+    def is_conservative(self) -> bool:
         """Return whether the law conserves energy."""
         return not isinstance(self, Dissipative) and not self.has_history
 
@@ -93,15 +93,15 @@ class Dissipative(Law, ABC):
         return (np.zeros(len(stiffness)) + np.asarray(self.dissipation))[contacts, None]
 
     @abstractmethod
-    def coefficients(self, constants: FloatArray, overlap: FloatArray) -> FloatArray:
+    def damping_coefficients(self, constants: FloatArray, overlap: FloatArray) -> FloatArray:
         """Return the force per approach speed at an overlap, shape (contacts,) [N s/m]."""
 
     @abstractmethod
     def overlap_from_coefficient(self, constants: FloatArray, coefficients: FloatArray) -> FloatArray:
-        """Return the overlap above which force per speed exceeds `coefficients`; 0: always, inf: never; (contacts,) [m]."""
+        """Return the overlap above which the damping exceeds `coefficients`; 0: always, inf: never; shape (contacts,) [m]."""
 
 
-def missing_parts(law: type[Law], *, gradient: bool = False) -> tuple[str, ...]:
+def missing_members(law: type[Law], *, gradient: bool = False) -> tuple[str, ...]:
     """Return the names of the functions and attributes that a law lacks, for runs or for gradients."""
     needed = functions.ELASTIC + (functions.ELASTIC_GRADIENT if gradient else ())
     if issubclass(law, Dissipative):
@@ -125,7 +125,7 @@ def refuse_incomplete(law: type[Law], name: str) -> None:
     Raises:
         ValueError: names the missing parts.
     """
-    missing = missing_parts(law)
+    missing = missing_members(law)
     if missing:
         raise ValueError(
             f"law {name!r} lacks {', '.join(missing)} in {law.__module__}; define what `laws/functions.py` and "

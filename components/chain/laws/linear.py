@@ -28,7 +28,7 @@ class Dashpot(Dissipative):
 
     has_force_jump: ClassVar[bool] = True
 
-    def coefficients(self, constants: FloatArray, overlap: FloatArray) -> FloatArray:
+    def damping_coefficients(self, constants: FloatArray, overlap: FloatArray) -> FloatArray:
         """Return the dissipation itself."""
         return constants[:, 0]
 

@@ -15,7 +15,7 @@ from .collisions import (
     VISCOUS_COEFFICIENT,
     collision_duration,
     collision_overlap,
-    duration_of_overlap,
+    duration_from_overlap,
     kuwabara_kono_loss,
     tapered_ratio,
     tapered_velocities,
@@ -31,12 +31,12 @@ from .continuum import (
     STRAIN_OVERSHOOT,
     Extremes,
     W,
-    c3_of_ratio,
+    c3_from_ratio,
     extreme_roots,
     extremes,
     front_velocity_ratio,
     largest_strain,
-    ratio_of_c3,
+    ratio_from_c3,
     shock_ratio,
     shock_speed,
     shock_speed_ratio,
@@ -45,7 +45,14 @@ from .continuum import (
     speed_ratio,
     strain_wave,
 )
-from .dispersion import BandEdges, diatomic_edges, diatomic_frequencies, monatomic_edge, monatomic_frequency, tangent_stiffness
+from .dispersion import (
+    BandEdges,
+    diatomic_band_edges,
+    diatomic_frequencies,
+    monatomic_cutoff_frequency,
+    monatomic_frequency,
+    tangent_stiffness,
+)
 from .lattice_wave import (
     FREE_END_VELOCITY,
     LATTICE_PRESSURE_OVERSHOOT,
@@ -65,7 +72,7 @@ from .long_waves import (
     lattice_acceleration,
     long_wave_acceleration,
     nesterenko_acceleration,
-    paper_speed,
+    nesterenko_speed,
     sound_speed,
     time_scale,
 )

@@ -45,7 +45,7 @@ def collision_overlap(reduced_mass: Number, stiffness: Number, speed: Number) ->
     return (1.25 * reduced_mass * speed**2 / stiffness) ** 0.4
 
 
-def duration_of_overlap(reduced_mass: Number, stiffness: Number, overlap: Number) -> Number:
+def duration_from_overlap(reduced_mass: Number, stiffness: Number, overlap: Number) -> Number:
     """T1 of the collision whose largest overlap is `overlap`: both formulas above with the speed eliminated [s]."""
     # No power function, because the report of a run must be bitwise the same on every machine.
     root = np.sqrt(overlap)

@@ -52,14 +52,14 @@ def extreme_roots(c3: float) -> tuple[float, float]:
     return float(low) / 3.0, float(1.0 + 2.0 * np.cos(third)) / 3.0
 
 
-def c3_of_ratio(ratio: Number) -> Number:
+def c3_from_ratio(ratio: Number) -> Number:
     """C3 of the solitary wave whose largest strain is r = xi_m/xi_0 > 1 times the strain at rest."""
     root = _maximum_root(ratio)
     return 1.25 * root**2 * (1.0 - root)
 
 
-def ratio_of_c3(c3: float) -> float:
-    """Return the ratio r = xi_m/xi_0 of the solitary wave with this C3, 0 < C3 < 5/27; the inverse of `c3_of_ratio`."""
+def ratio_from_c3(c3: float) -> float:
+    """Return the ratio r = xi_m/xi_0 of the solitary wave with this C3, 0 < C3 < 5/27; the inverse of `c3_from_ratio`."""
     root = extreme_roots(c3)[0]
     # From W(y_m) = W(y1), sigma = sqrt r = s_m/s1: s1 (2 sigma^3 + 4 sigma^2 + 6 sigma + 3) = 5/2 (sigma + 1)^2.
     found = np.roots([2.0 * root, 4.0 * root - 2.5, 6.0 * root - 5.0, 3.0 * root - 2.5])

@@ -36,10 +36,10 @@ def monatomic_frequency(wave_number: Number, tangent: float, mass: float, diamet
         mass: [kg].
         diameter: a, the distance of neighbours [m].
     """
-    return monatomic_edge(tangent, mass) * np.abs(np.sin(0.5 * wave_number * diameter))
+    return monatomic_cutoff_frequency(tangent, mass) * np.abs(np.sin(0.5 * wave_number * diameter))
 
 
-def monatomic_edge(tangent: float, mass: float) -> float:
+def monatomic_cutoff_frequency(tangent: float, mass: float) -> float:
     """Return the largest angular frequency of equal grains, 2 sqrt(K/m) [rad/s]; above it waves decay."""
     return 2.0 * (tangent / mass) ** 0.5
 
@@ -63,7 +63,7 @@ def diatomic_frequencies(wave_number: Number, tangent: float, light: float, heav
     return 2.0 * np.abs(np.sin(half)) * (tangent / (light * heavy * high)) ** 0.5, (tangent * high) ** 0.5
 
 
-def diatomic_edges(tangent: float, light: float, heavy: float) -> BandEdges:
+def diatomic_band_edges(tangent: float, light: float, heavy: float) -> BandEdges:
     """sqrt(2K/m_heavy), sqrt(2K/m_light), sqrt(2K (1/m1 + 1/m2)) [rad/s]; the gap lies between the first two."""
     light, heavy = min(light, heavy), max(light, heavy)
     return BandEdges(

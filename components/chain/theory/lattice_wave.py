@@ -85,23 +85,23 @@ class LatticeWave:
     @property
     def momentum(self) -> float:
         """Sum of the grains' velocities, constant in time."""
-        return float(self.velocity.sum()) * self._step
+        return float(self.velocity.sum()) * self._grain_fraction
 
     @property
     def kinetic_energy(self) -> float:
         """Sum over the grains, averaged over time; without precompression 5/4 of the potential energy (virial theorem)."""
-        return 0.5 * float((self.velocity**2).sum()) * self._step
+        return 0.5 * float((self.velocity**2).sum()) * self._grain_fraction
 
     @property
     def potential_energy(self) -> float:
         """Return the contacts' energy above its rest value minus the work of the compressive force, averaged over time."""
         rest, whole = self.rest_overlap, self.rest_overlap + self.overlap
-        return float((0.4 * (whole**2.5 - rest**2.5) - rest**1.5 * self.overlap).sum()) * self._step
+        return float((0.4 * (whole**2.5 - rest**2.5) - rest**1.5 * self.overlap).sum()) * self._grain_fraction
 
     @property
     def energy_ratio(self) -> float:
         """Mean of Ek/Ep over the time in which the wave advances by one grain; 1.25077 for the uncompressed wave."""
-        every = round(1.0 / self._step)
+        every = round(1.0 / self._grain_fraction)
         rest, whole = self.rest_overlap, self.rest_overlap + self.overlap
         stored = 0.4 * (whole**2.5 - rest**2.5) - rest**1.5 * self.overlap
         # Grains lie at whole numbers, contacts half a grain from them.
@@ -119,7 +119,7 @@ class LatticeWave:
         return 2.0 * float(curve.roots(extrapolate=False)[0])
 
     @property
-    def _step(self) -> float:
+    def _grain_fraction(self) -> float:
         return float(self.position[1] - self.position[0])
 
 

@@ -34,10 +34,10 @@ def contact_constant(young: Number, poisson: float, density: Number, radius: Num
         density: [kg/m^3].
         radius: R [m].
     """
-    return paper_speed(young, poisson, density) ** 2 / (2.0 * radius) ** 2.5
+    return nesterenko_speed(young, poisson, density) ** 2 / (2.0 * radius) ** 2.5
 
 
-def paper_speed(young: Number, poisson: float, density: Number) -> Number:
+def nesterenko_speed(young: Number, poisson: float, density: Number) -> Number:
     """Return the paper's c of (2.4), sqrt(2E / (pi rho (1 - nu^2))) [m/s]; it is not a speed of sound."""
     return (2.0 * young / (math.pi * density * (1.0 - poisson**2))) ** 0.5
 

@@ -14,7 +14,7 @@ from numpy.polynomial import Polynomial
 from ...errors import ParameterError
 from ...support.float_arrays import FloatArray
 from ...support.validation import whole_number
-from .continuum import extreme_roots, ratio_of_c3
+from .continuum import extreme_roots, ratio_from_c3
 
 # Gauss points on each piece of a profile; for these smooth integrands eight points leave only rounding errors.
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(8)
@@ -62,10 +62,10 @@ class StationaryWave:
 
 
 def solitary_wave(c3: float, samples: int = 401) -> StationaryWave:
-    """Return the solitary wave, 0 < C3 < 5/27; its height over xi_0 is `ratio_of_c3`(C3).
+    """Return the solitary wave, 0 < C3 < 5/27; its height over xi_0 is `ratio_from_c3`(C3).
 
     Args:
-        c3: for a given height, from `c3_of_ratio`.
+        c3: for a given height, from `c3_from_ratio`.
         samples: number of points of the profile, odd, so that one is the crest.
     """
     if whole_number("samples", samples, 5) % 2 == 0:
@@ -100,7 +100,7 @@ def _potential_polynomial(c3: float) -> Polynomial:
 
 def _solitary_factors(c3: float, low: float) -> tuple[float, Polynomial]:
     """Return the crest s_m, and the quadratic factor rest(s) of W(y1) - W(y) = (s - s1)^2 (s_m - s) rest(s)."""
-    high = low * ratio_of_c3(c3) ** 0.5
+    high = low * ratio_from_c3(c3) ** 0.5
     quotient = [-0.5, 0.625, 0.0, -c3, 0.0, float(_potential_polynomial(c3)(low))]
     for root in (low, low, high):
         quotient = _divide_by_root(quotient, root)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...materials.finite_strain import nominal_stress
-from ...materials.tensors import load_deformation, load_symmetric
+from ...materials.tensors import load_deformation_gradient, load_symmetric_tensor
 from ...support.float_arrays import FloatArray, ordered_sum
 from ...support.jit import jit
 from ..kernel_arrays import IntArray, Points, Scratch, Solid, State, support_entries
@@ -43,7 +43,7 @@ def half_kick_work(solid: Solid, state: State, point: int) -> float:
 def write_pulls(gradient, stress, volume, cosine, sine, along, numbers, pull):
     """Write the pull of some points, without ties, from present stresses and gradients, like `write_point_pull`."""
     for p in numbers:
-        nominal = nominal_stress(load_deformation(gradient, p), load_symmetric(stress, p))
+        nominal = nominal_stress(load_deformation_gradient(gradient, p), load_symmetric_tensor(stress, p))
         write_point_pull(pull, p, nominal, volume[p], cosine[p], sine[p], along[p])
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...errors import ParameterError
-from ...materials.tensors import determinant, largest_principal, load_deformation, load_symmetric
+from ...materials.tensors import determinant, largest_principal, load_deformation_gradient, load_symmetric_tensor
 from ...support.float_arrays import FloatArray
 from ...support.jit import internal, internal_inlined, jit
 from ..geometry.bodies import EDGES
@@ -78,7 +78,7 @@ def find_cracking_points(check, stress, gradient, plastic_strain, points_out, la
     for p in range(check.limit.size):
         largest = min(max(largest_ratio[0], _NOTED), 1.0)
         if not may_exceed(
-            check.law, largest * check.limit[p], load_symmetric(stress, p), point_plastic_strain(plastic_strain, p)
+            check.law, largest * check.limit[p], load_symmetric_tensor(stress, p), point_plastic_strain(plastic_strain, p)
         ):
             continue
         value, nx, ny, nz = fracture_value(check.law, stress, gradient, plastic_strain, p)
@@ -115,8 +115,8 @@ def point_plastic_strain(plastic_strain, p):
 @internal
 def fracture_value(law, stress, gradient, plastic_strain, p):
     """Return the decisive value of a point and the direction of its largest principal stress."""
-    volume = determinant(load_deformation(gradient, p))
-    largest, nx, ny, nz = largest_principal(load_symmetric(stress, p))
+    volume = determinant(load_deformation_gradient(gradient, p))
+    largest, nx, ny, nz = largest_principal(load_symmetric_tensor(stress, p))
     return decisive_value(law, Point(largest, volume, point_plastic_strain(plastic_strain, p))), nx, ny, nz
 
 

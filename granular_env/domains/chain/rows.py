@@ -30,7 +30,7 @@ def _contact_forces(law, tables, first, out):
 @jit
 def _energies_between(law, tables, first, last, out):
     for k in range(len(out)):
-        out[k, 0] = quantities.energy_between(chain_state(law, tables[k]), first, last)
+        out[k, 0] = quantities.excess_energy(chain_state(law, tables[k]), first, last)
 
 
 class ChainRows:

@@ -18,7 +18,7 @@ from granular_env.components.chain import Chain
 from granular_env.components.chain.adjoint import KNOWN, evaluate_objective, has_computed_mass, validate_drive
 from granular_env.components.chain.objective import Objective
 from granular_env.components.errors import ParameterError, spelling_hint
-from granular_env.components.materials.elastic import material
+from granular_env.components.materials.elastic import to_material
 from granular_env.components.number_arrays import number_array
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.validation import positive_number
@@ -130,7 +130,7 @@ def _changed_parameters(chain: Chain, changes: Mapping[str, FloatArray]) -> dict
     p = chain.parameters
     given: dict[str, Any] = p.model_dump() | {"step_size": chain.step_size}
     if "radius" in changes or "mass" in changes:
-        host = [material(one) for one in (p.material if isinstance(p.material, list) else [p.material] * p.grains)]
+        host = [to_material(one) for one in (p.material if isinstance(p.material, list) else [p.material] * p.grains)]
         masses = chain.geometry.mass + changes.get("mass", 0.0)
         given.pop("arrangement", None)
         given["material"] = p.arrangement.materials(host)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.random import Generator
 
 from granular_env.components.chain import Chain
-from granular_env.components.chain.differentiable_quantities import energy_between, energy_between_pullback
+from granular_env.components.chain.differentiable_quantities import excess_energy, excess_energy_pullback
 from granular_env.components.chain.objective import Objective
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.jit import jit
@@ -36,13 +36,13 @@ from .matched_end import SENSORS, MatchedForce, MatchedPiston, SensorScales
 @jit
 def _add_to_sums(chain, step, steps, inputs, constants, sums):
     if step == steps - 1:
-        sums[0] += energy_between(chain, 1, chain.settings.grains) / constants[0]
+        sums[0] += excess_energy(chain, 1, chain.settings.grains) / constants[0]
 
 
 @jit
 def _pullback(chain, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
     if step == steps - 1:
-        energy_between_pullback(chain, adjoint, 1, chain.settings.grains, slopes[0] / constants[0])
+        excess_energy_pullback(chain, adjoint, 1, chain.settings.grains, slopes[0] / constants[0])
 
 
 class AbsorptionTask(DrivenEndTask):

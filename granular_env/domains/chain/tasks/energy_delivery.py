@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, Unpack
 import numpy as np
 
 from granular_env.components.chain import Chain
-from granular_env.components.chain.differentiable_quantities import energy_between, energy_between_pullback
+from granular_env.components.chain.differentiable_quantities import excess_energy, excess_energy_pullback
 from granular_env.components.chain.objective import Objective
 from granular_env.components.chain.theory import SOLITARY_ENERGY
 from granular_env.components.support.float_arrays import FloatArray
@@ -42,8 +42,8 @@ class EnergyTarget(NamedTuple):
 def _add_to_sums(chain, step, steps, inputs, constants, sums):
     if step == steps - 1:
         n = chain.settings.grains
-        sums[0] += energy_between(chain, int(constants[_FIRST]), n) / constants[_ENERGY]
-        sums[1] += energy_between(chain, 1, n) / constants[_ENERGY]
+        sums[0] += excess_energy(chain, int(constants[_FIRST]), n) / constants[_ENERGY]
+        sums[1] += excess_energy(chain, 1, n) / constants[_ENERGY]
 
 
 @jit
@@ -57,8 +57,8 @@ def _objective_value(sums, constants, slopes):
 def _pullback(chain, adjoint, step, steps, inputs, input_adjoint, constants, slopes):
     if step == steps - 1:
         n = chain.settings.grains
-        energy_between_pullback(chain, adjoint, int(constants[_FIRST]), n, slopes[0] / constants[_ENERGY])
-        energy_between_pullback(chain, adjoint, 1, n, slopes[1] / constants[_ENERGY])
+        excess_energy_pullback(chain, adjoint, int(constants[_FIRST]), n, slopes[0] / constants[_ENERGY])
+        excess_energy_pullback(chain, adjoint, 1, n, slopes[1] / constants[_ENERGY])
 
 
 class EnergyDeliveryTask(DrivenEndTask):
