@@ -97,7 +97,7 @@ def write_forces(specimen, contacts, time, tick):
 
 
 @jit
-def measure_at_rest(medium, motion, scratch, contacts):
+def write_current_fields(medium, motion, scratch, contacts):
     """Write strains, stresses and forces at the present positions with the present histories; contacts do not slide."""
     write_medium_strains(medium, motion, scratch)
     write_medium_tractions(medium, scratch)

@@ -71,7 +71,7 @@ from .lattice import (
 )
 from .laws.criterion import LinkStress, failure_measure
 from .laws.responses import ElasticResponses, History, LinkResponses, link_response_constants, updated_history
-from .pair_strains import equivalent_stress, sum_link_forces, sum_over_links, sum_shares, virial, write_link_strains
+from .pair_strains import equivalent_stress, sum_link_forces, sum_over_links, sum_shares, virial_stress, write_link_strains
 
 # Rows of moduli.
 ALONG, ACROSS = 0, 1
@@ -280,7 +280,7 @@ def write_medium_stresses(medium, scratch):
     links, weight = scratch.links, medium.histories.weight
     for q in range(links.shape[1]):
         for p in range(links.shape[2]):
-            xx, yy, xy = virial(links[NORMAL, q, p], links[TANGENTIAL, q, p], links[EX, q, p], links[EY, q, p])
+            xx, yy, xy = virial_stress(links[NORMAL, q, p], links[TANGENTIAL, q, p], links[EX, q, p], links[EY, q, p])
             links[VIRIAL_XX, q, p], links[VIRIAL_YY, q, p] = weight[q, p] * xx, weight[q, p] * yy
             links[VIRIAL_XY, q, p] = weight[q, p] * xy
     for component in range(3):

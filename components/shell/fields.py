@@ -102,7 +102,7 @@ class Fields:
         if self._breaking is not None:
             return self._breaking.node_values(parameters)
         out = np.zeros_like(parameters)
-        kernels.interpolate(self._assembly.node_stencils, parameters, out)
+        kernels.interpolate_field(self._assembly.node_stencils, parameters, out)
         return out
 
     def node_means(self, values: FloatArray) -> FloatArray:

@@ -56,7 +56,7 @@ class Stencils(NamedTuple):
         first, end = self.first[self.kind[point] :][:2]
         return self.gradients[first:end]
 
-    def without_gradients(self) -> Stencils:
+    def drop_gradients(self) -> Stencils:
         """Return the stencils without gradients, which take most of the memory, and without the factors of the gradients."""
         return self._replace(gradients=np.zeros((0, 3)), along=np.zeros(0))
 

@@ -223,7 +223,7 @@ class BreakingBody:
                 nodes.seen.values[row : row + len(neighbours)] = neighbours == node
         self._seen_facets = facets
         out = np.zeros_like(parameters)
-        kernels.interpolate(nodes.seen, parameters, out)
+        kernels.interpolate_field(nodes.seen, parameters, out)
         return out
 
     def mean_stress(self) -> FloatArray:
@@ -321,7 +321,7 @@ class BreakingBody:
 
     def _point_displacement(self) -> FloatArray:
         out = np.zeros((len(self._found), 3))
-        kernels.interpolate(self.cracks.visibility.seen, self._tables.state.displacement, out)
+        kernels.interpolate_field(self.cracks.visibility.seen, self._tables.state.displacement, out)
         return out
 
     def eroded_mass(self) -> float:
