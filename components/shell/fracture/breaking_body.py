@@ -372,7 +372,7 @@ class BreakingBody:
         """
         return self._neighbour_sides(np.any(self.cracks.links > 0, axis=2))
 
-    def _leaking_sides(self) -> CutSides:
+    def _severed_sides(self) -> CutSides:
         """Return the sides that a crack cuts through the whole wall."""
         return self._neighbour_sides(self.cracks.severed)
 
@@ -387,7 +387,7 @@ class BreakingBody:
         lattice, cracks, state = self._assembly.lattice, self.cracks, self._tables.state
         is_severed = not connects_ends(cracks.labels, cracks.borne, lattice.shape[:2])
         strain = station_means(self._assembly, state.plastic_strain) if cracks.solid.plastic else np.zeros(1)
-        through = self._leaking_sides()
+        through = self._severed_sides()
         return outcome(lattice, through if through.is_cut else self._cut_sides(), is_severed, strain)
 
     def conclusions(self, step_size: float) -> list[str]:
@@ -410,7 +410,7 @@ class BreakingBody:
 
     def _describe_cracks(self) -> str:
         """Return the extent of cracks in words, at any depth and through the wall."""
-        lattice, through = self._assembly.lattice, self._leaking_sides()
+        lattice, through = self._assembly.lattice, self._severed_sides()
         whole, leaks = "circumference" if lattice.bent else "width", "none of them goes through the wall"
         if through.is_cut:
             leaks = f"those through the wall {_describe_extent(lattice, through)}"
