@@ -129,16 +129,16 @@ class CrackingSpecimen(LinkedSpecimen):
 
     def advance(self, tick: int, ticks: int) -> int:
         """Advance the fields from a tick with the current loads and velocities of the conditions; return a status."""
-        last, judged = tick + ticks, False
+        last, is_checked = tick + ticks, False
         while tick < last:
             step_limits = StepLimits(self.step_size, self.speed_limit, self.travel_limit)
-            code, done = advance(self.specimen, self.inputs, self.contacts(), step_limits, tick, last - tick, judged)
-            tick, judged = tick + done, code == BREAK
+            code, done = advance(self.specimen, self.inputs, self.contacts(), step_limits, tick, last - tick, is_checked)
+            tick, is_checked = tick + done, code == BREAK
             if code == TOO_FAST:
                 return TOO_FAST
             if code == SEARCH and (status := self.find_contacts()):
                 return status
-            if judged:
+            if is_checked:
                 self.change_links(tick)
         return 0
 
