@@ -139,7 +139,7 @@ class CrackingSpecimen(LinkedSpecimen):
             if code == SEARCH and (status := self.find_contacts()):
                 return status
             if is_checked:
-                self.change_links(tick)
+                self.update_links(tick)
         return 0
 
     @property
@@ -147,7 +147,7 @@ class CrackingSpecimen(LinkedSpecimen):
         """Return the distance that the fastest automaton may move before the next search for contacts [m]."""
         return _MOST_TRAVEL * self.packing.diameter
 
-    def change_links(self, tick: int) -> None:
+    def update_links(self, tick: int) -> None:
         """Break links that meet their criterion in the step `tick`, and form links again that are due."""
         self._break_links(tick)
         if self.medium.law.linking_ticks:

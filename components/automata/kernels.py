@@ -1,7 +1,7 @@
 """Internal steps of a specimen whose links may yield and break, and whose pieces touch.
 
 The forces at a position are computed in two parts, `yield_and_check_links` and `write_forces`. In between, lists may have to
-grow for links that break or are formed again (`CrackingSpecimen.change_links`). A parent that moves the automata calls these
+grow for links that break or are formed again (`CrackingSpecimen.update_links`). A parent that moves the automata calls these
 parts directly. `advance` calls them between the halves of a drift, as `linked_specimen.advance` does with the forces of linked
 automata.
 """

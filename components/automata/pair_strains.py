@@ -132,7 +132,7 @@ def sum_over_links(layout, first, second, sign, out):
 
 
 @internal
-def sum_shares(body, values, links, out):
+def sum_by_shares(body, values, links, out):
     """Write the sums of link values, shape (directions, m), weighted by their shares in both automata, shape (m,)."""
     for q in range(values.shape[0]):
         for p in range(values.shape[1]):

@@ -434,7 +434,7 @@ class Coupled(Component):
                 failure[1] = tick + progress[ROW] + 1
                 return _AUTOMATA_FAILED + failed
             if status == BREAK:
-                self._cracking.change_links((tick + int(progress[ROW])) * self.micro_steps + int(progress[MICRO]))
+                self._cracking.update_links((tick + int(progress[ROW])) * self.micro_steps + int(progress[MICRO]))
 
     def _explain(self, status: int) -> StepError:
         if status == INVERTED:

@@ -95,7 +95,7 @@ def assemble_solid(p: ShellParameters) -> Assembly:
 
 def _build_assembly(p: ShellParameters) -> Assembly:
     refuse_zero_energy_modes(p)
-    lattice, rule, radius = p.body.lattice(), p.rule, p.chosen_radius
+    lattice, rule, radius = p.body.lattice(), p.integration_rule, p.chosen_radius
     points = integration_points(lattice, rule.surface, rule.through, radius)
     along, across, through = lattice.axes
     lines = points_at_planes(along), points_at_planes(across), points_at_planes(through)
@@ -128,7 +128,8 @@ def _build_assembly(p: ShellParameters) -> Assembly:
 
 def refuse_zero_energy_modes(p: ShellParameters) -> None:
     """Raise `ParameterError` if the integration rule has zero-energy modes in addition to rigid motions."""
-    chosen = (p.body.node_counts[2], p.rule.surface, p.rule.through, p.basis, p.chosen_radius)
+    rule = p.integration_rule
+    chosen = (p.body.node_counts[2], rule.surface, rule.through, p.basis, p.chosen_radius)
     if chosen == _KNOWN:
         return
     try:
@@ -137,7 +138,7 @@ def refuse_zero_energy_modes(p: ShellParameters) -> None:
         return
     if modes != RIGID_MOTIONS:
         raise ParameterError(
-            f"got {p.rule.surface!r} with {p.rule.through} points through {p.body.node_counts[2]} layers, basis {p.basis!r}, "
+            f"got {rule.surface!r} with {rule.through} points through {p.body.node_counts[2]} layers, basis {p.basis!r}, "
             f"radius {p.chosen_radius:g}: a free patch has {modes} modes without energy",
             expected=f"{RIGID_MOTIONS}, the rigid motions",
             hint="take more points, or surface = 'cell'", at="integration",

@@ -103,7 +103,7 @@ class ShellParameters(Parameters):
         return _RADII[self.basis] if self.radius is None else self.radius
 
     @property
-    def rule(self) -> Integration:
+    def integration_rule(self) -> Integration:
         """The integration rule."""
         if self.integration is not None:
             return self.integration
