@@ -56,7 +56,7 @@ def test_a_contact_is_at_rest_where_its_link_would_be(response: dict[str, Any], 
     specimen.load_motion()
     specimen.update_forces()
     strain = 1.0 - (automata.get("displacement")[9, 1] - automata.get("displacement")[5, 1] + 1.0)
-    specimen.change_links(automata.tick)
+    specimen.update_links(automata.tick)
     assert automata._block["contacts"].tolist() == [[5, 9, 1, automata.tick]]
     assert automata._block["rest"][0] == pytest.approx(1.0 - strain + overlap * strain, abs=0.01 * strain)
 

@@ -23,7 +23,7 @@ from .conclusions import describe_links, describe_pieces
 from .contacts import empty_contacts
 from .cracking_specimen import TOO_FAR, CrackingSpecimen, intact_medium
 from .edge_conditions import Conditions
-from .kernels import measure_at_rest
+from .kernels import write_current_fields
 from .lattice import MASS, Body, make_body
 from .linked_specimen import LinkedSpecimen
 from .materials import chosen_materials, lame_constants, material_numbers
@@ -102,7 +102,7 @@ class Automata(Component):
         update = partial(linked_specimen.update_forces, self.body)
         if self._medium is not None:
             medium, contacts = self._medium, empty_contacts()
-            update = lambda motion, scratch: measure_at_rest(medium, motion, scratch, contacts)  # noqa: E731
+            update = lambda motion, scratch: write_current_fields(medium, motion, scratch, contacts)  # noqa: E731
         return highest_frequency(self.body, update, self._medium is not None)
 
     @property
@@ -194,7 +194,7 @@ class Automata(Component):
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         for name, value in values.items():
             self._block["spin" if name == "angular_velocity" else name][...] = value
-        self.specimen.start()
+        self.specimen.reset_histories()
         sums = self.specimen.momenta_and_energies()
         self._block["start"][:] = sums[3] + sums[4] + ordered_sum(*self._stored_energies().values()), *sums[:3]
         return {}

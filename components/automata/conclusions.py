@@ -26,7 +26,7 @@ def describe_links(specimen: CrackingSpecimen, points: Points, pairs: IntArray, 
         nearest = int(ratio.argmax()) if count else 0
         if not count or not ratio[nearest] > 0.0:
             return f"none of {count} links broke"
-        where = _describe_place(points, pairs[nearest])
+        where = _describe_link(points, pairs[nearest])
         return f"none of {count} links broke; the nearest, of {where}, is at {ratio[nearest]:.3g} of its limit now"
     tick, cause, index, value, limit = breaks[0].tolist()
     broken, again = len(np.unique(breaks[:, 2])), ""
@@ -35,7 +35,7 @@ def describe_links(specimen: CrackingSpecimen, points: Points, pairs: IntArray, 
     kind = list(specimen.event_kinds)[int(cause)].replace("_", " ")
     unit = "" if (one := next(iter(specimen.event_details.values())).unit) == "1" else f" {one}"
     return (
-        f"{broken} of {count} links broke{again}; the first was a {kind} of {_describe_place(points, pairs[int(index)])} at "
+        f"{broken} of {count} links broke{again}; the first was a {kind} of {_describe_link(points, pairs[int(index)])} at "
         f"{1e6 * np.ceil(tick / micro_steps) * step_size:.4g} us: {value:.6g}{unit} > {limit:.6g}{unit}"
     )
 
@@ -59,7 +59,7 @@ def describe_pieces(linked_pairs: IntArray, mass: FloatArray) -> str:
     return "1 piece" if pieces == 1 else f"{pieces} pieces; the largest has {largest:g} % of the mass"
 
 
-def _describe_place(points: Points, pair: IntArray) -> str:
+def _describe_link(points: Points, pair: IntArray) -> str:
     """Return the automata that a link joins, and the initial position of its middle."""
     middle = points.reference[pair[0]] + 0.5 * points.shortest_vectors(pair[None])[0]
     return f"{points.name} {pair[0]} and {pair[1]} at ({', '.join(f'{one:.4g}' for one in middle)}) m"

@@ -23,7 +23,7 @@ from .contacts import (
     merge_contacts,
 )
 from .energies import stored_energies
-from .kernels import BREAK, SEARCH, TOO_FAST, Specimen, StepLimits, advance, measure_at_rest
+from .kernels import BREAK, SEARCH, TOO_FAST, Specimen, StepLimits, advance, write_current_fields
 from .lattice import EPS, FACE, FIRST_SHARE, GAMMA, LAME, SECOND_SHARE, SHEAR, STRESS_XX, TORQUE, VOLUME, VX, VY, Body, X, Y
 from .laws.criterion import WeakerLaw
 from .link_release import LOSSES, NEVER_FOUND, TRAVEL, write_rest_distances
@@ -120,7 +120,7 @@ class CrackingSpecimen(LinkedSpecimen):
         self.losses = block["losses"]
         self.specimen = Specimen(self.medium, self.motion, self.scratch, self.losses)
 
-    def start(self) -> None:
+    def reset_histories(self) -> None:
         """Link all pairs, and request a search for contacts before the first step."""
         self.medium.histories.weight[:] = self.body.links[FACE] > 0.0
         self.losses[TRAVEL] = NEVER_FOUND
@@ -129,17 +129,17 @@ class CrackingSpecimen(LinkedSpecimen):
 
     def advance(self, tick: int, ticks: int) -> int:
         """Advance the fields from a tick with the current loads and velocities of the conditions; return a status."""
-        last, judged = tick + ticks, False
+        last, is_checked = tick + ticks, False
         while tick < last:
             step_limits = StepLimits(self.step_size, self.speed_limit, self.travel_limit)
-            code, done = advance(self.specimen, self.inputs, self.contacts(), step_limits, tick, last - tick, judged)
-            tick, judged = tick + done, code == BREAK
+            code, done = advance(self.specimen, self.inputs, self.contacts(), step_limits, tick, last - tick, is_checked)
+            tick, is_checked = tick + done, code == BREAK
             if code == TOO_FAST:
                 return TOO_FAST
             if code == SEARCH and (status := self.find_contacts()):
                 return status
-            if judged:
-                self.change_links(tick)
+            if is_checked:
+                self.update_links(tick)
         return 0
 
     @property
@@ -147,7 +147,7 @@ class CrackingSpecimen(LinkedSpecimen):
         """Return the distance that the fastest automaton may move before the next search for contacts [m]."""
         return _MOST_TRAVEL * self.packing.diameter
 
-    def change_links(self, tick: int) -> None:
+    def update_links(self, tick: int) -> None:
         """Break links that meet their criterion in the step `tick`, and form links again that are due."""
         self._break_links(tick)
         if self.medium.law.linking_ticks:
@@ -180,7 +180,7 @@ class CrackingSpecimen(LinkedSpecimen):
 
     def _measure_links(self) -> None:
         """Write the strains, stresses and forces of links."""
-        measure_at_rest(self.medium, self.motion, self.scratch, self.contacts()._replace(used=0))
+        write_current_fields(self.medium, self.motion, self.scratch, self.contacts()._replace(used=0))
 
     def _add_events(self, tick: int, *columns: npt.ArrayLike) -> None:
         """Append events: kind number, link, value and limit of each."""
@@ -278,7 +278,7 @@ class CrackingSpecimen(LinkedSpecimen):
         contacts = self.contacts()
         if not at_start:
             contacts = contacts._replace(slid=contacts.slid.copy(), rest=contacts.rest.copy(), dashpot=contacts.dashpot.copy())
-        measure_at_rest(self.medium, self.motion, self.scratch, contacts)
+        write_current_fields(self.medium, self.motion, self.scratch, contacts)
 
     def stress(self) -> FloatArray:
         """Return the stresses that the links carry, for each automaton, shape (n, 3) [Pa]."""

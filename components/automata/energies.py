@@ -10,7 +10,7 @@ from .links import ACROSS, ALONG, MixedModuli, UniformModuli
 
 
 @internal
-def condensation(body, h, p):
+def condensation_factor(body, h, p):
     """Return 1 + a of an automaton, the effect of free and released faces on volumetric strain; `h` are `Histories`."""
     free, shares = body.cells[MISSING, p], body.links
     for q in range(body.layout.offset.size):
@@ -34,7 +34,7 @@ def dilation(body, h, links, p):
         b = p - body.layout.offset[q]
         total += body.links[FIRST_SHARE, q, p] * _counted_link_strain(h, links, q, p)
         total += body.links[SECOND_SHARE, q, b] * _counted_link_strain(h, links, q, b)
-    return total / condensation(body, h, p)
+    return total / condensation_factor(body, h, p)
 
 
 @internal
@@ -51,7 +51,7 @@ def link_energy(medium, links, q, p):
 def volume_energy(body, h, links, p):
     """Return the energy of the volumetric strain of an automaton [J]."""
     theta = dilation(body, h, links, p)
-    return 0.5 * body.cells[VOLUME, p] * body.cells[LAME, p] * condensation(body, h, p) * theta * theta
+    return 0.5 * body.cells[VOLUME, p] * body.cells[LAME, p] * condensation_factor(body, h, p) * theta * theta
 
 
 @dispatch_by_class

@@ -1,7 +1,7 @@
 """Internal steps of a specimen whose links may yield and break, and whose pieces touch.
 
 The forces at a position are computed in two parts, `yield_and_check_links` and `write_forces`. In between, lists may have to
-grow for links that break or are formed again (`CrackingSpecimen.change_links`). A parent that moves the automata calls these
+grow for links that break or are formed again (`CrackingSpecimen.update_links`). A parent that moves the automata calls these
 parts directly. `advance` calls them between the halves of a drift, as `linked_specimen.advance` does with the forces of linked
 automata.
 """
@@ -97,7 +97,7 @@ def write_forces(specimen, contacts, time, tick):
 
 
 @jit
-def measure_at_rest(medium, motion, scratch, contacts):
+def write_current_fields(medium, motion, scratch, contacts):
     """Write strains, stresses and forces at the present positions with the present histories; contacts do not slide."""
     write_medium_strains(medium, motion, scratch)
     write_medium_tractions(medium, scratch)

@@ -53,7 +53,7 @@ from .lattice import (
 )
 from .loads import Inputs, count_fast_automata, drift, kick_with_inputs
 from .packing import Packing
-from .pair_strains import sum_link_forces, sum_shares, virial, write_link_strains
+from .pair_strains import sum_by_shares, sum_link_forces, virial_stress, write_link_strains
 
 # Results of `advance`.
 DONE, TOO_FAST = 0, 1
@@ -70,7 +70,7 @@ def write_link_forces(body, motion, scratch):
     """
     layout, links, cells = body.layout, scratch.links, scratch.cells
     write_link_strains(body, motion, scratch)
-    sum_shares(body, links[EPS], links, cells[DILATION])
+    sum_by_shares(body, links[EPS], links, cells[DILATION])
     for p in range(cells.shape[1]):
         cells[DILATION, p] *= cells[STIFFENING, p]
     update_ghosts(layout.ghosts, cells[DILATION])
@@ -146,9 +146,9 @@ def write_stresses(body, scratch, out):
             theta_j = theta[body.layout.offset[q] :]
             for p in range(theta_j.size):
                 normal = twice * links[EPS, q, p] + lame * (0.5 * (theta[p] + theta_j[p]))
-                parts = virial(normal, twice * links[GAMMA, q, p], links[EX, q, p], links[EY, q, p])
+                parts = virial_stress(normal, twice * links[GAMMA, q, p], links[EX, q, p], links[EY, q, p])
                 traction[q, p] = parts[component]
-        sum_shares(body, traction, links, out[component])
+        sum_by_shares(body, traction, links, out[component])
 
 
 class LinkedSpecimen:
@@ -183,7 +183,7 @@ class LinkedSpecimen:
         self._block = block
         self.inputs = Inputs(self.conditions.load, self.conditions.grip, block["tallies"])
 
-    def start(self) -> None:
+    def reset_histories(self) -> None:
         """Write the initial histories."""
 
     def load_motion(self) -> None:

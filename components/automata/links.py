@@ -71,7 +71,7 @@ from .lattice import (
 )
 from .laws.criterion import LinkStress, failure_measure
 from .laws.responses import ElasticResponses, History, LinkResponses, link_response_constants, updated_history
-from .pair_strains import equivalent_stress, sum_link_forces, sum_over_links, sum_shares, virial, write_link_strains
+from .pair_strains import equivalent_stress, sum_by_shares, sum_link_forces, sum_over_links, virial_stress, write_link_strains
 
 # Rows of moduli.
 ALONG, ACROSS = 0, 1
@@ -192,7 +192,7 @@ def write_medium_strains(medium, motion, scratch):
     for q in range(links.shape[1]):
         for p in range(links.shape[2]):
             links[COUNTED, q, p] = (1.0 - h.weight[q, p]) / (1.0 + h.stiffness[q, p])
-    sum_shares(body, links[COUNTED], links, cells[STIFFENING])
+    sum_by_shares(body, links[COUNTED], links, cells[STIFFENING])
     for p in range(cells.shape[1]):
         free = body.cells[MISSING, p] + cells[STIFFENING, p]
         cells[STIFFENING, p] = 1.0 / (1.0 + free * body.cells[LAME, p] / (2.0 * body.cells[SHEAR, p]))
@@ -201,7 +201,7 @@ def write_medium_strains(medium, motion, scratch):
         for p in range(links.shape[2]):
             held = h.weight[q, p] * (links[EPS, q, p] - h.origin_eps[q, p])
             links[COUNTED, q, p] = held + (1.0 - h.weight[q, p]) * h.plastic_eps[q, p]
-    sum_shares(body, links[COUNTED], links, cells[DILATION])
+    sum_by_shares(body, links[COUNTED], links, cells[DILATION])
     for p in range(cells.shape[1]):
         cells[DILATION, p] *= cells[STIFFENING, p]
     update_ghosts(body.layout.ghosts, cells[DILATION])
@@ -280,11 +280,11 @@ def write_medium_stresses(medium, scratch):
     links, weight = scratch.links, medium.histories.weight
     for q in range(links.shape[1]):
         for p in range(links.shape[2]):
-            xx, yy, xy = virial(links[NORMAL, q, p], links[TANGENTIAL, q, p], links[EX, q, p], links[EY, q, p])
+            xx, yy, xy = virial_stress(links[NORMAL, q, p], links[TANGENTIAL, q, p], links[EX, q, p], links[EY, q, p])
             links[VIRIAL_XX, q, p], links[VIRIAL_YY, q, p] = weight[q, p] * xx, weight[q, p] * yy
             links[VIRIAL_XY, q, p] = weight[q, p] * xy
     for component in range(3):
-        sum_shares(medium.body, links[VIRIAL_XX + component], links, scratch.cells[STRESS_XX + component])
+        sum_by_shares(medium.body, links[VIRIAL_XX + component], links, scratch.cells[STRESS_XX + component])
         update_ghosts(medium.body.layout.ghosts, scratch.cells[STRESS_XX + component])
 
 

@@ -132,7 +132,7 @@ def sum_over_links(layout, first, second, sign, out):
 
 
 @internal
-def sum_shares(body, values, links, out):
+def sum_by_shares(body, values, links, out):
     """Write the sums of link values, shape (directions, m), weighted by their shares in both automata, shape (m,)."""
     for q in range(values.shape[0]):
         for p in range(values.shape[1]):
@@ -160,7 +160,7 @@ def equivalent_stress(xx, yy, zz, xy):
 
 
 @internal_inlined
-def virial(normal, tangential, ex, ey):
+def virial_stress(normal, tangential, ex, ey):
     """Return the contribution of face tractions to the stress, for a share of 1: xx, yy and xy [Pa]."""
     tx, ty = normal * ex - tangential * ey, normal * ey + tangential * ex
     return ex * tx, ey * ty, 0.5 * (ex * ty + ey * tx)

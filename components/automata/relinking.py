@@ -35,7 +35,7 @@ from .contacts import (
     sliding_speed,
     write_link_value,
 )
-from .energies import condensation, dilation, pair_energy
+from .energies import condensation_factor, dilation, pair_energy
 from .lattice import (
     EPS,
     EX,
@@ -300,9 +300,9 @@ def _strain_link(medium, motion, scratch, contacts, pair, fraction, extra_strain
     begin, end = (i, j) if slot < body.layout.offset.size else (j, i)
     first, second = body.layout.place[begin], body.layout.place[end]
     others = 0.5 * body.cells[LAME, p] * (dilation(body, h, links, first) + dilation(body, h, links, second))
-    slope = body.links[FIRST_SHARE, q, p] / condensation(body, h, first) + body.links[SECOND_SHARE, q, p] / condensation(
-        body, h, second
-    )
+    slope = body.links[FIRST_SHARE, q, p] / condensation_factor(body, h, first) + body.links[
+        SECOND_SHARE, q, p
+    ] / condensation_factor(body, h, second)
     slope *= 0.5 * body.cells[LAME, p] * pair.after
     eps -= fraction * (along / body.links[FACE, q, p] - others) / (twice + slope) + extra_strain
     gamma -= fraction * across / (body.links[FACE, q, p] * twice)

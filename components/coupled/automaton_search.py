@@ -49,7 +49,7 @@ class AutomatonSearch:
         return np.all(((inside >= 0.0) & (inside <= self._extent)) | ~self._periodic, axis=1)
 
 
-def common_sides(mesh: Mesh, shape: Shape, origin: FloatArray) -> IntArray:
+def find_interface_sides(mesh: Mesh, shape: Shape, origin: FloatArray) -> IntArray:
     """Return the boundary sides of the grid with automata on their outer side, as node pairs, shape (k, 2)."""
     start, end = mesh.nodes[mesh.sides[:, 0]], mesh.nodes[mesh.sides[:, 1]]
     way = end - start

@@ -27,7 +27,7 @@ from ..parts import make_part, part_drawable, part_readers, part_values, part_va
 from ..state_block import Layout
 from ..support.float_arrays import FloatArray, ordered_sum
 from ..variables import Variable
-from .automaton_search import AutomatonSearch, common_sides, points_in_cells
+from .automaton_search import AutomatonSearch, find_interface_sides, points_in_cells
 from .edge_loads import EdgeInputs
 from .energy_sums import EnergySums, leapfrog_energy, make_energy_sums
 from .exchange import EXCHANGE_TALLY, IMPULSE, WORK_ON_AUTOMATA, WORK_ON_GRID, Exchange, assemble_interface_forces
@@ -95,7 +95,7 @@ class Coupled(Component):
         )
         self._automata_mass: FloatArray = automata.mass
         if self.parameters.side_contacts:
-            self._free_sides: IntArray = free_sides(mesh, common_sides(mesh, shape, origin))
+            self._free_sides: IntArray = free_sides(mesh, find_interface_sides(mesh, shape, origin))
             self.interface = extend_interface(self.interface, self._free_sides.reshape(-1))
 
     def _lay_out_state(self, grid: Grid, automata: Automata) -> None:
@@ -434,7 +434,7 @@ class Coupled(Component):
                 failure[1] = tick + progress[ROW] + 1
                 return _AUTOMATA_FAILED + failed
             if status == BREAK:
-                self._cracking.change_links((tick + int(progress[ROW])) * self.micro_steps + int(progress[MICRO]))
+                self._cracking.update_links((tick + int(progress[ROW])) * self.micro_steps + int(progress[MICRO]))
 
     def _explain(self, status: int) -> StepError:
         if status == INVERTED:

@@ -19,7 +19,7 @@ from ..boundaries import Boundary, Free, Traction
 from ..errors import ParameterError
 from ..grid.mesh import IntArray, Mesh
 from ..support.float_arrays import FloatArray
-from .automaton_search import AutomatonSearch, common_sides, points_in_cells
+from .automaton_search import AutomatonSearch, find_interface_sides, points_in_cells
 
 
 class Interface(NamedTuple):
@@ -73,7 +73,7 @@ def find_interface(
     Raises:
         ParameterError: the parts overlap, do not touch or do not match, or an interface edge is held or damped.
     """
-    sides = common_sides(mesh, shape, origin)
+    sides = find_interface_sides(mesh, shape, origin)
     # Zigzags are checked first: the staircase of the automata along a zigzag side also overlaps cells.
     for side in sides.tolist():
         _refuse_zigzags(mesh, packing, side)

@@ -24,8 +24,8 @@ from .side_contacts import add_side_forces, largest_side_speed
 DONE, INVERTED, TOO_FAST, SEARCH, BREAK = 0, 1, 2, 3, 4
 # Entries of `Course.progress`: the tick in the call, the step of the automata in the tick, and its stage.
 ROW, MICRO, STAGE, PROGRESS = 0, 1, 2, 3
-# Stages: before a tick, before a step of the automata, after its links have been judged.
-BEGIN, MOVE, ACT = 0, 1, 2
+# Stages: before a tick, before a step of the automata, after its links have been checked.
+BEGIN_TICK, BEGIN_STEP, END_STEP = 0, 1, 2
 
 
 class CallProgress(NamedTuple):
@@ -62,17 +62,17 @@ def advance(grid, automata, linked_body, cracking, seam, factors, steps, tick, c
     while progress[ROW] < rows:
         row = progress[ROW]
         now, has_next_tick, failed, fast = tick + row + 1, row + 1 < rows, np.int64(-1), 0
-        if progress[STAGE] == BEGIN:
+        if progress[STAGE] == BEGIN_TICK:
             begin_tick(steps, grid, automata, seam, factors, row)
-            progress[MICRO], progress[STAGE] = 0, MOVE
+            progress[MICRO], progress[STAGE] = 0, BEGIN_STEP
         while progress[MICRO] < steps.micro:
             own_tick = (now - 1) * steps.micro + progress[MICRO]
-            if progress[STAGE] == MOVE:
+            if progress[STAGE] == BEGIN_STEP:
                 if cracking is not None:
                     if cracking.specimen.losses[TRAVEL] > cracking.travel_limit:
                         return SEARCH
                 begin_step(steps, grid, automata, seam, factors, row)
-                progress[STAGE] = ACT
+                progress[STAGE] = END_STEP
                 if cracking is not None:
                     cracking.specimen.losses[TRAVEL] += time * largest_speed(automata.motion)
                     cracking.specimen.losses[TRAVEL] += time * largest_side_speed(cracking.sides, grid.state.velocity)
@@ -89,11 +89,11 @@ def advance(grid, automata, linked_body, cracking, seam, factors, steps, tick, c
                     # Between the two halves of the kick, where the velocities are the mean velocities.
                     power = dashpot_power(automata.body.layout.place, cracking.contacts, automata.motion)
                     cracking.specimen.losses[DAMPING] += time * power
-            progress[MICRO], progress[STAGE] = progress[MICRO] + 1, MOVE
+            progress[MICRO], progress[STAGE] = progress[MICRO] + 1, BEGIN_STEP
         bad = end_tick(steps, grid, automata, seam, factors, row, now, has_next_tick)
         failed = bad if failed < 0 else failed
         if failed >= 0 or fast:
             call.failure[0], call.failure[1] = failed, now
             return INVERTED if failed >= 0 else TOO_FAST
-        progress[ROW], progress[STAGE] = row + 1, BEGIN
+        progress[ROW], progress[STAGE] = row + 1, BEGIN_TICK
     return DONE

@@ -85,7 +85,7 @@ def update_automata_forces(automata, linked_body, cracking, seam, time, tick):
     Args:
         automata: an `AutomataPart`.
         linked_body: body of automata that stay linked and elastic; None for others.
-        cracking: a `CrackingPart`, its links judged; None for automata that stay linked and elastic.
+        cracking: a `CrackingPart`, its links checked; None for automata that stay linked and elastic.
         seam: a `Seam`.
         time: since the forces were last computed [s].
         tick: number of the step of the automata.

@@ -67,7 +67,7 @@ class Grid(Component):
     def _build(self) -> None:
         p = self.parameters
         try:
-            self.mesh: Mesh = p.mesh.build()
+            self.mesh: Mesh = p.mesh.build_mesh()
         except ParameterError as error:
             raise error.with_outer_location("mesh") from None
         for name, boundary in p.boundaries.items():

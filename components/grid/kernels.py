@@ -357,7 +357,7 @@ def finish_conditions(grid, state, conditions, step, tally):
 
 
 @internal
-def begin_advance(body, factors, step):
+def start_ticks(body, factors, step):
     """Start a sequence of ticks: half a kick, then drift every node. See `advance` for the arguments."""
     count = len(body.grid.reference)
     kick(body.grid, body.state, step, _ZERO, count)
@@ -391,7 +391,7 @@ def advance(body, factors, tally, step, tick, yields, failure_out):
         0, or 1 if a cell is not convex.
     """
     grid, state, corner = body.grid, body.state, body.corner
-    begin_advance(body, factors, step)
+    start_ticks(body, factors, step)
     for row in range(len(factors)):
         failed = advance_cells(grid, state, corner, step, tick + row + 1, yields, _ZERO, len(grid.cells))
         if failed >= 0:
@@ -408,7 +408,7 @@ def advance(body, factors, tally, step, tick, yields, failure_out):
 @jit
 def start_parts(body, factors, step):
     """Start a sequence of ticks."""
-    begin_advance(body, factors, step)
+    start_ticks(body, factors, step)
 
 
 @jit

@@ -51,7 +51,7 @@ class Shape(Named):
         """Names of the edges of the domain."""
 
     @abstractmethod
-    def build(self) -> Mesh:
+    def build_mesh(self) -> Mesh:
         """Return the mesh; raise `ParameterError` if it is unusable."""
 
 
@@ -83,14 +83,14 @@ class Rectangle(Shape):
         return ("left", "right", "bottom", "top")
 
     @property
-    def sizes(self) -> tuple[float, float]:
+    def cell_sides(self) -> tuple[float, float]:
         """Width and height of a cell [m]."""
         size = self.cell_size
         return (size[0], size[1]) if isinstance(size, list) else (size, size)
 
-    def build(self) -> Mesh:  # noqa: D102
+    def build_mesh(self) -> Mesh:  # noqa: D102
         mesh = rectangle_mesh(
-            self.columns, self.rows, self.sizes, None if self.centre is None else (self.centre[0], self.centre[1])
+            self.columns, self.rows, self.cell_sides, None if self.centre is None else (self.centre[0], self.centre[1])
         )
         if not self.holes:
             return mesh
@@ -123,7 +123,7 @@ class Quadrilaterals(Shape):
         farthest = int(np.abs(nodes).max(axis=1).argmax())
         refuse_extreme_coordinates((("nodes", farthest), one) for one in self.nodes[farthest])
         refuse_extreme_values([(("nodes",), float(np.ptp(nodes, axis=0).max()))])
-        self.build()
+        self.build_mesh()
         return self
 
     @property
@@ -134,7 +134,7 @@ class Quadrilaterals(Shape):
     def edge_names(self) -> tuple[str, ...]:  # noqa: D102
         return tuple(self.edges)
 
-    def build(self) -> Mesh:  # noqa: D102
+    def build_mesh(self) -> Mesh:  # noqa: D102
         mesh = Mesh(np.array(self.nodes, dtype=np.float64), np.array(self.cells, dtype=np.int64))
         problem = mesh.first_problem()
         if problem is not None:

@@ -51,14 +51,14 @@ def _compute_frequency(grid: Grid, conditions: Conditions, corner: FloatArray) -
         members = group[group >= 0]
         shape[members] = shape[members[0]]
 
-    def force(moved: FloatArray) -> FloatArray:
+    def nodal_forces(displacement: FloatArray) -> FloatArray:
         # One step of 1 s.
-        state.velocity[:] = moved
+        state.velocity[:] = displacement
         state.stress[:] = 0.0
         state.hourglass_force[:] = 0.0
         kernels.update_forces(elastic, state, conditions.groups, corner, 1.0)
         return state.force
 
     return stable_step.highest_frequency(
-        shape, size, held, grid.mass, force, kernels.norm_ratio, iterations=_ITERATIONS, tolerance=_SETTLED
+        shape, size, held, grid.mass, nodal_forces, kernels.norm_ratio, iterations=_ITERATIONS, tolerance=_SETTLED
     )

@@ -63,8 +63,8 @@ class Shell(Component):
     @classmethod
     def memory_needed(cls, parameters: ShellParameters) -> int:
         """Return the memory of tables, state, its copy and the scratch of the kernels."""
-        along, across, layers = parameters.body.counts
-        points = along * across * parameters.rule.through * _POINTS_OF_CELL[parameters.rule.surface]
+        along, across, layers = parameters.body.node_counts
+        points = along * across * parameters.integration_rule.through * _POINTS_OF_CELL[parameters.integration_rule.surface]
         of_node = _BYTES_OF_NODE + (_BYTES_OF_BREAKING if isinstance(parameters.fracture, FractureLaw) else 0)
         return of_node * along * across * layers + _BYTES_OF_POINT * points
 

@@ -29,7 +29,7 @@ def write_elastic_densities(law, stress, temperature, out):
 
 
 @jit
-def write_largest_principal(stress, out):
+def write_largest_principal_values(stress, out):
     """Write the largest principal value of each row of symmetric tensors, shape (m, 6)."""
     for p in range(out.size):
         out[p] = largest_principal(load_symmetric_tensor(stress, p)).value
@@ -54,7 +54,7 @@ def smallest_stretch(gradient: FloatArray) -> float:
     f = gradient.reshape(-1, 3, 3) + np.eye(3)
     pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
     square, largest = np.stack([-(f[:, :, i] * f[:, :, j]).sum(axis=1) for i, j in pairs], axis=1), np.zeros(len(f))
-    write_largest_principal(square, largest)
+    write_largest_principal_values(square, largest)
     return math.sqrt(max(-float(largest.max()), 1e-12))
 
 

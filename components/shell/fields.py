@@ -10,7 +10,7 @@ import numpy as np
 from ..support.float_arrays import FloatArray
 from . import kernels
 from .column_means import ColumnMeans, make_column_means, write_column_means
-from .energies import write_largest_principal
+from .energies import write_largest_principal_values
 from .fracture.breaking_body import BreakingBody
 from .fracture.laws.principal_stress import PrincipalStress
 from .kernel_arrays import Tables
@@ -102,7 +102,7 @@ class Fields:
         if self._breaking is not None:
             return self._breaking.node_values(parameters)
         out = np.zeros_like(parameters)
-        kernels.interpolate(self._assembly.node_stencils, parameters, out)
+        kernels.interpolate_field(self._assembly.node_stencils, parameters, out)
         return out
 
     def node_means(self, values: FloatArray) -> FloatArray:
@@ -149,7 +149,7 @@ class Fields:
         if self._breaking is not None:
             return self._breaking.fracture_ratios()
         out = np.zeros(self._point_count)
-        write_largest_principal(self.mean_stress(), out)
+        write_largest_principal_values(self.mean_stress(), out)
         return out / PrincipalStress().limit(self._solid.law)
 
     def plastic_strain(self) -> FloatArray:

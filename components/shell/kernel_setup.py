@@ -94,8 +94,8 @@ def assemble_solid(p: ShellParameters) -> Assembly:
 
 
 def _build_assembly(p: ShellParameters) -> Assembly:
-    refuse_soft_rule(p)
-    lattice, rule, radius = p.body.lattice(), p.rule, p.chosen_radius
+    refuse_zero_energy_modes(p)
+    lattice, rule, radius = p.body.lattice(), p.integration_rule, p.chosen_radius
     points = integration_points(lattice, rule.surface, rule.through, radius)
     along, across, through = lattice.axes
     lines = points_at_planes(along), points_at_planes(across), points_at_planes(through)
@@ -123,12 +123,13 @@ def _build_assembly(p: ShellParameters) -> Assembly:
         law=p.material.constants(1.0), plastic=False, step=1.0, wall=np.zeros(2), bounce=np.zeros(0), reference=lattice.nodes,
     )  # fmt: skip
     gauges = [_make_gauge(lattice, node_stencils, column) for column in gauge_columns(p, lattice)]
-    return Assembly(lattice, points, stencils, node_stencils.without_gradients(), gauges, solid, conditions)
+    return Assembly(lattice, points, stencils, node_stencils.drop_gradients(), gauges, solid, conditions)
 
 
-def refuse_soft_rule(p: ShellParameters) -> None:
+def refuse_zero_energy_modes(p: ShellParameters) -> None:
     """Raise `ParameterError` if the integration rule has zero-energy modes in addition to rigid motions."""
-    chosen = (p.body.counts[2], p.rule.surface, p.rule.through, p.basis, p.chosen_radius)
+    rule = p.integration_rule
+    chosen = (p.body.node_counts[2], rule.surface, rule.through, p.basis, p.chosen_radius)
     if chosen == _KNOWN:
         return
     try:
@@ -137,8 +138,8 @@ def refuse_soft_rule(p: ShellParameters) -> None:
         return
     if modes != RIGID_MOTIONS:
         raise ParameterError(
-            f"got {p.rule.surface!r} with {p.rule.through} points through {p.body.counts[2]} layers, basis {p.basis!r}, radius "
-            f"{p.chosen_radius:g}: a free patch has {modes} modes without energy",
+            f"got {rule.surface!r} with {rule.through} points through {p.body.node_counts[2]} layers, basis {p.basis!r}, "
+            f"radius {p.chosen_radius:g}: a free patch has {modes} modes without energy",
             expected=f"{RIGID_MOTIONS}, the rigid motions",
             hint="take more points, or surface = 'cell'", at="integration",
         )  # fmt: skip

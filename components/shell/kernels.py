@@ -266,7 +266,7 @@ def gather_forces(points, nodes, hourglass, scratch, force, numbers):
 
 
 @jit
-def interpolate(stencils, field, out):
+def interpolate_field(stencils, field, out):
     """Write a field at points, from its parameters at the nodes, shape (n, 3): u(X_p) = sum_J N_J u_J.
 
     `stencils` are the `Stencils` of the points.

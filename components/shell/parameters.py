@@ -103,11 +103,11 @@ class ShellParameters(Parameters):
         return _RADII[self.basis] if self.radius is None else self.radius
 
     @property
-    def rule(self) -> Integration:
+    def integration_rule(self) -> Integration:
         """The integration rule."""
         if self.integration is not None:
             return self.integration
-        layers = self.body.counts[2]
+        layers = self.body.node_counts[2]
         return Integration(surface="cell" if isinstance(self.body, Rod) else "column", through=max(layers - 1, 2))
 
     @model_validator(mode="after")
@@ -143,7 +143,7 @@ class ShellParameters(Parameters):
 
     @model_validator(mode="after")
     def _validate_neighbourhoods(self) -> ShellParameters:
-        across = self.body.counts[1]
+        across = self.body.node_counts[1]
         notched = isinstance(self.body, Tube | Plate) and self.body.notch is not None
         if notched and self.chosen_radius >= 2.0:
             raise ValueError(

@@ -49,7 +49,7 @@ def _compute_frequency(solid: Solid) -> float:
     size = _SMALL / float(np.abs(solid.points.gradients).max())
     shape = uniform(1, 0, 3 * n).reshape(n, 3) - 0.5
 
-    def force(displacement: FloatArray) -> FloatArray:
+    def nodal_forces(displacement: FloatArray) -> FloatArray:
         state.displacement[:] = displacement
         state.gradient[:] = 0.0
         state.stress[:] = 0.0
@@ -57,7 +57,7 @@ def _compute_frequency(solid: Solid) -> float:
         return state.force
 
     return stable_step.highest_frequency(
-        shape, size, solid.nodes.prescribed > 0, mass, force, _norm_ratio, iterations=_ITERATIONS, tolerance=_SETTLED
+        shape, size, solid.nodes.prescribed > 0, mass, nodal_forces, _norm_ratio, iterations=_ITERATIONS, tolerance=_SETTLED
     )
 
 

@@ -56,7 +56,7 @@ class Stencils(NamedTuple):
         first, end = self.first[self.kind[point] :][:2]
         return self.gradients[first:end]
 
-    def without_gradients(self) -> Stencils:
+    def drop_gradients(self) -> Stencils:
         """Return the stencils without gradients, which take most of the memory, and without the factors of the gradients."""
         return self._replace(gradients=np.zeros((0, 3)), along=np.zeros(0))
 
@@ -170,10 +170,10 @@ def _individual_stencils(
         near.append(there if axis.is_closed else there & (some >= 0) & (some < axis.count))
         planes.append(np.clip(some, 0, axis.count - 1) if not axis.is_closed else some)
     layers = np.broadcast_to(np.arange(lattice.shape[2]), (len(places), lattice.shape[2]))
-    along, across, layer = _product_arrays([*planes, layers])
+    along, across, layer = _expand_axis_arrays([*planes, layers])
     nodes = lattice.node_numbers(along, across, layer)
     seen = [along, across, lattice.heights(nodes)]
-    marks = _product_arrays([*near, np.ones_like(layers, dtype=bool)])
+    marks = _expand_axis_arrays([*near, np.ones_like(layers, dtype=bool)])
     reach = lattice.support_radius(places, radius)[:, None]
     present = marks[0] & marks[1] & (np.abs(seen[2] - places[:, 2, None]) < reach)
     own = [places[:, axis, None] for axis in range(3)]
@@ -181,7 +181,7 @@ def _individual_stencils(
     return nodes, present, values[present], gradients[present]
 
 
-def _product_arrays(lines: list[Any]) -> list[Any]:
+def _expand_axis_arrays(lines: list[Any]) -> list[Any]:
     """Return the product of the values of each point along three axes, each of shape (m, k)."""
     shape = (len(lines[0]), *(line.shape[1] for line in lines))
     forms = ((slice(None), slice(None), None, None), (slice(None), None, slice(None), None), (slice(None), None, None))
@@ -255,8 +255,8 @@ def _product_stencils(
     # A representative point of each kind: the product of the kinds along the axes.
     picks = [one.ravel() for one in np.meshgrid(*(row.kept for row in rows), indexing="ij")]
     pairs = list(zip(rows, picks, strict=True))
-    own, seen = [row.at[pick][:, None] for row, pick in pairs], _product_arrays([row.planes[pick] for row, pick in pairs])
-    present = np.logical_and.reduce(_product_arrays([row.present[pick] for row, pick in pairs]))
+    own, seen = [row.at[pick][:, None] for row, pick in pairs], _expand_axis_arrays([row.planes[pick] for row, pick in pairs])
+    present = np.logical_and.reduce(_expand_axis_arrays([row.present[pick] for row, pick in pairs]))
     values, gradients = _least_squares_functions(lattice, own, seen, present, (radius, radius, radius), basis)
     kinds = np.meshgrid(*(row.kinds for row in rows), indexing="ij")
     kind = np.ravel_multi_index(kinds, [len(row.kept) for row in rows]).ravel()

@@ -64,7 +64,7 @@ class Tube(Component):
         # Both parts are first built alone, to find their steps and the sizes of their states.
         gas, shell = make_part(DetonationTube, self, "gas"), make_part(Shell, self, "shell")
         self._choose_steps(gas, shell)
-        stations, words = shell.parameters.body.counts[0], shell.memory.size
+        stations, words = shell.parameters.body.node_counts[0], shell.memory.size
         self._lay_out(
             gas=("f8", (gas.memory.size,)), shell=("f8", (words,)), peak_pressure=("f8", (stations,)),
             widening=("f8", (stations,)), tally=("f8", (exchange.TALLY,)), awake=("i8", (1,), 0, 1),

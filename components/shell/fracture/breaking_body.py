@@ -23,7 +23,7 @@ from ..outputs import Output, make_output
 from ..parameters import ShellParameters
 from ..ticks import Failure, advance_tick, finish_tick, record_failure, write_forces
 from .cracks import ERODED, KINDS, LOOSENED, LOST_KINDS, PARTED, SPENT, TORN, Cause, Cracks, NewCracks
-from .facets import facet_rows
+from .facets import facet_declaration
 from .force_recalculation import displacement_gradients, half_kick_work, volume_ratios, write_pull
 from .fracture_check import find_cracking_points
 from .laws.fracture_law import FractureLaw
@@ -67,7 +67,7 @@ class BreakingBody:
         self.cracks = Cracks(parameters, law, assembly, intact_solid)
         points, nodes = len(assembly.points.volume), assembly.lattice.node_count
         self.growing: Layout = {
-            "facets": facet_rows(points, assembly.lattice.shape),
+            "facets": facet_declaration(points, assembly.lattice.shape),
             "eroded": ("f8", (), 0, points - 1, points), "loosened": ("f8", (), 0, nodes - 1, nodes),
         }  # fmt: skip
         self.fields: Layout = {"losses": ("f8", (2,)), "nearest": ("f8", (3,), 0, (LARGEST, points - 1, MOST_INDEX))}
@@ -223,7 +223,7 @@ class BreakingBody:
                 nodes.seen.values[row : row + len(neighbours)] = neighbours == node
         self._seen_facets = facets
         out = np.zeros_like(parameters)
-        kernels.interpolate(nodes.seen, parameters, out)
+        kernels.interpolate_field(nodes.seen, parameters, out)
         return out
 
     def mean_stress(self) -> FloatArray:
@@ -292,7 +292,7 @@ class BreakingBody:
         yield make_output(
             "surface_cells",
             "1",
-            ((lattice.shape[0] - 1) * self._row_count,),
+            ((lattice.shape[0] - 1) * self._cells_across,),
             text,
             self._surface_cells,
             "cell",
@@ -321,7 +321,7 @@ class BreakingBody:
 
     def _point_displacement(self) -> FloatArray:
         out = np.zeros((len(self._found), 3))
-        kernels.interpolate(self.cracks.visibility.seen, self._tables.state.displacement, out)
+        kernels.interpolate_field(self.cracks.visibility.seen, self._tables.state.displacement, out)
         return out
 
     def eroded_mass(self) -> float:
@@ -336,12 +336,12 @@ class BreakingBody:
         columns = np.arange(n * m, dtype=np.int32).reshape(n, m)
         pairs = (
             (columns[:-1], columns[1:]),
-            (columns[:, : self._row_count], np.roll(columns, -1, axis=1)[:, : self._row_count]),
+            (columns[:, : self._cells_across], np.roll(columns, -1, axis=1)[:, : self._cells_across]),
         )
         return np.concatenate([np.stack([one.ravel(), other.ravel()], axis=1) for one, other in pairs])
 
     @property
-    def _row_count(self) -> int:
+    def _cells_across(self) -> int:
         """Number of surface cells across or around the body."""
         across = self._assembly.lattice.axes[1]
         return across.count if across.is_closed else across.count - 1
@@ -353,7 +353,7 @@ class BreakingBody:
             self.cracks.borne.reshape(self._assembly.lattice.shape[:2]),
         )
         across = ~cut.across & borne & np.roll(borne, -1, axis=1)
-        return ~cut.along[:-1] & borne[:-1] & borne[1:], across[:, : self._row_count]
+        return ~cut.along[:-1] & borne[:-1] & borne[1:], across[:, : self._cells_across]
 
     def _surface_links(self) -> FloatArray:
         """Return 1 for each intact link of `surface_pairs`, 0 for one cut by a crack or at a column without any support."""
@@ -362,7 +362,7 @@ class BreakingBody:
     def _surface_cells(self) -> FloatArray:
         """Return 1 for each cell of the surface whose edges are all intact, otherwise 0."""
         along, across = self._intact_sides()
-        sides = (along & np.roll(along, -1, axis=1))[:, : self._row_count]
+        sides = (along & np.roll(along, -1, axis=1))[:, : self._cells_across]
         return (sides & across[:-1] & across[1:]).ravel().astype(np.float64)
 
     def _cut_sides(self) -> CutSides:
@@ -372,7 +372,7 @@ class BreakingBody:
         """
         return self._neighbour_sides(np.any(self.cracks.links > 0, axis=2))
 
-    def _leaking_sides(self) -> CutSides:
+    def _severed_sides(self) -> CutSides:
         """Return the sides that a crack cuts through the whole wall."""
         return self._neighbour_sides(self.cracks.severed)
 
@@ -387,7 +387,7 @@ class BreakingBody:
         lattice, cracks, state = self._assembly.lattice, self.cracks, self._tables.state
         is_severed = not connects_ends(cracks.labels, cracks.borne, lattice.shape[:2])
         strain = station_means(self._assembly, state.plastic_strain) if cracks.solid.plastic else np.zeros(1)
-        through = self._leaking_sides()
+        through = self._severed_sides()
         return outcome(lattice, through if through.is_cut else self._cut_sides(), is_severed, strain)
 
     def conclusions(self, step_size: float) -> list[str]:
@@ -410,7 +410,7 @@ class BreakingBody:
 
     def _describe_cracks(self) -> str:
         """Return the extent of cracks in words, at any depth and through the wall."""
-        lattice, through = self._assembly.lattice, self._leaking_sides()
+        lattice, through = self._assembly.lattice, self._severed_sides()
         whole, leaks = "circumference" if lattice.bent else "width", "none of them goes through the wall"
         if through.is_cut:
             leaks = f"those through the wall {_describe_extent(lattice, through)}"

@@ -62,7 +62,7 @@ class NewCracks(NamedTuple):
     """The new cracks at the end of a tick.
 
     Attributes:
-        facets: new ones, rows of `facets.facet_rows`, with their causes.
+        facets: new ones, rows of `facets.facet_declaration`, with their causes.
         eroded: points that carry no stress any more, with their causes; None if cracks have left too few neighbours.
         loosened: nodes that had hardly any weight in points.
         changed: points whose neighbours have changed, including eroded ones, shape (k,).
@@ -74,7 +74,7 @@ class NewCracks(NamedTuple):
     changed: IntArray
 
     def merged_with(self, other: NewCracks) -> NewCracks:
-        """Return this parting extended by the points and nodes of one that it caused."""
+        """Return these cracks with the points and nodes of the cracks that they caused."""
         eroded, loosened = {**self.eroded, **other.eroded}, self.loosened + other.loosened
         return NewCracks(self.facets, eroded, loosened, np.union1d(self.changed, other.changed))
 
@@ -140,7 +140,7 @@ class Cracks:
         self.facets, self.eroded, self.loosened = facets.copy(), eroded_points.copy(), loosened_nodes.copy()
         self._update_tables()
 
-    # -- parting ----------------------------------------------------------------------------------------------------
+    # -- adding cracks ----------------------------------------------------------------------------------------------
 
     def add_cracks(self, state: State, points: IntArray, tick: int) -> NewCracks:
         """Part the body at points beyond their limit, beginning with the one whose own stress exceeds it most.

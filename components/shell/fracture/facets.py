@@ -24,7 +24,7 @@ _HALF_CELL = 0.5
 _WAYS = ((1, 0), (0, 1), (1, 1), (1, -1))
 
 
-def facet_rows(points: int, shape: tuple[int, int, int]) -> Field:
+def facet_declaration(points: int, shape: tuple[int, int, int]) -> Field:
     """Return the declaration of facets in the state: point, middle, normal in index space, half thickness extent, tick.
 
     Args:
@@ -39,7 +39,7 @@ def crosses_facet(facet: FloatArray, period: int, a: FloatArray, b: FloatArray) 
     """Return whether the straight lines from a to b cross a facet.
 
     Args:
-        facet: a row of `facet_rows`.
+        facet: a row of `facet_declaration`.
         period: planes around a closed second axis, 0 for an axis with ends.
         a: places in index space, each within half a period of b, shape (k, 3).
         b: places in index space, shape (k, 3).
@@ -70,7 +70,7 @@ def mark_cut_links(facet: FloatArray, lattice: Lattice, columns: IntArray, links
     """Mark the links between neighbouring columns that cross a facet.
 
     Args:
-        facet: a row of `facet_rows`.
+        facet: a row of `facet_declaration`.
         lattice: of the nodes.
         columns: nearby columns, shape (k,).
         links: 1 for a cut link of each column with the ones after it along, after it across, and both ways diagonally, for each

@@ -1,4 +1,4 @@
-"""The judgement of points: the decisive value for parting, and the plane of the crack."""
+"""The fracture check of points: the decisive value, and the plane of the crack."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _GRIPPED = ("clamped", "moved")
 
 
 class FractureCheck(NamedTuple):
-    """The tables for the judgement of points.
+    """The tables for the fracture check of points.
 
     Attributes:
         law: constants of the fracture law.

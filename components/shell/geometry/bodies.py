@@ -29,7 +29,7 @@ class BodyShape(Named):
         raise NotImplementedError
 
     @property
-    def counts(self) -> tuple[int, int, int]:
+    def node_counts(self) -> tuple[int, int, int]:
         """Numbers of nodes along, across and through."""
         raise NotImplementedError
 
@@ -59,7 +59,7 @@ class Plate(BodyShape):
         return Lattice((along, across, even_axis(self.thickness, self.layers)), bent=False)
 
     @property
-    def counts(self) -> tuple[int, int, int]:
+    def node_counts(self) -> tuple[int, int, int]:
         """Numbers of nodes along, across and through."""
         return self.along, self.across, self.layers
 
@@ -79,7 +79,7 @@ class Rod(BodyShape):
         return Lattice((even_axis(self.length, self.along), side, side), bent=False)
 
     @property
-    def counts(self) -> tuple[int, int, int]:
+    def node_counts(self) -> tuple[int, int, int]:
         """Numbers of nodes along, across and through."""
         return self.along, self.across, self.across
 
@@ -111,7 +111,7 @@ class Tube(BodyShape):
         return Lattice((along, ring, wall), bent=True)
 
     @property
-    def counts(self) -> tuple[int, int, int]:
+    def node_counts(self) -> tuple[int, int, int]:
         """Numbers of nodes along, around and through."""
         return self.along, self.around, self.layers
 

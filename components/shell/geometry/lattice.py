@@ -80,15 +80,15 @@ class Lattice:
     def volumes(self) -> FloatArray:
         """Volume of each node, shape (n,) [m^3]."""
         along, across, _ = (axis.widths for axis in self.axes)
-        through = self._thickness_parts(self.axes[2].bounds)
+        through = self._thickness_weights(self.axes[2].bounds)
         volumes = along[:, None, None] * across[:, None] * through
         if self.hollow is not None:
             planes = self.hollow.layer_step(self.shape[2]) * np.arange(self.shape[2], dtype=np.float64)
-            left = self._thickness_parts(Axis(self.axes[2].coordinates(planes)).bounds)
+            left = self._thickness_weights(Axis(self.axes[2].coordinates(planes)).bounds)
             volumes = np.where(self.hollow.columns[..., None], along[:, None, None] * across[:, None] * left, volumes)
         return volumes.ravel()
 
-    def _thickness_parts(self, bounds: FloatArray) -> FloatArray:
+    def _thickness_weights(self, bounds: FloatArray) -> FloatArray:
         return 0.5 * np.diff(bounds * bounds) if self.bent else np.diff(bounds)
 
     @cached_property
