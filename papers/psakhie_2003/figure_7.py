@@ -37,8 +37,8 @@ def main(page: Page) -> None:
     lead = 1e3 * (surface_crest(moving["square"], 1.0) - surface_crest(moving["square"], -1.0))
     page.text(f"""Largest difference between the velocity and that of its mirror image, over the largest velocity. {BY_EYE}
         Waves that are short against the cells run a little slower, in each lattice in its own way. The Rayleigh wave has the
-        sharpest peak; in the square packing it is {lead:.2g} mm ahead of that of the grid, which falls with the square of the size of
-cells.""")
+        sharpest peak; in the square packing it is {lead:.2g} mm ahead of that of the grid, which falls with the square of the
+        size of cells.""")
     page.add_heading('"The influence of the packing ... showed itself only in a slight change of the pulses\' shape"')
     x, y = lattice(0.0, HALF_WIDTH)
     square, hexagonal = (moving[packing].velocity_at(x, y) for packing in CASES)
