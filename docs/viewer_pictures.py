@@ -61,8 +61,8 @@ def take_report(log: Log, folder: Path) -> None:
     halves = []
     with Browser() as browser:
         for dark in (False, True):
-            browser.open(page, width=760, height=1060, dark=dark)
-            browser.picture(folder / "half.png", whole=False)
+            browser.open_page(page, width=760, height=1060, dark=dark)
+            browser.take_screenshot(folder / "half.png", whole=False)
             halves.append(Image.open(io.BytesIO((folder / "half.png").read_bytes())).convert("RGB"))
     both = Image.new("RGB", (sum(half.width for half in halves), halves[0].height))
     for place, half in enumerate(halves):

@@ -23,11 +23,11 @@ def parse_rgb(text: str) -> tuple[int, int, int]:
     return int(text[1:3], 16), int(text[3:5], 16), int(text[5:7], 16)
 
 
-def _interpolate_colours(part: npt.NDArray[np.float64], anchors: tuple[str, ...]) -> npt.NDArray[np.uint8]:
+def _interpolate_colours(fraction: npt.NDArray[np.float64], anchors: tuple[str, ...]) -> npt.NDArray[np.uint8]:
     table = np.array([parse_rgb(anchor) for anchor in anchors], dtype=np.float64)
     places = np.linspace(0.0, 1.0, len(anchors))
-    part = np.clip(np.nan_to_num(part, nan=0.5), 0.0, 1.0)
-    channels = [np.interp(part, places, table[:, channel]) for channel in range(3)]
+    fraction = np.clip(np.nan_to_num(fraction, nan=0.5), 0.0, 1.0)
+    channels = [np.interp(fraction, places, table[:, channel]) for channel in range(3)]
     return np.rint(np.stack(channels, axis=-1)).astype(np.uint8)
 
 

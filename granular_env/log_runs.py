@@ -43,7 +43,7 @@ def replay(
         LogError: not a log, or the log cannot be run again.
     """
     from granular_env.recording import open_log
-    from granular_env.recording.rerun import check_work
+    from granular_env.recording.replay import check_work
 
     where = f"log {str(log)!r}"
     with (
@@ -58,7 +58,9 @@ def replay(
             component.restore(start)
             changes = dict(opened.step_history(segment).input_changes(start.inputs))
             results.append(
-                advance_component(component, segment.end, {}, changes=changes, title=str(log), progress=progress, issued=issued)
+                advance_component(
+                    component, segment.end, {}, changes=changes, title=str(log), progress=progress, issued_warnings=issued
+                )
             )
             if results[-1].interrupted:
                 break
@@ -103,8 +105,8 @@ def run_branch(
             title=Path(log).name,
             progress=progress,
             log=Path(log),
-            issued=issued,
-            closing=stack,
+            issued_warnings=issued,
+            closing_stack=stack,
         )
         return dataclasses.replace(result, start=branch.tick)
 
@@ -180,8 +182,8 @@ def resume(
             title=program.name,
             progress=progress,
             log=Path(target),
-            issued=issued,
-            closing=stack,
+            issued_warnings=issued,
+            closing_stack=stack,
         )
 
 
@@ -201,10 +203,10 @@ def _logged_experiment(log: Log, where: str) -> Experiment:
         raise LogError(f"it holds no experiment that this program knows: {error}", hint=hint, source=where) from error
 
 
-def _refuse_other_program(program: Experiment, wanted: Experiment, where: str) -> None:
-    if program.name != wanted.name:
-        raise LogError(f"it is of the experiment {program.name!r}", expected=f"this one, {wanted.name!r}", source=where)
-    mine, other = program.to_dict(), wanted.to_dict()
+def _refuse_other_program(program: Experiment, expected: Experiment, where: str) -> None:
+    if program.name != expected.name:
+        raise LogError(f"it is of the experiment {program.name!r}", expected=f"this one, {expected.name!r}", source=where)
+    mine, other = program.to_dict(), expected.to_dict()
     keys = [key for key in {**mine, **other} if mine.get(key) != other.get(key)]
     if keys:
         came = f"it is of the experiment {program.name!r} with other keys than this one: {', '.join(keys)}"

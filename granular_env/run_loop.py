@@ -141,8 +141,8 @@ def run(
             progress=progress,
             observers=observers,
             log=None if log is None else Path(log),
-            issued=issued,
-            closing=stack,
+            issued_warnings=issued,
+            closing_stack=stack,
         )
 
 
@@ -157,8 +157,8 @@ def advance_component(
     progress: Progress = False,
     observers: Iterable[Observer] = (),
     log: Path | None = None,
-    issued: list[str] | None = None,
-    closing: ExitStack | None = None,
+    issued_warnings: list[str] | None = None,
+    closing_stack: ExitStack | None = None,
 ) -> RunResult:
     """Advance a component from its present tick to a later tick; used by `run`, `replay`, `resume` and branches.
 
@@ -172,8 +172,8 @@ def advance_component(
         progress: show the bar, or call this with the completed fraction.
         observers: of the component during the loop.
         log: path of the log in the result.
-        issued: list of the warnings.
-        closing: closed after the last step (the recorder).
+        issued_warnings: list of the warnings.
+        closing_stack: closed after the last step (the recorder).
     """
     first, began = component.tick, perf_counter()
     stopped_by, interrupted = None, False
@@ -189,8 +189,8 @@ def advance_component(
             interrupted = True  # by the second Ctrl-C; the current step was undone
         seconds = perf_counter() - began
         interrupted = interrupted or (interrupt.pressed and component.tick < end and stopped_by is None)
-        if closing is not None:
-            closing.close()
+        if closing_stack is not None:
+            closing_stack.close()
     return RunResult(
         component=component,
         log=log,
@@ -201,7 +201,7 @@ def advance_component(
         report=component.report(),
         conclusions=component.conclusions(),
         cautions=component.cautions(),
-        warnings=issued if issued is not None else [],
+        warnings=issued_warnings if issued_warnings is not None else [],
     )
 
 

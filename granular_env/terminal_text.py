@@ -24,10 +24,10 @@ def output_width() -> int | None:
     return shutil.get_terminal_size().columns if sys.stdout is not None and sys.stdout.isatty() else None
 
 
-def wrap_text(text: str, hanging: int = 2) -> str:
+def wrap_text(text: str, indent: int = 2) -> str:
     """Return a sentence wrapped at words, with further lines indented by `hanging`; unchanged without a terminal."""
     width = output_width()
-    return text if width is None else "\n".join(_wrap_lines(text, width, " " * hanging))
+    return text if width is None else "\n".join(_wrap_lines(text, width, " " * indent))
 
 
 def align_columns(rows: Iterable[Sequence[str]], indent: str = "  ") -> str:
@@ -79,7 +79,7 @@ def _align_row(row: Sequence[str], widths: Sequence[int], indent: str) -> str:
     return indent + (" " * _GAP).join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
 
 
-def _wrap_lines(text: str, width: int, further: str) -> list[str]:
+def _wrap_lines(text: str, width: int, indent: str) -> list[str]:
     return textwrap.wrap(
-        text, max(width, 10), subsequent_indent=further, break_long_words=False, break_on_hyphens=False, drop_whitespace=True
+        text, max(width, 10), subsequent_indent=indent, break_long_words=False, break_on_hyphens=False, drop_whitespace=True
     )

@@ -196,14 +196,14 @@ _ELSEWHERE = """
 import pickle, sys
 sys.path.insert(0, sys.argv[1])
 from support.component_examples import EXAMPLES
-from support.conformance_tools import drive
+from support.conformance_tools import drive_component
 from granular_env.components.snapshot import Snapshot
 from granular_env.recording import record, verify
-from granular_env.recording.drawables import drawable_facts, drawables_from
+from granular_env.recording.drawables import drawable_facts, parse_drawables
 sent, answers = pickle.load(sys.stdin.buffer), {}
 for example in EXAMPLES:
-    driven, continued = example.started(), example.make()
-    drive(driven, example, example.ticks)
+    driven, continued = example.make_started(), example.make()
+    drive_component(driven, example, example.ticks)
     continued.restore(Snapshot.from_bytes(sent[example.label]))
     for _ in range(example.ticks):
         continued.step()

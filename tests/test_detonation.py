@@ -339,11 +339,11 @@ _WITHOUT_JIT = """
 import sys
 sys.path.insert(0, sys.argv[1])
 from support.component_examples import GASES
-from support.conformance_tools import bits, drive
+from support.conformance_tools import drive_component, state_bits
 for example in GASES:
-    component = example.started()
-    drive(component, example, int(sys.argv[2]))
-    print(__import__("hashlib").sha256(bits(component)).hexdigest())
+    component = example.make_started()
+    drive_component(component, example, int(sys.argv[2]))
+    print(__import__("hashlib").sha256(state_bits(component)).hexdigest())
 """
 
 

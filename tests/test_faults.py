@@ -17,7 +17,7 @@ from granular_env.experiments.preparation import branch_inputs, prepare_experime
 from granular_env.log_runs import run_branch
 from granular_env.recording import open_log
 from granular_env.recording.container import Limits
-from granular_env.recording.rerun import advance_to_tick, make_component, restore_snapshot
+from granular_env.recording.replay import advance_to_tick, make_component, restore_snapshot
 
 NAN = float("nan")
 ROW = "discs/broken-row"

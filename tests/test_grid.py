@@ -280,11 +280,11 @@ _WITHOUT_JIT = """
 import sys
 sys.path.insert(0, sys.argv[1])
 from support.component_examples import GRIDS
-from support.conformance_tools import bits, drive
+from support.conformance_tools import drive_component, state_bits
 for example in GRIDS:
-    component = example.started()
-    drive(component, example, 12)
-    print(__import__("hashlib").sha256(bits(component)).hexdigest())
+    component = example.make_started()
+    drive_component(component, example, 12)
+    print(__import__("hashlib").sha256(state_bits(component)).hexdigest())
 """
 
 

@@ -146,7 +146,7 @@ def test_caps_go_with_the_memory(monkeypatch: pytest.MonkeyPatch, gigabytes: int
     """A machine does not refuse a log because of its size if it could have recorded the log."""
     from granular_env.components.chain.component import Chain
     from granular_env.recording import container, rerun
-    from granular_env.recording.rerun import check_parameters
+    from granular_env.recording.replay import check_parameters
 
     for module in (container, rerun):
         monkeypatch.setattr(module, "total_memory", lambda: gigabytes << 30)

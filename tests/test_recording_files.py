@@ -203,11 +203,11 @@ def test_nothing_recovered_is_told_by_the_exit_status(tmp_path: Path, capsys: py
 def test_the_caps_on_work_hold_for_every_command_that_runs(
     command: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from granular_env.recording import rerun
+    from granular_env.recording import replay
 
     monkeypatch.chdir(tmp_path)
     oscillator_log(tmp_path / "a.mcap")
-    monkeypatch.setattr(rerun, "_TICKS", 100)
+    monkeypatch.setattr(replay, "_TICKS", 100)
     assert main([command[0], "a.mcap", *command[1:]]) == 2
     told = capsys.readouterr().err
     assert "the number of ticks is 2" in told and "--allow-large" in told

@@ -273,8 +273,8 @@ def test_a_load_beyond_measure_stops_the_run_where_it_is_and_keeps_the_last_good
 def test_the_bits_are_those_of_the_kernels_as_plain_python() -> None:
     names = ("shell-bulging", "shell-cracking")
     code = (
-        "import sys; sys.path.insert(0, 'tests')\nfrom support.golden_logs import final_hash, played\n"
-        f"print(*[final_hash(played(name)) for name in {names}])"
+        "import sys; sys.path.insert(0, 'tests')\nfrom support.golden_logs import final_hash, play_case\n"
+        f"print(*[final_hash(play_case(name)) for name in {names}])"
     )
     environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
     found = subprocess.run([sys.executable, "-c", code], cwd=ROOT, env=environment, capture_output=True, text=True, check=True)

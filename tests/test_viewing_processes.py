@@ -174,7 +174,7 @@ def test_a_screenshot_is_taken_without_a_screen(log_path, tmp_path):
 
 
 def test_a_viewer_that_does_not_start_names_the_packages_it_needs(log_path, tmp_path, monkeypatch):
-    monkeypatch.setattr("granular_env.viewing.rerun.process._rerun_program", lambda: "/bin/false")
+    monkeypatch.setattr("granular_env.viewing.rerun.process._find_rerun_program", lambda: "/bin/false")
     with (
         open_log(log_path) as log,
         pytest.raises(GranularError, match=r"ended with status 1.*make system-packages.*mesa-vulkan-drivers"),

@@ -109,20 +109,20 @@ def _near_miss_text(log: Log, ratios: list[EventRatio], kind: str | None) -> str
     return f"nearest: not known; the component of this log has no output that says how near {what} is"
 
 
-def _near_miss_sentence(log: Log, found: EventRatio) -> str:
+def _near_miss_sentence(log: Log, ratio: EventRatio) -> str:
     from granular_env.recording.event_places import event_place, position_words
 
-    known = event_place(found.index, log.event_details.get(found.kinds[0]), log.drawables)
+    known = event_place(ratio.index, log.event_details.get(ratio.kinds[0]), log.drawables)
     place = f", {printable_text(known.elements)} at {position_words(known.position)} m," if known is not None else ""
-    what, kinds = f"nearest: {printable_text(found.variable)}[{found.index}]{place}", printable_text(" or ".join(found.kinds))
-    if not found.limited:
+    what, kinds = f"nearest: {printable_text(ratio.variable)}[{ratio.index}]{place}", printable_text(" or ".join(ratio.kinds))
+    if not ratio.limited:
         return f"{what} has no limit: {kinds} cannot happen there"
-    happened = "; ".join(f"{printable_text(one.kind)} happened there {_event_time_text(log, one)}" for one in found.events)
-    others = f"{count_text(found.passed, 'other')} passed it" if found.passed else "nothing passed it"
-    limited = printable_text(found.nearest) or kinds
+    happened = "; ".join(f"{printable_text(one.kind)} happened there {_event_time_text(log, one)}" for one in ratio.events)
+    others = f"{count_text(ratio.passed, 'other')} passed it" if ratio.passed else "nothing passed it"
+    limited = printable_text(ratio.nearest) or kinds
     return (
-        f"{what} reached {found.ratio:.6g} of its limit at {found.time:.9g} s (limit of {limited}; "
-        f"{happened or others}; {found.instants} of {count_text(found.all_instants, 'instant')} examined)"
+        f"{what} reached {ratio.ratio:.6g} of its limit at {ratio.time:.9g} s (limit of {limited}; "
+        f"{happened or others}; {ratio.instants} of {count_text(ratio.all_instants, 'instant')} examined)"
     )
 
 
@@ -148,22 +148,22 @@ def _event_row(
     return {**dataclasses.asdict(event), "time": event.tick * step_size, **place}
 
 
-def event_summary(found: Sequence[Event], earlier: Sequence[Event], start: float) -> str:
+def event_summary(events: Sequence[Event], earlier: Sequence[Event], start: float) -> str:
     """Return how many events there were of each kind.
 
     Args:
-        found: those of a log, or of a run.
+        events: those of a log, or of a run.
         earlier: those before it.
         start: where it begins [s].
     """
     if not earlier:
-        return f"{count_text(len(found), 'event')}: {_kind_counts(found)}"
-    here = f"{count_text(len(found), 'event')} in this log: {_kind_counts(found)}" if found else "no event in this log"
+        return f"{count_text(len(events), 'event')}: {_kind_counts(events)}"
+    here = f"{count_text(len(events), 'event')} in this log: {_kind_counts(events)}" if events else "no event in this log"
     return f"{here}; {len(earlier)} before it begins at {start:.9g} s: {_kind_counts(earlier)}"
 
 
-def _kind_counts(found: Sequence[Event]) -> str:
-    return ", ".join(f"{count} {printable_text(kind)}" for kind, count in Counter(event.kind for event in found).most_common())
+def _kind_counts(events: Sequence[Event]) -> str:
+    return ", ".join(f"{count} {printable_text(kind)}" for kind, count in Counter(event.kind for event in events).most_common())
 
 
 def _table_cells(row: list[Any]) -> tuple[str, ...]:

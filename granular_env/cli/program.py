@@ -74,9 +74,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return report_failure(next((program.commands[one] for one in given if one in program.commands), None), failure)
 
 
-def _run_command(given: list[str]) -> int:
+def _run_command(arguments: list[str]) -> int:
     try:
-        with program.make_context(PROGRAM, given) as context:
+        with program.make_context(PROGRAM, arguments) as context:
             status = program.invoke(context)
     except click.exceptions.Exit as end:  # after --help and --version
         status = end.exit_code

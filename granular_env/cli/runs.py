@@ -109,14 +109,14 @@ def run(
 
 
 @contextmanager
-def log_target(given: str | None, name: str, overwrite: bool) -> Iterator[tuple[Path, bool]]:
+def log_target(requested: str | None, name: str, overwrite: bool) -> Iterator[tuple[Path, bool]]:
     """Give where to record, and whether an existing file may be replaced.
 
     Without a path it is the first of logs/<name>-1.mcap, -2, ... that does not exist, reserved by an empty file, which is
     removed if nothing was recorded.
     """
-    if given:
-        yield Path(given), overwrite
+    if requested:
+        yield Path(requested), overwrite
         return
     Path("logs").mkdir(exist_ok=True)
     path = next(

@@ -67,9 +67,9 @@ def is_log(path: str | Path) -> bool:
     return False
 
 
-def nearest_name_hint(name: str, known: Iterable[str]) -> str:
+def nearest_name_hint(name: str, names: Iterable[str]) -> str:
     """Return the hint for an unknown name; the last part of a name suffices: `3.4-piston` for `nesterenko-1983/3.4-piston`."""
-    known_as = {one: one for one in known}
+    known_as = {one: one for one in names}
     known_as |= {one.rpartition("/")[2]: one for one in known_as}
     close = [name] if name in known_as else difflib.get_close_matches(name, known_as, n=1, cutoff=0.6)
     return f"did you mean {known_as[close[0]]!r}?" if close else "`granular-env list` names all"

@@ -29,19 +29,19 @@ def parse_assignments(texts: Iterable[str]) -> tuple[Override, ...]:
     return tuple(_parse_assignment(text) for text in texts)
 
 
-def to_overrides(given: Any) -> tuple[Override, ...]:
+def to_overrides(source: Any) -> tuple[Override, ...]:
     """Return a script's overrides after validation.
 
     Raises:
         ExperimentError: the overrides are not a mapping.
     """
-    if isinstance(given, Mapping):
-        return tuple(_make_override(key, value) for key, value in given.items())
-    overrides = tuple(given) if isinstance(given, Iterable) else (given,)
+    if isinstance(source, Mapping):
+        return tuple(_make_override(key, value) for key, value in source.items())
+    overrides = tuple(source) if isinstance(source, Iterable) else (source,)
     if all(isinstance(one, Override) for one in overrides):
         return overrides
     expected = 'a mapping of keys and values, such as {"component.grains": 500}'
-    raise ExperimentError(f"got {one_line(given)}", at="overrides", expected=expected)
+    raise ExperimentError(f"got {one_line(source)}", at="overrides", expected=expected)
 
 
 def set_key(content: dict[str, Any], override: Override) -> None:

@@ -28,12 +28,12 @@ class Table(BaseModel):
 
     @model_validator(mode="wrap")
     @classmethod
-    def _translate_errors(cls, given: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
+    def _translate_errors(cls, content: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
         """Convert pydantic's errors to faults, with the names of this table."""
         try:
-            return handler(given)
+            return handler(content)
         except ValidationError as error:
-            raise ParameterError(*validation_faults(error, given, cls)) from None
+            raise ParameterError(*validation_faults(error, content, cls)) from None
 
 
 @dataclass(frozen=True)
@@ -49,14 +49,14 @@ class TableChoice:
         """Select the table first, so that only its faults are reported."""
         return core_schema.no_info_plain_validator_function(lambda given: self._select_table(given, get_args(source)))
 
-    def _select_table(self, given: Any, tables: tuple[type[Table], ...]) -> Table:
-        if isinstance(given, tables):
-            return given
-        if not isinstance(given, Mapping):
-            raise ParameterError(f"got {one_line(given)}", expected=f'a table with {self.key} = "..."')
+    def _select_table(self, content: Any, tables: tuple[type[Table], ...]) -> Table:
+        if isinstance(content, tables):
+            return content
+        if not isinstance(content, Mapping):
+            raise ParameterError(f"got {one_line(content)}", expected=f'a table with {self.key} = "..."')
         choices = {value: table for table in tables for value in get_args(table.model_fields[self.key].annotation)}
-        value = given.get(self.key)
+        value = content.get(self.key)
         if not isinstance(value, str) or value not in choices:
             received = "missing" if value is None else f"got {one_line(value)}"
             raise ParameterError(received, hint=spelling_hint(str(value), choices), at=(self.key,))
-        return choices[value].model_validate(given)
+        return choices[value].model_validate(content)

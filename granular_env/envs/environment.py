@@ -265,12 +265,12 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
 
     # -- details ----------------------------------------------------------------------------------------------------
 
-    def _rebuild_component(self, drawn: Drawn) -> Ready:
+    def _rebuild_component(self, sampled: Drawn) -> Ready:
         """Return the component and the task for sampled parameters."""
-        if drawn == self.drawn:
+        if sampled == self.drawn:
             return self.component, self.task, self.drawn
-        if drawn.keys() != self.randomization.parameters.keys():
-            theirs, ours = (", ".join(sorted(names)) or "nothing" for names in (drawn, self.randomization.parameters))
+        if sampled.keys() != self.randomization.parameters.keys():
+            theirs, ours = (", ".join(sorted(names)) or "nothing" for names in (sampled, self.randomization.parameters))
             came = f"it has {theirs} drawn, this environment draws {ours}"
             raise ParameterError(came, hint="make it with that randomise", at="state")
         if self.component.is_observed:
@@ -279,8 +279,8 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
                 hint="reset with a seed, begin a log, and reset with the same seed",
                 at="randomise",
             )
-        component = rebuild_component(self.component, drawn)
-        return component, self._make_task(component) if self._make_task else self.task, drawn
+        component = rebuild_component(self.component, sampled)
+        return component, self._make_task(component) if self._make_task else self.task, sampled
 
     def _replace_component(self, ready: Ready) -> None:
         """Continue with a component of the same shape, and its task."""
@@ -311,16 +311,16 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             return {}
         return {name: element.select_from(self.component.get(element.name)) for name, element in self._elements}
 
-    def _observation(self, seen: Mapping[str, Any]) -> Observation:
+    def _observation(self, outputs: Mapping[str, Any]) -> Observation:
         def read_output(name: str) -> FloatArray:
-            value = seen[name] if name in seen else self.component.get(name)
+            value = outputs[name] if name in outputs else self.component.get(name)
             return np.asarray(value, dtype=np.float64)[None]
 
         goal = [self.task.counters[name] / scale for name, scale in self.sensors.goal.items()]
         return self.sensors.make_observations(read_output, self._row, goal)[0]
 
-    def _info(self, seen: Mapping[str, Any], inputs: Mapping[str, Any]) -> dict[str, Any]:
-        shown = {} if self.info == "brief" else seen
+    def _info(self, outputs: Mapping[str, Any], inputs: Mapping[str, Any]) -> dict[str, Any]:
+        shown = {} if self.info == "brief" else outputs
         info = {"time": self.component.time, **shown, **inputs, **self.task.counters}
         return info | sample_info(self.drawn) if self.drawn else info
 

@@ -46,7 +46,7 @@ def environment_factory(make: Callable[Given, Env]) -> Callable[Given, Env]:
     return make_checked
 
 
-def refuse_unknown_arguments(make: Callable[..., Any], given: Mapping[str, Any]) -> None:
+def refuse_unknown_arguments(make: Callable[..., Any], arguments: Mapping[str, Any]) -> None:
     """Raise `ParameterError` for an argument that a function with declared options does not accept."""
     known: list[str] = []
     for name, parameter in inspect.signature(make).parameters.items():
@@ -56,7 +56,7 @@ def refuse_unknown_arguments(make: Callable[..., Any], given: Mapping[str, Any])
             return
         else:
             known += get_type_hints(options_type(make))
-    for name in given:
+    for name in arguments:
         if name not in known:
             raise ParameterError("unknown", source=make.__name__, hint=spelling_hint(name, known), at=name)
 
@@ -66,13 +66,13 @@ def options_type(make: Callable[..., Any]) -> Any:
     return get_args(get_type_hints(make)["options"])[0]
 
 
-def refuse_repeated_parameters(given: Mapping[str, Any]) -> None:
+def refuse_repeated_parameters(arguments: Mapping[str, Any]) -> None:
     """Raise `ParameterError` for component parameters that are not a mapping or duplicate arguments of the factory."""
-    for component in (name for name in built_in_names() if given.get(name) is not None):
-        if not isinstance(given[component], Mapping):
-            raise ParameterError(f"got {one_line(given[component])}", expected="a mapping of its parameters", at=component)
-        for name in given[component]:
-            if name in given:
+    for component in (name for name in built_in_names() if arguments.get(name) is not None):
+        if not isinstance(arguments[component], Mapping):
+            raise ParameterError(f"got {one_line(arguments[component])}", expected="a mapping of its parameters", at=component)
+        for name in arguments[component]:
+            if name in arguments:
                 raise ParameterError(f"given twice, also as the argument {name}", at=(component, name))
 
 

@@ -91,30 +91,30 @@ class Randomization:
         return found
 
 
-def rebuild_component(component: Component, drawn: Drawn) -> Component:
+def rebuild_component(component: Component, sampled: Drawn) -> Component:
     """Return a new component in its start state, with new values of the sampled parameters."""
     parameters: dict[str, Any] = component.parameters.model_dump()  # type: ignore[attr-defined]
     if "step_size" in parameters:
         parameters["step_size"] = component.step_size
-    made = type(component)(**{**parameters, **drawn})
+    made = type(component)(**{**parameters, **sampled})
     if _state_shapes(made) != _state_shapes(component):
-        raise ParameterError(f"drawing {', '.join(drawn)} changes the size of the component", at="randomise")
+        raise ParameterError(f"drawing {', '.join(sampled)} changes the size of the component", at="randomise")
     return made
 
 
-def sample_info(drawn: Drawn) -> dict[str, float]:
+def sample_info(sampled: Drawn) -> dict[str, float]:
     """Return the entries of ``info`` for sampled parameters ("drawn_radius" and so on; for a distribution its seed)."""
-    seeds = {f"drawn_{name}_seed": float(one["seed"]) for name, one in drawn.items() if isinstance(one, Mapping)}
-    return seeds | {f"drawn_{name}": float(one) for name, one in drawn.items() if not isinstance(one, Mapping)}
+    seeds = {f"drawn_{name}_seed": float(one["seed"]) for name, one in sampled.items() if isinstance(one, Mapping)}
+    return seeds | {f"drawn_{name}": float(one) for name, one in sampled.items() if not isinstance(one, Mapping)}
 
 
 def _state_shapes(component: Component) -> dict[str, tuple[int, ...]]:
     return {variable.name: variable.shape for variable in component.variables.values() if variable.state}
 
 
-def _parse_index(name: str, given: Any, shape: tuple[int, ...]) -> tuple[int, ...]:
+def _parse_index(name: str, value: Any, shape: tuple[int, ...]) -> tuple[int, ...]:
     """Return a non-negative index of a state variable; empty for a scalar."""
-    index = () if given is None else parse_index(given)
+    index = () if value is None else parse_index(value)
     check_index(("randomise", name), index, shape)
     return tuple(number % size for number, size in zip(index, shape, strict=True))
 

@@ -80,10 +80,10 @@ def _draw_bodies(
     pixels = float(((WIDTH - 2 * _MARGIN, HEIGHT - 2 * _MARGIN) / extent[: len(low)]).min())
     columns = np.zeros(0)
 
-    def pixel_positions(rest: FloatArray, displacement: str) -> FloatArray:
-        moved = component.get(displacement) if displacement else np.zeros_like(rest)
+    def pixel_positions(reference: FloatArray, displacement: str) -> FloatArray:
+        moved = component.get(displacement) if displacement else np.zeros_like(reference)
         shift = moved[:, :2] if moved.ndim == 2 else np.stack([moved, np.zeros_like(moved)], axis=1)
-        return (WIDTH / 2, row) + (rest[:, :2] + shift - 0.5 * (low + high)) * (pixels, -pixels)
+        return (WIDTH / 2, row) + (reference[:, :2] + shift - 0.5 * (low + high)) * (pixels, -pixels)
 
     for one in cells:
         nodes, values = (

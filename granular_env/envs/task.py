@@ -59,10 +59,10 @@ class Task:
         """Return the inputs of a control step, given the driven inputs; default: the driven inputs."""
         return driven
 
-    def begin(self, component: Component, seen: Seen) -> None:
+    def begin(self, component: Component, outputs: Seen) -> None:
         """Set the counters at the start of an episode; they are empty before."""
 
-    def judge(self, component: Component, seen: Seen, duration: float) -> tuple[float, bool]:
+    def judge(self, component: Component, outputs: Seen, duration: float) -> tuple[float, bool]:
         """Return the reward of a control step that lasted `duration` [s], and whether the episode has reached its end."""
         raise NotImplementedError(f"task {self.name!r} has no judge")
 

@@ -81,7 +81,7 @@ class ComponentVectorEnv(SyncVectorEnv):
         self._commands = self._memories[:, COMMANDS:]
         self._counters: dict[str, Any] = {name: np.zeros(self.num_envs) for name in self._task.counter_names}
         self._rows: Any = find_domain(first.component.name).load_offer("rows")(
-            [one.component for one in self.envs], together=True
+            [one.component for one in self.envs], is_batch=True
         )
         for k, one in enumerate(self.envs):
             one.memory, one.component = self._memories[k], self._rows.components[k]

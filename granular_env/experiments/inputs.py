@@ -34,24 +34,24 @@ def csv_tables(content: Any) -> Iterator[dict[str, Any]]:
             yield from csv_tables(part)
 
 
-def _parse_array(given: Any) -> list[Any]:
+def _parse_array(value: Any) -> list[Any]:
     """Return a list of numbers, or of rows of equal length, unchanged; anything else is a fault."""
     expected = "numbers, in a list or in rows of equal length"
-    array = number_array((), given, expected)
-    if not isinstance(given, list) or not array.size:
-        raise ParameterError(f"got {one_line(given)}", expected=expected)
-    return given
+    array = number_array((), value, expected)
+    if not isinstance(value, list) or not array.size:
+        raise ParameterError(f"got {one_line(value)}", expected=expected)
+    return value
 
 
-def _parse_elements(given: Any) -> dict[str, Any] | None:
+def _parse_elements(content: Any) -> dict[str, Any] | None:
     """Return {index: value or row} with texts as keys; None for anything else."""
-    if isinstance(given, Mapping) and given and all(map(is_index, given)):
-        return {str(key): value for key, value in given.items()}
+    if isinstance(content, Mapping) and content and all(map(is_index, content)):
+        return {str(key): value for key, value in content.items()}
     return None
 
 
-def _parse_pattern(given: Any) -> list[Any] | dict[str, Any]:
-    return _parse_elements(given) or _parse_array(given)
+def _parse_pattern(value: Any) -> list[Any] | dict[str, Any]:
+    return _parse_elements(value) or _parse_array(value)
 
 
 class ProfileTable(Table):
@@ -179,19 +179,19 @@ AnyProfile = Annotated[
 SumTable.model_rebuild()
 
 
-def _parse_input(given: Any) -> float | list[Any] | dict[str, Any] | ProfileTable:
+def _parse_input(value: Any) -> float | list[Any] | dict[str, Any] | ProfileTable:
     """Return an input as a float, a list of finite numbers, {index: value or row}, or a profile; else raise a fault."""
-    if isinstance(given, list):
-        return _parse_array(given)
-    if isinstance(given, int | float) and not isinstance(given, bool):
+    if isinstance(value, list):
+        return _parse_array(value)
+    if isinstance(value, int | float) and not isinstance(value, bool):
         with suppress(OverflowError):
-            return float(given)
-    if (elements := _parse_elements(given)) is not None:
+            return float(value)
+    if (elements := _parse_elements(value)) is not None:
         return elements
-    if isinstance(given, Mapping | ProfileTable):
-        return _PROFILE.validate_python(given)
+    if isinstance(value, Mapping | ProfileTable):
+        return _PROFILE.validate_python(value)
     expected = f'a number, a list of numbers, {{index: value}}, or a table with profile = "..." ({", ".join(_PROFILE_NAMES)})'
-    raise ParameterError(f"got {one_line(given)}", expected=expected)
+    raise ParameterError(f"got {one_line(value)}", expected=expected)
 
 
 _PROFILE: TypeAdapter[ProfileTable] = TypeAdapter(AnyProfile)

@@ -128,9 +128,9 @@ def write_batch(
         record = Record(kind, detail, batch.place.segment, *span, 0, header or {}, arrays)
         writer.add_record(record, to_nanoseconds(batch.place.age(span[1]), step_size))
 
-    def add_snapshots(wanted: int) -> None:
+    def add_snapshots(snapshots: int) -> None:
         for tick, why, snapshot in batch.snapshots:
-            if why == wanted:
+            if why == snapshots:
                 add_record(SNAPSHOTS, why, [tick], {"snapshot": np.frombuffer(snapshot.to_bytes(), np.uint8)})
 
     add_snapshots(START)

@@ -13,7 +13,7 @@ from ..components.inputs import Held
 from ..components.profiles import Profile
 from .index import Segment
 from .recorder import Recorder, begin_log
-from .rerun import advance_to_tick, check_work, restore_snapshot
+from .replay import advance_to_tick, check_work, restore_snapshot
 from .schedule import make_schedule, names_to_record, parse_schedule
 from .writer import LogWriter, to_path
 

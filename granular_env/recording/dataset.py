@@ -33,7 +33,7 @@ def make_dataset(log: Log) -> Any:
     return xarray.Dataset(data, coordinates, {"component": str(log.header.get("component"))})
 
 
-def _dimension_names(variable: Variable, sizes: dict[str, int], taken: Iterable[str]) -> list[str]:
+def _dimension_names(variable: Variable, sizes: dict[str, int], used_names: Iterable[str]) -> list[str]:
     """Return the names of a variable's dimensions (except time), and store their sizes.
 
     A dimension with a conflicting size or with the name of a variable is named after the variable and the axis.
@@ -41,7 +41,7 @@ def _dimension_names(variable: Variable, sizes: dict[str, int], taken: Iterable[
     names = []
     for axis, size in enumerate(variable.shape):
         name = variable.axes[axis] if variable.axes else f"{variable.name}_{axis}"
-        if name in ("time", *taken) or sizes.get(name, size) != size:
+        if name in ("time", *used_names) or sizes.get(name, size) != size:
             name = f"{variable.name}_{axis}"
         sizes[name] = size
         names.append(name)

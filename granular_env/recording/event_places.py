@@ -54,10 +54,10 @@ def event_place(index: int | None, detail: EventDetail | None, drawables: Sequen
             return None
 
 
-def listed_events(found: Sequence[Event], earlier: Sequence[Event], most: int) -> Sequence[Event]:
+def listed_events(events: Sequence[Event], earlier: Sequence[Event], max_count: int) -> Sequence[Event]:
     """Return at most `most` events for a table, from the log and before; if there are more, the first events of the log."""
-    every = [*earlier, *found]
-    return every if len(every) <= most else (found or every)[:most]
+    every = [*earlier, *events]
+    return every if len(every) <= max_count else (events or every)[:max_count]
 
 
 def event_table(events: Sequence[Event], log: Log) -> tuple[list[str], list[list[Any]]]:

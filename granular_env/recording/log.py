@@ -26,7 +26,7 @@ from .header import BalanceNames, header_table, parse_balance_names
 from .index import COUNT, FIRST, SEGMENT, Segment
 from .record_reader import RecordReader
 from .records import EVENTS, INCIDENTS, SNAPSHOTS, STEPS, damage_error
-from .rerun import make_component, restore_snapshot
+from .replay import make_component, restore_snapshot
 from .steps import InputInterval, StepHistory
 from .writer import to_path
 

@@ -11,7 +11,7 @@ from ..components.component import Component
 from ..components.errors import LogError, ParameterError
 from ..components.events import Event, EventDetail
 from .log import Log
-from .rerun import advance_to_tick, restore_snapshot
+from .replay import advance_to_tick, restore_snapshot
 
 # Number of times, in addition to the frames, at which a run is examined.
 _INSTANTS = 1000

@@ -24,7 +24,7 @@ from .log import Log, open_log
 from .preview.film import Preview
 from .recorder import Recorder
 from .records import CLOSED, HEADER, INCIDENTS, SNAPSHOTS, STEPS, Record
-from .rerun import check_work
+from .replay import check_work
 from .schedule import parse_schedule
 from .verification import Comparison, Difference, Verification
 from .writer import LogWriter, to_path

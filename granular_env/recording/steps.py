@@ -42,11 +42,11 @@ class StepHistory:
                 found[place][name] = value
         return zip(np.diff(self.marks).tolist(), found, strict=True)
 
-    def input_changes(self, held: Mapping[str, Held]) -> list[tuple[int, dict[str, Held]]]:
+    def input_changes(self, start_inputs: Mapping[str, Held]) -> list[tuple[int, dict[str, Held]]]:
         """Return (tick, inputs) for each step that changed the bits of an input; `held` are the inputs at the start."""
         found: dict[int, dict[str, Held]] = {}
         for name, (places, values) in self.sets.items():
-            before: Held | None = held.get(name)
+            before: Held | None = start_inputs.get(name)
             bits = None if before is None else _bit_key(before)
             for tick, value in zip(self.marks[places].tolist(), values, strict=True):
                 if value is not before:

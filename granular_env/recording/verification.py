@@ -20,7 +20,7 @@ from .header import header_table, machine_facts, versions
 from .index import DETAIL, FIRST, LAST, Segment
 from .log import Log, open_log
 from .records import EVENTS, FRAMES, HASHES, SNAPSHOTS, input_word, make_hash_row, value_bits
-from .rerun import Changes, advance_to_tick, check_work, restore_snapshot
+from .replay import Changes, advance_to_tick, check_work, restore_snapshot
 
 Outcome = Literal["identical", "different", "incomplete", "nothing was compared"]
 
@@ -161,16 +161,18 @@ def verify(
             log.close()
 
 
-def _store_difference(result: Verification, log: Log, segment: Segment, found: Difference, agreed: int) -> None:
+def _store_difference(result: Verification, log: Log, segment: Segment, difference: Difference, agreed: int) -> None:
     """Store a difference in the result; `agreed` is the last tick of the segment at which the variable agreed."""
-    first, last = (log.log_tick(segment.number, tick) for tick in (agreed, found.tick))
-    result.variable, result.index = found.variable, found.index
+    first, last = (log.log_tick(segment.number, tick) for tick in (agreed, difference.tick))
+    result.variable, result.index = difference.variable, difference.index
     result.interval = (first * log.step_size, last * log.step_size)
-    where = "" if found.index is None else f"[{found.index}]"
+    where = "" if difference.index is None else f"[{difference.index}]"
     when = f"at {result.interval[0]:.12g} s (tick {first})"
     if first != last:
         when = "between {:.12g} s and {:.12g} s".format(*result.interval) + f" (ticks {first} to {last})"
-    result.notes.append(f"{found.variable}{where} differs {when}" + (f": {found.reason}" if found.reason else ""))
+    result.notes.append(
+        f"{difference.variable}{where} differs {when}" + (f": {difference.reason}" if difference.reason else "")
+    )
 
 
 class Comparison:

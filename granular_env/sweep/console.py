@@ -22,23 +22,23 @@ _MOST_ERRORS = 3
 
 
 @contextmanager
-def sweep_progress(title: str, size: int, known: int, progress: Progress) -> Iterator[Callable[[Result], None]]:
+def sweep_progress(title: str, size: int, known_count: int, progress: Progress) -> Iterator[Callable[[Result], None]]:
     """Show a progress bar with done and failed tasks, their rate, and the remaining time.
 
     Args:
         title: of the bar.
         size: number of tasks.
-        known: number of tasks that already have a result.
+        known_count: number of tasks that already have a result.
         progress: whether to show it, or a function to call instead.
     """
-    with progress_bar(title, size, done=known, show=progress) as shown:
+    with progress_bar(title, size, done=known_count, show=progress) as shown:
         begun, done, failed = perf_counter(), 0, 0
 
         def show_result(result: Result) -> None:
             nonlocal done, failed
             done, failed = done + 1, failed + (result.outcome != "done")
             rate = done / max(perf_counter() - begun, 1e-9)
-            shown.update(known + done, f"{known + done}/{size}", f"{failed} failed", f"{rate:,.3g} tasks/s")
+            shown.update(known_count + done, f"{known_count + done}/{size}", f"{failed} failed", f"{rate:,.3g} tasks/s")
 
         yield show_result
 

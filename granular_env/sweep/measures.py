@@ -210,14 +210,14 @@ class Measurement:
 Measure = Reading | ReportFigure | EventMeasure | Measurement
 
 
-def parse_measure(given: Any) -> Measure:
+def parse_measure(content: Any) -> Measure:
     """Return a measure from its text or table in the plan (for pydantic)."""
-    words = " ".join(given.split()) if isinstance(given, str) else ""
-    if isinstance(given, Mapping) and isinstance(given.get("measurement"), str):
-        arguments = {key: value for key, value in given.items() if key not in ("measurement", "take", "which")}
-        if type(which := given.get("which", 0)) is not int:
+    words = " ".join(content.split()) if isinstance(content, str) else ""
+    if isinstance(content, Mapping) and isinstance(content.get("measurement"), str):
+        arguments = {key: value for key, value in content.items() if key not in ("measurement", "take", "which")}
+        if type(which := content.get("which", 0)) is not int:
             raise ParameterError(f"got {one_line(which)}", expected="a whole number, -1 for the last", at="which")
-        return Measurement(given["measurement"], str(given.get("take", "")), which, arguments)
+        return Measurement(content["measurement"], str(content.get("take", "")), which, arguments)
     if match := _WORDS.fullmatch(words):
         return Reading(match["kind"], parse_element(match["element"]), bool(match["bar"]))
     if match := _REPORT.fullmatch(words):
@@ -225,7 +225,7 @@ def parse_measure(given: Any) -> Measure:
     if match := _EVENTS.fullmatch(words):
         return EventMeasure(match["kind"], match["what"] == "first")
     raise ParameterError(
-        f"got {one_line(given, 60)}",
+        f"got {one_line(content, 60)}",
         expected=f"such as 'max velocity[40]' ({', '.join(_KINDS)}), 'events KIND' or 'first KIND' of what can happen, "
         "'report NAME' of a figure that runs end with, or a measurement of the domain, { measurement = NAME, ... }",
     )

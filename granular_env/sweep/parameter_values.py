@@ -113,27 +113,27 @@ class Samples(Table):
         return self
 
 
-def _parse_axis(given: Any) -> list[Any] | Range:
-    if isinstance(given, list) and given:
-        return given
-    if isinstance(given, Mapping):
-        return Range.model_validate(given)
+def _parse_axis(value: Any) -> list[Any] | Range:
+    if isinstance(value, list) and value:
+        return value
+    if isinstance(value, Mapping):
+        return Range.model_validate(value)
     expected = "a list of values, or a table; one value for all belongs into [set]"
-    raise ParameterError(f"got {one_line(given, 60)}", expected=expected)
+    raise ParameterError(f"got {one_line(value, 60)}", expected=expected)
 
 
 Axis = Annotated[list[Any] | Range, PlainValidator(_parse_axis)]
 
 
-def _interpolate_linearly(begin: float, end: float, part: float) -> float:
+def _interpolate_linearly(begin: float, end: float, fraction: float) -> float:
     """Return begin + part (end - begin), to 12 digits."""
-    return float(f"{begin + part * (end - begin):.12g}")
+    return float(f"{begin + fraction * (end - begin):.12g}")
 
 
-def interpolate_geometrically(begin: float, end: float, part: float) -> float:
+def interpolate_geometrically(begin: float, end: float, fraction: float) -> float:
     """Return begin (end/begin)^part, to 12 digits."""
     low, high = math.log(begin), math.log(end)
-    return float(f"{math.exp(low + part * (high - low)):.12g}")
+    return float(f"{math.exp(low + fraction * (high - low)):.12g}")
 
 
 def sample_values(distribution: Distribution, key: str, seed: int, count: int) -> list[Any]:

@@ -46,14 +46,14 @@ class Curve:
     cuts: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
 
 
-def pick_with_extremes(values: FloatArray, most: int = MAXIMUM_CURVE_POINTS) -> npt.NDArray[np.int64]:
+def pick_with_extremes(values: FloatArray, max_count: int = MAXIMUM_CURVE_POINTS) -> npt.NDArray[np.int64]:
     """Return indices of at most `most` samples: the first, last, smallest and largest sample of each interval.
 
     No peak is lost, and samples that are too dense to be drawn fill a band.
     """
-    if len(values) <= most:
+    if len(values) <= max_count:
         return np.arange(len(values))
-    stretches = np.array_split(np.arange(len(values)), most // 4)
+    stretches = np.array_split(np.arange(len(values)), max_count // 4)
     marks = [(part[0], part[np.argmin(values[part])], part[np.argmax(values[part])], part[-1]) for part in stretches]
     return np.unique(np.array(marks, dtype=np.int64))
 
@@ -125,28 +125,28 @@ def component_names(variable: Variable) -> list[str]:
     return [f"{variable.name}[:,{','.join(map(str, index))}]" for index in np.ndindex(variable.shape[1:])]
 
 
-def sample_intervals(held: Sequence[InputInterval], ticks: Iterable[int]) -> Iterator[Any]:
+def sample_intervals(intervals: Sequence[InputInterval], ticks: Iterable[int]) -> Iterator[Any]:
     """Yield the values of an input at ascending ticks of the log; at a jump, the value after the jump."""
     place = 0
     for tick in ticks:
-        while place + 1 < len(held) and held[place + 1].begin + held[place + 1].shift <= tick:
+        while place + 1 < len(intervals) and intervals[place + 1].begin + intervals[place + 1].shift <= tick:
             place += 1
-        yield input_value(held[place].value, tick - held[place].shift)
+        yield input_value(intervals[place].value, tick - intervals[place].shift)
 
 
 Drawer = Callable[[str, Callable[[FloatArray], float]], Curve]
 
 
-def _curve_maker(log: Any, variable: Variable, held: Sequence[InputInterval]) -> Drawer:
+def _curve_maker(log: Any, variable: Variable, intervals: Sequence[InputInterval]) -> Drawer:
     """Return a function that draws the curve of one number, chosen by a function of the input's elements (as one row)."""
-    samples = [one.sample_ticks() for one in held]
-    every = (tick + one.shift for own, one in zip(samples, held, strict=True) for tick in own)
+    samples = [one.sample_ticks() for one in intervals]
+    every = (tick + one.shift for own, one in zip(samples, intervals, strict=True) for tick in own)
     ticks = np.fromiter(every, dtype=np.int64)
     times = ticks * log.step_size
 
     def make_curve(name: str, choose: Callable[[FloatArray], float]) -> Curve:
         values: list[float] = []
-        for own, one in zip(samples, held, strict=True):
+        for own, one in zip(samples, intervals, strict=True):
             row = _flat_values(one.value)
             if isinstance(one.value, CompiledProfile):
                 # For a negative factor, the largest product is the factor times the smallest element.

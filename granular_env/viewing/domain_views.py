@@ -46,7 +46,7 @@ class Views:
         recording: Any,
         motion: Motion,
         scales: Scales,
-        drawn: npt.NDArray[Any],
+        positions: npt.NDArray[Any],
         colours: npt.NDArray[np.uint8],
         when: list[Any],
     ) -> None:
@@ -56,7 +56,7 @@ class Views:
             recording: rerun's recording.
             motion: the frames.
             scales: of the generic scene.
-            drawn: drawn positions of the particles, shape (frames, n, 3) [m].
+            positions: drawn positions of the particles, shape (frames, n, 3) [m].
             colours: of the particles, shape (frames, n, 3).
             when: rerun's time columns.
         """

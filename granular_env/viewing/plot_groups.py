@@ -38,9 +38,9 @@ def make_plots(scene_data: SceneData) -> list[Plot]:
     return sorted((plot for plot in found if plot.curves), key=_is_quiet)
 
 
-def select_plots(scene_data: SceneData, most: int) -> list[Plot]:
+def select_plots(scene_data: SceneData, max_count: int) -> list[Plot]:
     """Return the plots that get a pane: at most `most`, and none that stays zero in a finished run."""
-    return [plot for plot in make_plots(scene_data) if not _is_quiet(plot) or len(plot.curves[0].values) < 2][:most]
+    return [plot for plot in make_plots(scene_data) if not _is_quiet(plot) or len(plot.curves[0].values) < 2][:max_count]
 
 
 def _unit_plots(title: str, curves: Iterable[Curve]) -> list[Plot]:

@@ -85,30 +85,30 @@ def nearest_frame(times: FloatArray, time: float) -> int:
     return int(np.argmin(np.abs(times - time)))
 
 
-def pick_evenly(available: int, wanted: int) -> npt.NDArray[np.int64]:
+def pick_evenly(available: int, count: int) -> npt.NDArray[np.int64]:
     """Return indices of evenly spaced frames, including the first and the last."""
-    if available <= wanted:
+    if available <= count:
         return np.arange(available)
-    return np.unique(np.rint(np.linspace(0, available - 1, wanted)).astype(np.int64))
+    return np.unique(np.rint(np.linspace(0, available - 1, count)).astype(np.int64))
 
 
-def segment_starts(log: Any, name: str, picked: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+def segment_starts(log: Any, name: str, frames: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
     """Return the indices, among the picked frames, of the first frames of later segments."""
     ticks, lengths = np.asarray(log.ticks(name)), [segment.end - segment.start for segment in log.segments]
     bounds = log.start_tick + np.cumsum(lengths[:-1], dtype=np.int64)
     # Two segments may have a frame at the same tick; the second frame begins the later segment.
     after = np.searchsorted(ticks, bounds, side="right")
     firsts = np.where(np.isin(bounds, ticks), after - 1, after)
-    cuts = np.unique(np.searchsorted(picked, firsts))
-    return cuts[(cuts > 0) & (cuts < len(picked))]
+    cuts = np.unique(np.searchsorted(frames, firsts))
+    return cuts[(cuts > 0) & (cuts < len(frames))]
 
 
-def sample_frames(log: Any, name: str, picked: npt.NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
+def sample_frames(log: Any, name: str, frames: npt.NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
     """Return times (frames,) [s] and values (frames, *shape) of the picked frames."""
     times = np.asarray(log.times(name), dtype=np.float64)
     if len(times) * int(np.prod(log.variables[name].shape, dtype=np.int64)) <= _READ_AT_ONCE:
-        return times[picked], np.asarray(log.series(name)[1], dtype=np.float64)[picked]
-    return times[picked], np.stack([np.asarray(log.get(name, float(time)), dtype=np.float64) for time in times[picked]])
+        return times[frames], np.asarray(log.series(name)[1], dtype=np.float64)[frames]
+    return times[frames], np.stack([np.asarray(log.get(name, float(time)), dtype=np.float64) for time in times[frames]])
 
 
 def load_curves(log: Any, name: str) -> Iterator[curves.Curve]:
@@ -166,17 +166,17 @@ class Field:
         return float(across[0]) - half, float(across[-1]) + half
 
 
-def to_field(shown: Motion | Field) -> Field:
+def to_field(source: Motion | Field) -> Field:
     """Return a field unchanged, or the colour of a motion as a field; `ParameterError` if it was not recorded."""
-    if isinstance(shown, Field):
-        return shown
-    if shown.colour is None:
-        name = shown.colour_variable.name
+    if isinstance(source, Field):
+        return source
+    if source.colour is None:
+        name = source.colour_variable.name
         raise ParameterError(
             f"{name!r} was not recorded, so it cannot be drawn", hint="add it to the recorded variables", at="variables"
         )
-    place, axis = _axis_labels(shown.colour_variable, 0 if _is_row(shown.reference) else None, shown.every)
-    return Field(shown.colour_variable, shown.times, shown.colour, place, axis, shown.every, shown.total, shown.cuts)
+    place, axis = _axis_labels(source.colour_variable, 0 if _is_row(source.reference) else None, source.every)
+    return Field(source.colour_variable, source.times, source.colour, place, axis, source.every, source.total, source.cuts)
 
 
 def array_names(log: Any) -> list[str]:

@@ -285,9 +285,9 @@ def _find_variable(source: SceneSource, name: str) -> Variable:
     return source.variables.get(name) or Variable(name, "output", "", (), name)
 
 
-def _to_vectors(moved: FloatArray | None) -> FloatArray | None:
+def _to_vectors(displacement: FloatArray | None) -> FloatArray | None:
     """Return displacements along x, shape (frames, n), or vectors as 3D vectors (frames, n, 3); None for None."""
-    return None if moved is None else to_three_columns(moved if moved.ndim == 3 else moved[..., np.newaxis])
+    return None if displacement is None else to_three_columns(displacement if displacement.ndim == 3 else displacement[..., np.newaxis])
 
 
 # -- notes ------------------------------------------------------------------------------------------------------------------

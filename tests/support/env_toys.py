@@ -29,12 +29,12 @@ class Swing(Task):
     def start(self, random: np.random.Generator) -> dict[str, float]:
         return {"position": random.uniform(-0.1, 0.1)}
 
-    def begin(self, component: Component, seen: dict) -> None:
-        self.counters = {"farthest": seen["position"]}
+    def begin(self, component: Component, outputs: dict) -> None:
+        self.counters = {"farthest": outputs["position"]}
 
-    def judge(self, component: Component, seen: dict, duration: float) -> tuple[float, bool]:
-        self.counters = {"farthest": max(self.counters["farthest"], seen["position"])}
-        return seen["position"], seen["position"] > 1.0
+    def judge(self, component: Component, outputs: dict, duration: float) -> tuple[float, bool]:
+        self.counters = {"farthest": max(self.counters["farthest"], outputs["position"])}
+        return outputs["position"], outputs["position"] > 1.0
 
 
 MAKERS: dict[str, Callable[..., ComponentEnv]] = {

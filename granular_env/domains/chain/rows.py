@@ -40,7 +40,7 @@ class ChainRows:
 
     Args:
         chains: of equal size, law and integrator.
-        together: whether to copy the chains into one array; otherwise there is one chain, which keeps its memory.
+        is_batch: whether to copy the chains into one array; otherwise there is one chain, which keeps its memory.
 
     Attributes:
         components: the chains.
@@ -49,20 +49,20 @@ class ChainRows:
         velocity: likewise [m/s].
     """
 
-    def __init__(self, chains: Sequence[Chain], together: bool = False) -> None:
+    def __init__(self, chains: Sequence[Chain], is_batch: bool = False) -> None:
         first, count = chains[0], len(chains)
-        self.tables: FloatArray = np.zeros((count, *first.table.shape)) if together else first.table[None]
+        self.tables: FloatArray = np.zeros((count, *first.table.shape)) if is_batch else first.table[None]
         self.components: list[Chain] = [*chains]
         self.grains = first.parameters.grains
-        self._chosen: Any = slice(None) if together else 0
+        self._chosen: Any = slice(None) if is_batch else 0
         self.displacement, self.velocity = (self.tables[self._chosen, row, 1 : self.grains + 1] for row in (U, V))
         self.displacement.flags.writeable = self.velocity.flags.writeable = False
         self._names = [
             (side, f"{side}_{name}") for side in _SIDES for name in ("force", "velocity") if f"{side}_{name}" in first.variables
         ]
         self._ticks, self._inputs = np.zeros(count, np.int64), np.zeros((count, 2))
-        self._together, self._law = together, first.state.law
-        if together:
+        self._together, self._law = is_batch, first.state.law
+        if is_batch:
             rows = first.state_rows
             for k, chain in enumerate(chains):
                 self.replace_chain(k, chain)

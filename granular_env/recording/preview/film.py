@@ -167,10 +167,10 @@ class _Clouds:
                 cells.append((to_three_columns(one.nodes)[some], _displacements(pictures, one.displacement, some)))
         self._factor = common_exaggeration(points, cells)
 
-    def messages(self, nanoseconds: int, drawn: Mapping[str, np.ndarray]) -> Iterator[tuple[Topic, bytes]]:
+    def messages(self, nanoseconds: int, picture: Mapping[str, np.ndarray]) -> Iterator[tuple[Topic, bytes]]:
         """Yield the messages of a picture."""
         for one in self._drawables:
-            places, colours = self._make_cloud(one, drawn)
+            places, colours = self._make_cloud(one, picture)
             some = _drawn_indices(places)
             topic = Topic(cloud_topic(one), "foxglove.PointCloud", "protobuf", encoding.point_cloud_schema())
             yield topic, encoding.encode_point_cloud(nanoseconds, places[some], colours[some])
@@ -185,35 +185,35 @@ class _Clouds:
                 lines.append(f"{cloud_topic(one)}: {name}, from -{full} (blue) through 0 (grey) to +{full} (red).")
         return lines
 
-    def _make_cloud(self, one: Drawable, drawn: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    def _make_cloud(self, drawable: Drawable, picture: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
         """Return positions and colours of a drawable."""
-        if isinstance(one, Points):
-            some, moved = _drawn_indices(one.radius), drawn.get(one.displacement)
-            colour = drawn[one.colour][some] if one.colour else np.zeros(len(one.radius[some]), np.float32)
-            places = self._displaced_positions(one.reference[some], None if moved is None else moved[some])
-            places[:, 2] += self._heights[cloud_topic(one)] * colour / self._largest[one.colour]
-            return places, value_colours(colour, self._largest[one.colour])
-        if isinstance(one, Links):
-            points, state = self._points[one.points], drawn[one.state]
-            places = self._displaced_positions(points.reference, drawn.get(points.displacement))
-            whole = np.flatnonzero((state != 0.0) & points.is_unwrapped(one.pairs))
-            first, second = places[one.pairs[whole, 0]], places[one.pairs[whole, 1]]
+        if isinstance(drawable, Points):
+            some, moved = _drawn_indices(drawable.radius), picture.get(drawable.displacement)
+            colour = picture[drawable.colour][some] if drawable.colour else np.zeros(len(drawable.radius[some]), np.float32)
+            places = self._displaced_positions(drawable.reference[some], None if moved is None else moved[some])
+            places[:, 2] += self._heights[cloud_topic(drawable)] * colour / self._largest[drawable.colour]
+            return places, value_colours(colour, self._largest[drawable.colour])
+        if isinstance(drawable, Links):
+            points, state = self._points[drawable.points], picture[drawable.state]
+            places = self._displaced_positions(points.reference, picture.get(points.displacement))
+            whole = np.flatnonzero((state != 0.0) & points.is_unwrapped(drawable.pairs))
+            first, second = places[drawable.pairs[whole, 0]], places[drawable.pairs[whole, 1]]
             parts = np.linspace(0.0, 1.0, _LINK_DOTS + 2)[1:-1]
             dots = np.concatenate([first + part * (second - first) for part in parts])
             return dots, value_colours(np.zeros(len(dots)), 1.0)
-        field = drawn[one.field]
-        if isinstance(one, Curve):
-            places = to_three_columns(one.coordinate)
-            places[:, 2] = self._heights[cloud_topic(one)] * field / self._largest[one.field]
-            return places, value_colours(field, self._largest[one.field])
-        nodes = self._displaced_positions(one.nodes, drawn.get(one.displacement))
+        field = picture[drawable.field]
+        if isinstance(drawable, Curve):
+            places = to_three_columns(drawable.coordinate)
+            places[:, 2] = self._heights[cloud_topic(drawable)] * field / self._largest[drawable.field]
+            return places, value_colours(field, self._largest[drawable.field])
+        nodes = self._displaced_positions(drawable.nodes, picture.get(drawable.displacement))
         is_of_nodes = len(field) == len(nodes)
-        places = nodes if is_of_nodes else nodes[one.connectivity].mean(axis=1)
-        if one.state:
-            whole = drawn[one.state] != 0.0
-            shown = np.unique(one.connectivity[whole]) if is_of_nodes else np.flatnonzero(whole)
+        places = nodes if is_of_nodes else nodes[drawable.connectivity].mean(axis=1)
+        if drawable.state:
+            whole = picture[drawable.state] != 0.0
+            shown = np.unique(drawable.connectivity[whole]) if is_of_nodes else np.flatnonzero(whole)
             places, field = places[shown], field[shown]
-        return places, value_colours(field, self._largest[one.field])
+        return places, value_colours(field, self._largest[drawable.field])
 
     def _displaced_positions(self, reference: np.ndarray, displacement: np.ndarray | None) -> np.ndarray:
         """Return positions in space; rest positions if no displacement was recorded."""
@@ -261,11 +261,11 @@ def bounding_box(drawables: Sequence[Drawable]) -> tuple[np.ndarray, np.ndarray]
     return np.min(lows, axis=0), np.max(highs, axis=0)
 
 
-def _curve_height(one: Drawable) -> float:
+def _curve_height(drawable: Drawable) -> float:
     """Return the drawn height of the largest value above points in a row along x, or of a curve [m]; 0 for others."""
-    if isinstance(one, Points) and one.colour and not np.ptp(one.reference[:, 1:], axis=0).any():
-        return _HEIGHT * float(np.ptp(one.reference[:, 0]))
-    return _HEIGHT * float(np.ptp(one.coordinate)) if isinstance(one, Curve) else 0.0
+    if isinstance(drawable, Points) and drawable.colour and not np.ptp(drawable.reference[:, 1:], axis=0).any():
+        return _HEIGHT * float(np.ptp(drawable.reference[:, 0]))
+    return _HEIGHT * float(np.ptp(drawable.coordinate)) if isinstance(drawable, Curve) else 0.0
 
 
 def topic_name(unit: str) -> str:
@@ -306,9 +306,9 @@ def _largest_magnitude(pictures: Sequence[_Picture], name: str) -> float:
     return max((float(one.max(initial=0.0, where=np.isfinite(one))) for one in values), default=0.0) or 1.0
 
 
-def _displacements(pictures: Sequence[_Picture], name: str, some: slice) -> np.ndarray:
+def _displacements(pictures: Sequence[_Picture], name: str, indices: slice) -> np.ndarray:
     """Return displacements as vectors, shape (pictures, n, 3), with 0 for values that are not finite."""
-    found = np.stack([to_three_columns(drawn[name][some].astype(np.float64)) for _, drawn in pictures])
+    found = np.stack([to_three_columns(drawn[name][indices].astype(np.float64)) for _, drawn in pictures])
     return np.nan_to_num(found, posinf=0.0, neginf=0.0)
 
 

@@ -118,7 +118,7 @@ def to_svg(figure: Figure, name: str, dots_per_inch: int = 150) -> str:
 
 
 def draw_space_time(
-    figure: FigureBase, axes: Axes, shown: Field, limit: float | None, ends: tuple[float, float] | None = None
+    figure: FigureBase, axes: Axes, field: Field, limit: float | None, ends: tuple[float, float] | None = None
 ) -> None:
     """Draw the colouring quantity over particles (horizontal) and time (vertical), with its colour bar.
 
@@ -127,27 +127,27 @@ def draw_space_time(
     Args:
         figure: figure for the colour bar.
         axes: axes to draw in.
-        shown: the field to draw.
+        field: the field to draw.
         limit: the value at the ends of the colour map; None for the largest magnitude.
         ends: first and last time of the diagram [s]; None for those of the field.
     """
-    limit = limit or symmetric_limit(shown.values)
-    first, last = ends or (float(shown.times[0]), float(shown.times[-1]))
+    limit = limit or symmetric_limit(field.values)
+    first, last = ends or (float(field.times[0]), float(field.times[-1]))
     scale, unit = time_unit(last)
     start, end = first * scale, last * scale
     axes.set_facecolor(NOT_SAMPLED)
     image = axes.imshow(
-        _resample_evenly(shown.times, shown.values, first, last),
+        _resample_evenly(field.times, field.values, first, last),
         origin="lower", aspect="auto", interpolation="nearest", vmin=-limit, vmax=limit,
         cmap=LinearSegmentedColormap.from_list("granular", DIVERGING),
-        extent=(*shown.ends, start, end if end > start else start + 1.0),
+        extent=(*field.ends, start, end if end > start else start + 1.0),
     )  # fmt: skip
     axes.grid(False)
-    if shown.coordinate is None:
+    if field.coordinate is None:
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.set(xlabel=shown.axis, ylabel=f"time [{unit}]")
-    bar = figure.colorbar(image, ax=axes, label=shown.label, pad=0.02)
-    if shown.values.size and float(np.nanmin(shown.values, initial=0.0)) >= 0.0 and ends is None:
+    axes.set(xlabel=field.axis, ylabel=f"time [{unit}]")
+    bar = figure.colorbar(image, ax=axes, label=field.label, pad=0.02)
+    if field.values.size and float(np.nanmin(field.values, initial=0.0)) >= 0.0 and ends is None:
         # Without negative values, omit the blue half of the bar.
         bar.ax.set_ylim(0.0, limit)
 
@@ -227,15 +227,15 @@ def add_legend(axes: Axes) -> None:
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
 
 
-def marker_style(shown: Field) -> dict[str, Any]:
+def marker_style(field: Field) -> dict[str, Any]:
     """Return options that mark each place with a dot, unless there are too many places."""
-    return {"marker": "o", "markersize": 3} if shown.values.shape[1] <= 60 else {}
+    return {"marker": "o", "markersize": 3} if field.values.shape[1] <= 60 else {}
 
 
-def place_name(shown: Field, column: int) -> str:
+def place_name(field: Field, column: int) -> str:
     """Return the name of a place in a legend: its number and, if known, its coordinate."""
-    name = f"{shown.place} {column * shown.every}"
-    return name if shown.coordinate is None else f"{name}, x = {shown.coordinate[column]:.4g} m"
+    name = f"{field.place} {column * field.every}"
+    return name if field.coordinate is None else f"{name}, x = {field.coordinate[column]:.4g} m"
 
 
 def time_unit(duration: float) -> tuple[float, str]:

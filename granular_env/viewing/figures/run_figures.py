@@ -78,52 +78,52 @@ def draw_fields(
     return figure
 
 
-def _draw_profiles(figure: FigureBase, shown: Field, times: Sequence[float] | None) -> None:
-    first, last = float(shown.times[0]), float(shown.times[-1])
+def _draw_profiles(figure: FigureBase, field: Field, times: Sequence[float] | None) -> None:
+    first, last = float(field.times[0]), float(field.times[-1])
     scale, unit = time_unit(last)
     chosen = np.linspace(first, last, _PROFILES + 1)[1:].tolist() if times is None else list(times)
     panels = np.atleast_1d(figure.subplots(len(chosen), 1, sharex=True, sharey=True))
     for panel, time in zip(panels, chosen, strict=True):
-        frame = nearest_frame(shown.times, time)
-        panel.plot(shown.coordinates, shown.values[frame], color=PALETTE[0], **marker_style(shown))
-        panel.set_title(f"t = {shown.times[frame] * scale:.4g} {unit}", fontsize=11)
+        frame = nearest_frame(field.times, time)
+        panel.plot(field.coordinates, field.values[frame], color=PALETTE[0], **marker_style(field))
+        panel.set_title(f"t = {field.times[frame] * scale:.4g} {unit}", fontsize=11)
         panel.margins(x=0.01)
-    figure.supylabel(shown.label, fontsize=11)
-    panels[-1].set_xlabel(shown.axis)
+    figure.supylabel(field.label, fontsize=11)
+    panels[-1].set_xlabel(field.axis)
 
 
-def _draw_histories(figure: FigureBase, shown: Field, indices: Sequence[int] | None, valid_until: float) -> None:
-    scale, unit = time_unit(float(shown.times[-1]))
+def _draw_histories(figure: FigureBase, field: Field, indices: Sequence[int] | None, valid_until: float) -> None:
+    scale, unit = time_unit(float(field.times[-1]))
     axes = figure.subplots()
-    for place, index in enumerate(_default_indices(shown) if indices is None else indices):
-        column = _place_column(shown, index)
-        times, values = insert_gaps(shown.times * scale, shown.values[:, column], shown.cuts)
-        axes.plot(times, values, label=place_name(shown, column), **line_style(place))
-    axes.set(xlabel=f"time [{unit}]", ylabel=shown.label)
+    for place, index in enumerate(_default_indices(field) if indices is None else indices):
+        column = _place_column(field, index)
+        times, values = insert_gaps(field.times * scale, field.values[:, column], field.cuts)
+        axes.plot(times, values, label=place_name(field, column), **line_style(place))
+    axes.set(xlabel=f"time [{unit}]", ylabel=field.label)
     axes.margins(x=0.0)
     mark_end_of_validity(axes, valid_until * scale)
     add_legend(axes)
 
 
-def _default_indices(shown: Field) -> list[int]:
+def _default_indices(field: Field) -> list[int]:
     """Return up to five places, evenly spaced among those that the wave reached (among all, if nothing changed)."""
     with np.errstate(invalid="ignore", over="ignore"):
-        change = np.abs(shown.values - shown.values[0]).max(axis=0)
+        change = np.abs(field.values - field.values[0]).max(axis=0)
     largest = np.max(change, initial=0.0, where=np.isfinite(change))
     # The negation also selects non-finite changes.
     reached = np.flatnonzero(~(change <= _REACHED * largest))
     reached = reached if len(reached) else np.arange(len(change))
     columns = reached[np.unique(np.rint(np.linspace(0, len(reached) - 1, 5)).astype(int))]
-    return (columns * shown.every).tolist()
+    return (columns * field.every).tolist()
 
 
-def _place_column(shown: Field, index: int) -> int:
+def _place_column(field: Field, index: int) -> int:
     """Return the column of a place (negative numbers count from the end); `ParameterError` if it does not exist."""
-    if not isinstance(index, int) or not -shown.total <= index < shown.total:
+    if not isinstance(index, int) or not -field.total <= index < field.total:
         raise ParameterError(
-            f"got {index!r}", expected=f"a whole number from {-shown.total} to {shown.total - 1}", at="indices"
+            f"got {index!r}", expected=f"a whole number from {-field.total} to {field.total - 1}", at="indices"
         )
-    return (index % shown.total) // shown.every
+    return (index % field.total) // field.every
 
 
 @use_style

@@ -38,18 +38,18 @@ def entity_path(place: str, name: str) -> str:
 # -- links --------------------------------------------------------------------------------------------------------------
 
 
-def send_links(recording: Any, motion: Motion, drawn: npt.NDArray[Any], eye: FloatArray, when: list[Any]) -> None:
+def send_links(recording: Any, motion: Motion, positions: npt.NDArray[Any], eye: FloatArray, when: list[Any]) -> None:
     """Send the cracks of the frames and, unless they would hide the particles, the intact links.
 
     Args:
         recording: rerun's recording.
         motion: the frames.
-        drawn: drawn positions of the particles, shape (frames, n, 3) [m].
+        positions: drawn positions of the particles, shape (frames, n, 3) [m].
         eye: position of the camera, shape (3,) [m].
         when: rerun's time columns.
     """
     towards = _camera_direction(motion)
-    front = _move_to_front(motion, drawn, eye)
+    front = _move_to_front(motion, positions, eye)
     smallest = float(motion.radius.min())
     for links in motion.links:
         cracks = [
@@ -67,11 +67,11 @@ def send_links(recording: Any, motion: Motion, drawn: npt.NDArray[Any], eye: Flo
         _send_strips(recording, entity_path("scene/links_", links.name), held, counts, colours, _THICKNESS * smallest, when)
 
 
-def send_spokes(recording: Any, motion: Motion, drawn: npt.NDArray[Any], eye: FloatArray, when: list[Any]) -> None:
+def send_spokes(recording: Any, motion: Motion, positions: npt.NDArray[Any], eye: FloatArray, when: list[Any]) -> None:
     """Send a radial line in each particle, which shows its rotation; arguments as for `send_links`."""
     if motion.rotation is None or not motion.is_plane:
         return
-    front, angle = _move_to_front(motion, drawn, eye), motion.rotation
+    front, angle = _move_to_front(motion, positions, eye), motion.rotation
     along = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=-1)
     ends = front + _SPOKE_LENGTH * motion.radius[:, None] * along
     spokes = list(np.stack([front, ends], axis=2).astype(np.float32))
@@ -90,11 +90,11 @@ def _camera_direction(motion: Motion) -> npt.NDArray[np.float64]:
     return np.array([0.0, 0.0, 1.0] if motion.is_plane else [0.0, -1.0, 0.0])
 
 
-def _move_to_front(motion: Motion, drawn: npt.NDArray[Any], eye: FloatArray) -> npt.NDArray[np.float32]:
+def _move_to_front(motion: Motion, positions: npt.NDArray[Any], eye: FloatArray) -> npt.NDArray[np.float32]:
     """Return the positions moved towards the eye, to the front of the largest particle."""
-    ray = eye - drawn
+    ray = eye - positions
     part = _IN_FRONT * float(motion.radius.max()) / (ray @ _camera_direction(motion))
-    return (drawn + part[..., None] * ray).astype(np.float32)
+    return (positions + part[..., None] * ray).astype(np.float32)
 
 
 def _send_lines(
@@ -164,29 +164,29 @@ def send_triangles(recording: Any, mesh: MeshFrames) -> None:
 
 
 def send_mesh(
-    recording: Any, mesh: MeshFrames, drawn: npt.NDArray[Any], colours: npt.NDArray[np.uint8], when: list[Any]
+    recording: Any, mesh: MeshFrames, positions: npt.NDArray[Any], colours: npt.NDArray[np.uint8], when: list[Any]
 ) -> None:
     """Send frames of a mesh.
 
     Args:
         recording: rerun's recording.
         mesh: the frames.
-        drawn: drawn positions of the nodes, shape (frames, n, 3) [m].
+        positions: drawn positions of the nodes, shape (frames, n, 3) [m].
         colours: of the nodes or of the cells, shape (frames, n or m, 3).
         when: rerun's time columns.
     """
-    frames = len(drawn)
-    corners = drawn
+    frames = len(positions)
+    corners = positions
     if mesh.has_cell_values:
-        corners = drawn[:, mesh.connectivity.ravel()]
+        corners = positions[:, mesh.connectivity.ravel()]
         colours = np.repeat(colours, mesh.connectivity.shape[1], axis=1)
     shown = rr.Mesh3D.columns(vertex_positions=corners.reshape(-1, 3), vertex_colors=colours.reshape(-1, 3))
     recording.send_columns(cells_path(mesh), when, shown.partition(np.full(frames, corners.shape[1])))
     if mesh.whole is not None:
         _send_triangles(recording, cells_path(mesh), _drawn_corners(mesh), mesh.whole, when)
-    _send_edges(recording, mesh, drawn, when)
+    _send_edges(recording, mesh, positions, when)
     if mesh.is_solid:
-        _send_lining(recording, mesh, drawn, when)
+        _send_lining(recording, mesh, positions, when)
 
 
 def _send_lining(recording: Any, mesh: MeshFrames, drawn: npt.NDArray[Any], when: list[Any]) -> None:
@@ -222,11 +222,11 @@ def _node_normals(mesh: MeshFrames) -> npt.NDArray[np.float32]:
     return (sums / length).astype(np.float32)
 
 
-def _send_edges(recording: Any, mesh: MeshFrames, drawn: npt.NDArray[Any], when: list[Any]) -> None:
+def _send_edges(recording: Any, mesh: MeshFrames, positions: npt.NDArray[Any], when: list[Any]) -> None:
     """Send the edges of unbroken cells; the edges of a plane lie in front of it."""
     whole = np.ones((1, len(mesh.connectivity)), bool) if mesh.whole is None else mesh.whole
-    edges = [make_edges(mesh.connectivity[kept], mesh.nodes) for kept in whole] * (len(drawn) if mesh.whole is None else 1)
-    strips = np.concatenate([places[ends] for places, ends in zip(drawn, edges, strict=True)])
+    edges = [make_edges(mesh.connectivity[kept], mesh.nodes) for kept in whole] * (len(positions) if mesh.whole is None else 1)
+    strips = np.concatenate([places[ends] for places, ends in zip(positions, edges, strict=True)])
     if not mesh.is_solid:
         strips[..., 2] += _EDGES_IN_FRONT * float(np.ptp(mesh.nodes, axis=0).max())
     colour = np.broadcast_to(np.array(_EDGE, np.uint8), (len(strips), 3))

@@ -84,7 +84,7 @@ class ConfinementTask(Task):
         """Return the velocities of a uniform compression, so that no wave starts from the moving side."""
         return self._start
 
-    def begin(self, component: Component, seen: Seen) -> None:
+    def begin(self, component: Component, outputs: Seen) -> None:
         """Start with all pairs linked."""
         self.counters = {"broken_part": 0.0}
 
@@ -93,7 +93,7 @@ class ConfinementTask(Task):
         left = driven["left_traction"]
         return {"left_traction": left, "right_traction": -left, "top_velocity": np.array([0.0, -self.speed])}
 
-    def judge(self, component: Component, seen: Seen, duration: float) -> tuple[float, bool]:
+    def judge(self, component: Component, outputs: Seen, duration: float) -> tuple[float, bool]:
         """Return minus the newly broken fraction minus the cost of the pressure; a lost specimen counts as wholly broken."""
         before, broken = self.counters["broken_part"], float(component.get("broken_links")) / self._pairs
         self.counters["broken_part"] = broken

@@ -137,43 +137,47 @@ def action_means(drive: npt.NDArray[np.float64], hold: int) -> npt.NDArray[np.fl
 
 def make_driven_end(
     make: Callable[..., Any],
-    given: Mapping[str, Any],
+    arguments: Mapping[str, Any],
     side: str = "left",
     scales: Mapping[str, float] | None = None,
     parameters: Mapping[str, Any] | None = None,
-    endless: bool = False,
+    allow_endless: bool = False,
     **defaults: Any,
 ) -> tuple[Chain, DrivenEnd, dict[str, Any]]:
     """Return the chain of an environment, its driven end, and the options of the environment.
 
     Args:
         make: the environment's factory.
-        given: arguments of the factory (its local variables on entry).
+        arguments: arguments of the factory (its local variables on entry).
         side: "left" or "right".
         scales: action -> force [N] or velocity [m/s] at action 1 if `action_scale` is None.
         parameters: further parameters of the chain.
-        endless: whether there may be no deadline.
+        allow_endless: whether there may be no deadline.
         **defaults: options of the environment that differ from those of `ComponentEnv`, and "action" if it is not "force".
 
     Raises:
         ParameterError: an invalid action, count or argument of the chain.
     """
     usual = {"radius": None, "material": None, "action": "force", "action_scale": None, "step_size": 5e-7, "chain": None}
-    options: dict[str, Any] = {**usual, "clock": CLOCK, **defaults, **given["options"]}
+    options: dict[str, Any] = {**usual, "clock": CLOCK, **defaults, **arguments["options"]}
     radius, material, action, scale, step_size, chain = (options.pop(name) for name in usual)
     if not isinstance(action, str) or action not in ACTIONS:
         raise ParameterError(f"got {one_line(action)}", hint=spelling_hint(str(action), ACTIONS), at="action")
     boundary, quantity, largest = ACTIONS[action]
     scale = (scales or {}).get(action, largest) if scale is None else positive_number("action_scale", scale)
-    own = {"grains": given["grains"], "radius": radius, "material": material, "step_size": step_size, side: boundary}
+    own = {"grains": arguments["grains"], "radius": radius, "material": material, "step_size": step_size, side: boundary}
     made = make_chain({"velocity_scale": _VELOCITY, **own, **(parameters or {})}, chain)
     duration = whole_number("internal_steps", options["internal_steps"]) * made.step_size
-    if endless and options["deadline"] is None:
-        options["clock"], steps = given["options"].get("clock", 0), 0
+    if allow_endless and options["deadline"] is None:
+        options["clock"], steps = arguments["options"].get("clock", 0), 0
     else:
         steps = whole_number("deadline", options["deadline"])
     seen = {"displacement": _DISPLACEMENT, "velocity": made.parameters.velocity_scale or _VELOCITY}
-    return made, DrivenEnd({f"{side}_{quantity}": scale}, seen, duration, steps, _has_default_arguments(make, given)), options
+    return (
+        made,
+        DrivenEnd({f"{side}_{quantity}": scale}, seen, duration, steps, _has_default_arguments(make, arguments)),
+        options,
+    )
 
 
 def make_chain(parameters: Mapping[str, Any], overrides: Any) -> Chain:
@@ -181,10 +185,10 @@ def make_chain(parameters: Mapping[str, Any], overrides: Any) -> Chain:
     return Chain(**{name: one for name, one in parameters.items() if one is not None} | dict(overrides or {}))
 
 
-def _has_default_arguments(make: Callable[..., Any], given: Mapping[str, Any]) -> bool:
+def _has_default_arguments(make: Callable[..., Any], arguments: Mapping[str, Any]) -> bool:
     """Return whether a factory was called with its defaults, apart from the options in `_SEEN`."""
     own = {name: one.default for name, one in inspect.signature(make).parameters.items() if name != "options"}
-    return set(given["options"]) <= _SEEN and all(repr(given[name]) == repr(default) for name, default in own.items())
+    return set(arguments["options"]) <= _SEEN and all(repr(arguments[name]) == repr(default) for name, default in own.items())
 
 
 def hertz_constants(task: str, chain: Chain) -> tuple[float, float, float]:
@@ -207,7 +211,7 @@ def hertz_constants(task: str, chain: Chain) -> tuple[float, float, float]:
 def refuse_unreachable_deadline(
     chain: Chain,
     end: DrivenEnd,
-    wanted: float,
+    target: float,
     unit: str,
     arrived_amount: Callable[[Chain], float],
     start: Mapping[str, Any] | None = None,
@@ -217,7 +221,7 @@ def refuse_unreachable_deadline(
     Args:
         chain: the driven chain; a clone of it is stepped.
         end: inputs and number of control steps; the inputs are not applied if `start` is given.
-        wanted: amount that has to arrive.
+        target: amount that has to arrive.
         unit: unit of the amount; "" for no warning.
         arrived_amount: called after each control step; returns the amount that has arrived.
         start: values for the reset of the chain.
@@ -234,15 +238,15 @@ def refuse_unreachable_deadline(
         except StepError:  # the full drive exceeds the physics, so the arrival is not late
             return
         most = max(most, arrived_amount(driven))
-        if most >= wanted or (step >= end.steps and most > _PART * wanted):
+        if most >= target or (step >= end.steps and most > _PART * target):
             break
     drive = " and ".join(f"{name} = {value:g}" for name, value in inputs.items())
     reason = f"{drive} from the first one on brings nothing earlier" if drive else "the fastest wave comes no earlier"
     refuse_early_deadline(end.steps, step, end.duration, reason)
-    if most < wanted and unit:
+    if most < target and unit:
         issue_warning(
             f"deadline: {end.steps} control steps of {end.duration:g} s are too few: with {drive} from the first on, "
-            f"{most:.3g} {unit} of the wanted {wanted:g} {unit} arrive; give a later deadline, or a larger action_scale"
+            f"{most:.3g} {unit} of the wanted {target:g} {unit} arrive; give a later deadline, or a larger action_scale"
         )
 
 
@@ -253,20 +257,20 @@ def single_sum_value(sums, constants, slopes):
     return sums[0]
 
 
-def parse_range(name: str, given: Any) -> tuple[float, float]:
+def parse_range(name: str, value: Any) -> tuple[float, float]:
     """Return a range (low, high) after validation; `ParameterError` unless 0 < low <= high."""
-    pair = parse_numbers(name, given)
+    pair = parse_numbers(name, value)
     if len(pair) != 2 or not 0.0 < pair[0] <= pair[1]:
-        raise ParameterError(f"got {one_line(given)}", expected="(low, high) with 0 < low <= high", at=name)
+        raise ParameterError(f"got {one_line(value)}", expected="(low, high) with 0 < low <= high", at=name)
     return float(pair[0]), float(pair[1])
 
 
-def parse_numbers(name: str, given: Any) -> npt.NDArray[np.float64]:
+def parse_numbers(name: str, value: Any) -> npt.NDArray[np.float64]:
     """Return one or several numbers as an array; `ParameterError` if there is none or one is not finite."""
     try:
-        array = np.atleast_1d(np.asarray(given, dtype=np.float64))
+        array = np.atleast_1d(np.asarray(value, dtype=np.float64))
     except (TypeError, ValueError):
         array = np.full(1, np.nan)
-    if isinstance(given, str) or array.ndim != 1 or not len(array) or not np.all(np.isfinite(array)):
-        raise ParameterError(f"got {one_line(given)}", expected="a number or a list of numbers", at=name)
+    if isinstance(value, str) or array.ndim != 1 or not len(array) or not np.all(np.isfinite(array)):
+        raise ParameterError(f"got {one_line(value)}", expected="a number or a list of numbers", at=name)
     return array

@@ -244,7 +244,7 @@ def make_protection(
     """
     further = {"right": "rigid_plane", "velocity_scale": velocity_scale}
     chain, end, rest = make_driven_end(
-        make_protection, locals(), scales=_SCALES, parameters=further, endless=True, internal_steps=3, deadline=700
+        make_protection, locals(), scales=_SCALES, parameters=further, allow_endless=True, internal_steps=3, deadline=700
     )
     env = ComponentEnv(chain, partial(ProtectionTask, end=end, impulse=impulse, peak_scale=peak_scale), **rest)
     if end.steps:

@@ -62,9 +62,9 @@ class WaveTask(DrivenEndTask):
         """Return the goals, shape (episodes, 3 waves), and the energies of the goals' waves."""
         return constants.goal, constants.unit
 
-    def _compare_with_goals(self, rows: ChainRows, constants: Any, counters: dict[str, Any], left: FloatArray) -> None:
+    def _compare_with_goals(self, rows: ChainRows, constants: Any, counters: dict[str, Any], time_left: FloatArray) -> None:
         goals, energies = self.goals(constants, counters)
-        found = rows.call_kernel(compare_with_goals, 3, constants.shapes, goals, left, constants.window, energies)
+        found = rows.call_kernel(compare_with_goals, 3, constants.shapes, goals, time_left, constants.window, energies)
         counters.update(zip(("distance", "energy_outside", "amplitude_error"), found.T, strict=True))
 
     def begin_rows(self, rows: ChainRows, constants: Any, counters: dict[str, Any]) -> None:

@@ -150,7 +150,7 @@ def _is_outside(goal, waves, time_left, place, window):
 
 
 @jit
-def compare_with_goals(law, tables, shapes, goals, time_left, windows, energies, found):
+def compare_with_goals(law, tables, shapes, goals, time_left, windows, energies, results):
     """Write the distance from the goal, the fraction of the energy outside its waves, and the amplitude error.
 
     Every argument except `law` has one row per chain.
@@ -163,15 +163,15 @@ def compare_with_goals(law, tables, shapes, goals, time_left, windows, energies,
         time_left: time until the deadline [s].
         windows: half width of a wave's window [grains].
         energies: of the wanted waves, the unit of the distance [J].
-        found: shape (chains, 3); written.
+        results: shape (chains, 3); written.
     """
     for k in range(len(time_left)):
         chain, goal, waves = chain_state(law, tables[k]), goals[k], len(goals[k]) // COLUMNS
         outside, whole = energy_outside(chain, goal, waves, time_left[k], windows[k])
         put_in = max(input_work(chain), whole)
-        found[k, 0] = distance(chain, shapes[k], goal, waves, time_left[k]) / energies[k]
-        found[k, 1] = outside / put_in if put_in > 0.0 else 0.0
-        found[k, 2] = amplitude_error(chain, shapes[k], goal, waves, time_left[k], windows[k])
+        results[k, 0] = distance(chain, shapes[k], goal, waves, time_left[k]) / energies[k]
+        results[k, 1] = outside / put_in if put_in > 0.0 else 0.0
+        results[k, 2] = amplitude_error(chain, shapes[k], goal, waves, time_left[k], windows[k])
 
 
 # -- the objective ----------------------------------------------------------------------------------------------------

@@ -73,23 +73,25 @@ def send_guides(recording: Any, motion: Motion, scales: Scales, row: Row) -> Non
         recording.log(f"scene/words/{index}", shown, static=True)
 
 
-def send_profile(recording: Any, motion: Motion, scales: Scales, row: Row, drawn: npt.NDArray[Any], when: list[Any]) -> None:
+def send_profile(
+    recording: Any, motion: Motion, scales: Scales, row: Row, positions: npt.NDArray[Any], when: list[Any]
+) -> None:
     """Send the colouring quantity as a curve above the grains."""
-    if motion.colour is None or drawn.shape[1] < 2:
+    if motion.colour is None or positions.shape[1] < 2:
         return
     radius = import_optional("rerun", "the viewer").Radius.ui_points(1.5)
-    curve = drawn.copy()
+    curve = positions.copy()
     curve[..., 2] = row.profile_level + row.height * motion.colour / scales.colour_limit
-    _send_strips(recording, "scene/profile", when, curve, 1, np.full((len(drawn), 3), 235, np.uint8), radius)
+    _send_strips(recording, "scene/profile", when, curve, 1, np.full((len(positions), 3), 235, np.uint8), radius)
 
 
-def send_bars(recording: Any, motion: Motion, scales: Scales, row: Row, drawn: npt.NDArray[Any], when: list[Any]) -> None:
+def send_bars(recording: Any, motion: Motion, scales: Scales, row: Row, positions: npt.NDArray[Any], when: list[Any]) -> None:
     """Send contact forces or overlaps as bars below the contacts."""
     if motion.contact is None:
         return
     rr = import_optional("rerun", "the viewer")
     frames, contacts = motion.contact.shape
-    top = 0.5 * (drawn[:, 1:] + drawn[:, :-1])
+    top = 0.5 * (positions[:, 1:] + positions[:, :-1])
     top[..., 2] = row.contact_level
     bottom = top.copy()
     bottom[..., 2] -= row.height * motion.contact / row.contact_limit

@@ -58,13 +58,13 @@ class ChainViews(Views):
         recording: Any,
         motion: Motion,
         scales: Scales,
-        drawn: npt.NDArray[Any],
+        positions: npt.NDArray[Any],
         colours: npt.NDArray[np.uint8],
         when: list[Any],
     ) -> None:
         """Send profile, bars and close-up for the given frames."""
-        send_profile(recording, motion, scales, self._row, drawn, when)
-        send_bars(recording, motion, scales, self._row, drawn, when)
+        send_profile(recording, motion, scales, self._row, positions, when)
+        send_bars(recording, motion, scales, self._row, positions, when)
         if has_closeup(motion):
             send_closeup(recording, motion, scales, colours, when)
 

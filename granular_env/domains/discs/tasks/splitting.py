@@ -43,13 +43,13 @@ class SplittingTask(Task):
         # Long waves run at the speed 2 r sqrt(k / m) and pass one link in this time.
         self._disc_time, self._control_step, self._links = math.sqrt(p.mass / p.stiffness), control_step, p.columns - 1
 
-    def begin(self, component: Component, seen: Seen) -> None:
+    def begin(self, component: Component, outputs: Seen) -> None:
         """Start with all links whole."""
         self.counters = {"closeness": 0.0, "wrong_links": 0.0, "work": component.get("input_work")}
 
-    def judge(self, component: Component, seen: Seen, duration: float) -> tuple[float, bool]:
+    def judge(self, component: Component, outputs: Seen, duration: float) -> tuple[float, bool]:
         """Return the gain in closeness minus 1 per wrong break minus the cost of work; the right break ends the episode."""
-        linked, along = seen["linked"], seen["displacement"][:, 0]
+        linked, along = outputs["linked"], outputs["displacement"][:, 0]
         is_split = bool(linked[self.target] == 0.0)
         lengthening = 1.0 if is_split else min(float(along[self.target + 1] - along[self.target]) / self._limit, 1.0)
         before = dict(self.counters)

@@ -48,13 +48,13 @@ class BuriedTargetTask(Task):
         self.best_speed = float(np.abs(self.drive_gains).sum())
         self.observations = {"receiver_velocity": self.best_speed}
 
-    def begin(self, component: Any, seen: Seen) -> None:
+    def begin(self, component: Any, outputs: Seen) -> None:
         """Store the target's energy at the start."""
-        self.counters = {"target_energy": self._target_energy(seen)}
+        self.counters = {"target_energy": self._target_energy(outputs)}
 
-    def judge(self, component: Any, seen: Seen, duration: float) -> tuple[float, bool]:
+    def judge(self, component: Any, outputs: Seen, duration: float) -> tuple[float, bool]:
         """Return the gain in the target's energy, relative to the largest possible energy at the deadline."""
-        before, self.counters["target_energy"] = self.counters["target_energy"], self._target_energy(seen)
+        before, self.counters["target_energy"] = self.counters["target_energy"], self._target_energy(outputs)
         return self.counters["target_energy"] - before, False
 
     def baselines(self) -> Mapping[str, Policy]:
@@ -73,9 +73,9 @@ class BuriedTargetTask(Task):
             "theory": OpenLoop(self.drive),
         }
 
-    def _target_energy(self, seen: Seen) -> float:
+    def _target_energy(self, outputs: Seen) -> float:
         """Return the square of the target's speed, relative to the largest possible at the deadline."""
-        vx, vy = (float(number) for number in np.asarray(seen["receiver_velocity"])[-1])
+        vx, vy = (float(number) for number in np.asarray(outputs["receiver_velocity"])[-1])
         return (vx * vx + vy * vy) / (self.best_speed * self.best_speed)
 
 
@@ -183,9 +183,9 @@ def make_buried_target(
     return ComponentEnv(grid, task, **settings)
 
 
-def _parse_pair(given: Any) -> list[Any]:
+def _parse_pair(value: Any) -> list[Any]:
     """Return the two entries of a pair; `ParameterError` for any other length."""
-    entries = list(given) if isinstance(given, (list, tuple, np.ndarray)) else []
+    entries = list(value) if isinstance(value, (list, tuple, np.ndarray)) else []
     if len(entries) != 2:
-        raise ParameterError(f"got {one_line(given)}", expected="two numbers, x and y", at="target")
+        raise ParameterError(f"got {one_line(value)}", expected="two numbers, x and y", at="target")
     return entries

@@ -79,11 +79,11 @@ def load_component_class(name: Any, components: Mapping[str, type[Component]] | 
     return component_class(name)
 
 
-def check_parameters(given: Mapping[str, Any], model: type[Parameters], limits: Limits) -> None:
+def check_parameters(parameters: Mapping[str, Any], model: type[Parameters], limits: Limits) -> None:
     """Refuse excessive whole numbers (grains, nodes, cells) among the parameters of a component."""
     limit = max(_COUNT, min(_MOST, (total_memory() or 0) // (_COMPONENT_SHARE * _UNIT_BYTES)))
     for name, field in model.model_fields.items():
-        value = given.get(name)
+        value = parameters.get(name)
         if field.annotation is int and isinstance(value, (int, float)) and not value <= limit:
             limits.check(f"parameter {name!r}", int(min(value, 2.0**62)), limit)
 
