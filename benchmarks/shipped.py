@@ -35,10 +35,10 @@ def main(names: Sequence[str]) -> None:
     """Measure the experiments, all short ones without names, and write their rows."""
     shipped = shipped_experiments()
     for name in names or [one for one in shipped if one not in LONG]:
+        line = row(name, measured(name))
+        print(line, flush=True)
         text = PAGE.read_text("utf-8")
-        rows = {found[1]: found[0] for found in ROW.finditer(text)}
-        rows[name] = row(name, measured(name))
-        print(rows[name], flush=True)
+        rows = {found[1]: found[0] for found in ROW.finditer(text)} | {name: line}
         lines = [rows.get(one) or row(one, ["not measured", "", ""]) for one in shipped]
         table = "\n".join([f"Measured on {' · '.join(facts().splitlines())}.", "", HEADINGS, *lines, ""])
         PAGE.write_text(TABLE.sub(lambda _, table=table: table, text), "utf-8")
@@ -64,7 +64,7 @@ def measured(name: str) -> list[str]:
         seconds, memory, has_compiled = run(name, log)
         if has_compiled:
             seconds, memory, _ = run(name, log)
-        return [f"{seconds:.2g} s", readable_bytes(memory), readable_bytes(log.stat().st_size)]
+        return [f"{float(f'{seconds:.2g}'):g} s", readable_bytes(memory), readable_bytes(log.stat().st_size)]
 
 
 def run(name: str, log: Path) -> tuple[float, int, bool]:

@@ -22,7 +22,7 @@ from granular_env.terminal_text import align_columns, wrap_text
 
 
 class DescribedTable(NamedTuple):
-    """A table of a description: the key that it belongs to ("" for a component), what it lists, and its rows."""
+    """A table of a description: its parameter ("" for the whole component), its title, and its rows."""
 
     key: str
     text: str

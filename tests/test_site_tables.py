@@ -12,7 +12,7 @@ from granular_env.cli.command import Status
 from granular_env.cli.program import COMMANDS
 from granular_env.components import catalogue
 from granular_env.control.study import Study
-from granular_env.experiments import Experiment
+from granular_env.experiments import Experiment, shipped_experiments
 from granular_env.experiments.templates import example_of
 from granular_env.sweep.plan import Plan
 
@@ -69,3 +69,10 @@ def test_keys_of_a_document_have_a_meaning_and_a_valid_example(document: type) -
 def test_an_unknown_name_is_refused(line: tuple[str, str]) -> None:
     with pytest.raises(ValueError, match=f"tables of .*{line[1] or line[0]}"):
         site_tables.text_of(*line)
+
+
+def test_every_shipped_experiment_has_its_cost() -> None:
+    text = (DOCS / "reference" / "cost.md").read_text("utf-8")
+    assert re.findall(r"^\| `(\S+/\S+)` \|", text, re.MULTILINE) == shipped_experiments(), (
+        "run: python -m benchmarks.shipped NEW"
+    )

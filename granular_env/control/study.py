@@ -36,7 +36,7 @@ class TaskTable(Table):
 
     model_config = ConfigDict(extra="allow")
 
-    name: str = Field(description="an environment, such as 'pulse-forming', or 'module:name' of what makes your own")
+    name: str = Field(description="an environment such as pulse-forming, or module:name of a function that makes one")
 
     @property
     def arguments(self) -> dict[str, Any]:
@@ -47,11 +47,15 @@ class TaskTable(Table):
 class DriveTable(Table):
     """The map from a few numbers, the knots, to the actions of an episode."""
 
-    knots: int = Field(default=32, ge=1, le=100_000, description="values of each entry of the action over the driven steps")
-    between: Literal["linear", "held"] = Field(default="linear", description="what the action is between two knots")
-    driven: int | None = Field(default=None, ge=1, description="control steps that the knots span; after them the action is 0")
-    lowest: float = Field(default=-1.0, ge=-1.0, le=1.0, description="least value of a knot, in units of the action's scale")
-    highest: float = Field(default=1.0, ge=-1.0, le=1.0, description="greatest value of a knot")
+    knots: int = Field(
+        default=32, ge=1, le=100_000, description="number of values per entry of the action, over the driven steps"
+    )
+    between: Literal["linear", "held"] = Field(default="linear", description="action between two knots: interpolated or held")
+    driven: int | None = Field(
+        default=None, ge=1, description="control steps of the knots, after which the action is 0; default: all"
+    )
+    lowest: float = Field(default=-1.0, ge=-1.0, le=1.0, description="lower bound of a knot, in units of the action's scale")
+    highest: float = Field(default=1.0, ge=-1.0, le=1.0, description="upper bound of a knot")
 
     @model_validator(mode="after")
     def _validate_order(self) -> Self:
@@ -69,8 +73,8 @@ class Study(Document):
     version: Literal[1] = Field(description="version of the file's format")
     name: str = Field(min_length=1, max_length=200, description="name of the results")
     description: str = Field("", description="the purpose and the result", examples=["a search against theory"])
-    budget: int = Field(ge=1, description="control steps that every method may simulate")
-    seeds: list[int] = Field(default=[1], min_length=1, max_length=1000, description="every method runs once with each")
+    budget: int = Field(ge=1, description="maximum number of simulated control steps per method")
+    seeds: list[int] = Field(default=[1], min_length=1, max_length=1000, description="seeds of the runs of each method")
     episodes: int = Field(1, ge=1, le=100_000, description="episodes that evaluate a drive during the search")
     test_episodes: int = Field(
         1, ge=0, le=100_000, description="other episodes that evaluate the result; 0: those of the search"

@@ -116,10 +116,8 @@ class CsvTable(ProfileTable):
     path: str = Field(min_length=1, pattern=r"^[^\x00]*$", description="the CSV file, relative to the experiment's")
     time_column: str | int = Field(description="the time column's name, or its number from 0")
     value_column: str | int = Field(description="the value column's name, or its number from 0")
-    time_unit: str | None = Field(None, description="s, ms, us, ns or sec, ...; may stand in the CSV's header instead")
-    value_unit: str | None = Field(
-        None, description="such as kN or mm/s, or V with a scale; may stand in the CSV's header instead"
-    )
+    time_unit: str | None = Field(None, description="s, ms, us, ns or sec, ...; or given in the CSV's header")
+    value_unit: str | None = Field(None, description="such as kN or mm/s, or V with a scale; or given in the CSV's header")
     delimiter: Literal[",", ";", "\t", " "] = Field(",", description="separator of the columns")
     decimal: Literal[".", ","] = Field(".", description="the decimal mark")
     skip: int = Field(0, ge=0, description="number of lines to skip at the beginning, such as the preamble of an oscilloscope")
@@ -127,7 +125,7 @@ class CsvTable(ProfileTable):
         "refuse", description="gaps of over 10 median sampling steps: refuse them, or interpolate linearly"
     )
     scale: float | None = Field(
-        None, description="the values are multiplied by it: a number, or the input's unit for each volt of a sensor"
+        None, description="factor of the values: a number, or a sensor's calibration in the input's unit per volt; default: 1"
     )
     offset_time: float = Field(0.0, description="added to the times [s]")
     after: float | Literal["hold"] = Field(0.0, description='the value after the last sample, in SI, or "hold"')

@@ -17,10 +17,10 @@ class Evolution(MethodTable):
     packages: ClassVar[tuple[str, ...]] = ("cma",)
 
     type: Literal["cma"] = "cma"
-    population: int = Field(default=16, ge=4, le=100_000, description="drives of a generation")
-    begin: str = Field(default="", description="a baseline that the first generation lies about; default: none")
-    start: float = Field(default=0.0, ge=-1.0, le=1.0, description="value of all knots that the first generation lies about")
-    spread: float = Field(default=0.3, gt=0.0, description="standard deviation at the start, in units of the bounds' distance")
+    population: int = Field(default=16, ge=4, le=100_000, description="drives per generation")
+    begin: str = Field(default="", description="baseline that is the mean of the first generation; default: none")
+    start: float = Field(default=0.0, ge=-1.0, le=1.0, description="mean of all knots in the first generation, without begin")
+    spread: float = Field(default=0.3, gt=0.0, description="initial standard deviation, in units of the bounds' distance")
 
     def run(self, search: Search) -> None:
         """Search by generations; restart at another point after convergence."""

@@ -24,24 +24,26 @@ class Gradient(MethodTable):
     needs_gradient: ClassVar[bool] = True
 
     type: Literal["gradient"] = "gradient"
-    begin: str = Field(default="", description="a baseline that the starts lie about, the first one on it; default: none")
-    start: float = Field(default=0.0, ge=-1.0, le=1.0, description="value of all knots that the starts lie about otherwise")
-    spread: float = Field(default=0.3, ge=0.0, description="how far they are drawn from it, in units of the bounds' distance")
-    draws: int | None = Field(
-        default=None, ge=2, description="numbers that a start is drawn from, straight lines between; default: one for each knot"
+    begin: str = Field(default="", description="baseline that is the first start, and the centre of the others; default: none")
+    start: float = Field(
+        default=0.0, ge=-1.0, le=1.0, description="value of all knots at the centre of the starts, without begin"
     )
-    starts: int = Field(default=4, ge=1, description="starts of a round")
-    trial: int = Field(default=20, ge=1, description="iterations from each start before the best goes on")
-    iterations: int = Field(default=1000, ge=1, description="most iterations from the best")
+    spread: float = Field(default=0.3, ge=0.0, description="half-width of the draws, in units of the bounds' distance")
+    draws: int | None = Field(
+        default=None, ge=2, description="random values of a start, with linear interpolation between; default: one per knot"
+    )
+    starts: int = Field(default=4, ge=1, description="starts per round")
+    trial: int = Field(default=20, ge=1, description="iterations from each start of a round")
+    iterations: int = Field(default=1000, ge=1, description="maximum number of iterations from the best start")
     rounds: int | None = Field(
         default=None, ge=1, description="rounds of starts; default: until the budget is spent", examples=[3]
     )
     stages: list[dict[str, Any]] = Field(
         default=[{}],
         min_length=1,
-        description="keyword arguments of the task's objective, one table a stage, each from the best of the one before",
+        description="arguments of the task's objective, one table per stage; a stage starts from the best of the one before",
     )
-    memory: int = Field(default=20, ge=1, le=1000, description="steps that the estimate of the curvature rests on")
+    memory: int = Field(default=20, ge=1, le=1000, description="steps in the estimate of the curvature")
 
     def run(self, search: Search) -> None:
         """Search in rounds: the first stage compares the starts, and each stage descends from the best."""

@@ -14,7 +14,7 @@ class RandomSearch(MethodTable):
     """A search that samples knots uniformly between the drive's bounds and keeps the best."""
 
     type: Literal["random"] = "random"
-    batch: int = Field(default=32, ge=1, le=100_000, description="drives that are simulated at a time")
+    batch: int = Field(default=32, ge=1, le=100_000, description="drives simulated at a time")
 
     def run(self, search: Search) -> None:
         """Sample one batch after another."""

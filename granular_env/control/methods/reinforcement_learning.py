@@ -29,11 +29,11 @@ class Reinforcement(MethodTable):
 
     environments: int = Field(default=16, ge=1, le=10_000, description="environments in the batch")
     hold: int = Field(default=1, ge=1, description="control steps for which an action is held")
-    clock: int = Field(default=4, ge=0, le=100, description="cosines of the time that are added to the observation")
+    clock: int = Field(default=4, ge=0, le=100, description="number of cosines of the time in the observation")
     layers: list[int] = Field(default=[64, 64], description="widths of the networks' hidden layers")
-    learning_rate: float = Field(default=3e-4, gt=0.0, description="step of the optimiser")
-    discount: float = Field(default=0.99, gt=0.0, le=1.0, description="weight of a reward one decision later")
-    rollout: int = Field(ge=1, description="decisions of an environment in a round")
+    learning_rate: float = Field(default=3e-4, gt=0.0, description="learning rate of the optimiser")
+    discount: float = Field(default=0.99, gt=0.0, le=1.0, description="discount factor per decision")
+    rollout: int = Field(ge=1, description="decisions per environment and round")
     evaluate_every: int = Field(default=10, ge=1, description="rounds of training between two evaluations")
 
     @abstractmethod
@@ -76,11 +76,11 @@ class PPO(Reinforcement):
     """Proximal policy optimisation: many environments, short rounds."""
 
     type: Literal["ppo"] = "ppo"
-    rollout: int = Field(default=64, ge=2, description="decisions of an environment in a round")
-    batch: int = Field(default=256, ge=2, description="decisions that the slope of the loss is estimated from")
-    epochs: int = Field(default=10, ge=1, description="passes over a round's decisions")
-    trace: float = Field(default=0.95, ge=0.0, le=1.0, description="lambda of the advantages; 1: of whole returns")
-    noise: float = Field(default=0.6, gt=0.0, description="standard deviation of the actions at the start")
+    rollout: int = Field(default=64, ge=2, description="decisions per environment and round")
+    batch: int = Field(default=256, ge=2, description="decisions in a minibatch")
+    epochs: int = Field(default=10, ge=1, description="passes over the decisions of a round")
+    trace: float = Field(default=0.95, ge=0.0, le=1.0, description="lambda of the advantage estimation; 1: whole returns")
+    noise: float = Field(default=0.6, gt=0.0, description="initial standard deviation of the actions")
 
     def algorithm(self, env: Any, seed: int) -> Any:
         """Return PPO of stable-baselines3."""
@@ -99,11 +99,11 @@ class SAC(Reinforcement):
     """Soft actor-critic: learns from a replay buffer, so it needs less simulation and more arithmetic."""
 
     type: Literal["sac"] = "sac"
-    rollout: int = Field(default=16, ge=1, description="decisions of an environment in a round")
-    batch: int = Field(default=256, ge=2, description="remembered decisions that a step is made from")
-    memory: int = Field(default=100_000, ge=100, description="decisions that are remembered")
-    first: int = Field(default=1000, ge=0, description="decisions made at random before the learning starts")
-    updates: int = Field(default=8, ge=1, description="steps of the optimiser after each decision of the batch")
+    rollout: int = Field(default=16, ge=1, description="decisions per environment and round")
+    batch: int = Field(default=256, ge=2, description="decisions in a minibatch")
+    memory: int = Field(default=100_000, ge=100, description="decisions in the replay buffer")
+    first: int = Field(default=1000, ge=0, description="random decisions before learning starts")
+    updates: int = Field(default=8, ge=1, description="optimiser steps per decision of the batch")
 
     def algorithm(self, env: Any, seed: int) -> Any:
         """Return SAC of stable-baselines3."""
