@@ -340,7 +340,7 @@ class Chain(Component):
         n = self.parameters.grains
         carried = self._table[layout.V, n + 2 : n + layout.BESIDE_GRAINS]
         # In conservative chains this row is scratch and zero.
-        heat = 0.0 if self.parameters.law.is_conservative else self._table[layout.LOST].sum()
+        heat = 0.0 if self.parameters.law.conservative else self._table[layout.LOST].sum()
         work, lost = self._input_work(), float(heat + carried[4])
         impulse = float(tally[layout.IMPULSE_LEFT] + tally[layout.IMPULSE_RIGHT] + carried[2] + carried[3])
         impulse += self._whole_weight * self.time
@@ -470,7 +470,7 @@ def _first_state_row(law: Law) -> int:
     """Return the first row of the state, which includes history rows only for laws with a history."""
     if law.has_history:
         return layout.LOST - law.history_rows
-    return layout.TALLY if law.is_conservative else layout.LOST
+    return layout.TALLY if law.conservative else layout.LOST
 
 
 def _input_pieces(held_input: Held) -> FloatArray:

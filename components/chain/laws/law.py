@@ -73,7 +73,7 @@ class Law(Named):
         return self.history_rows > 0
 
     @property
-    def is_conservative(self) -> bool:
+    def conservative(self) -> bool:
         """Return whether the law conserves energy."""
         return not isinstance(self, Dissipative) and not self.has_history
 
