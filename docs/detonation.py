@@ -58,7 +58,7 @@ def show_history(axes: Axes, tube: DetonationTube, wave: TaylorWave) -> None:
 
 
 @drawing.use_style
-def detonation_in_a_tube() -> None:
+def draw_detonation() -> None:
     """Draw profiles and a history of the shipped detonation tube."""
     tube = ge.run("gato-shie-2010/detonation-tube", overrides={"duration": 1e-5}).component
     assert isinstance(tube, DetonationTube)
@@ -72,4 +72,4 @@ def detonation_in_a_tube() -> None:
 
 
 if __name__ == "__main__":
-    detonation_in_a_tube()
+    draw_detonation()

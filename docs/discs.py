@@ -29,7 +29,7 @@ def show_discs(axes: Axes, discs: Discs) -> None:
 
 
 @drawing.use_style
-def breaking_block() -> None:
+def draw_breaking_block() -> None:
     """Draw a block of discs that breaks."""
     figure = drawing.new_figure(11.0, 2.9)
     discs = Discs(rows=3, columns=4, clearance=0.02)
@@ -42,4 +42,4 @@ def breaking_block() -> None:
 
 
 if __name__ == "__main__":
-    breaking_block()
+    draw_breaking_block()

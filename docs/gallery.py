@@ -57,27 +57,27 @@ def one_wave() -> None:
     env = make_pulse_forming(
         100,
         place=60,
-        amplitude=pulse_shaping.triangle(),
+        amplitude=pulse_shaping.triangle_height(),
         deadline=264,
         action_scale=pulse_shaping.SCALE,
         chain=pulse_shaping.PAPER,
     )
-    record_drive("one-wave", env, pulse_shaping.shaped(env, pushed=45))
+    record_drive("one-wave", env, pulse_shaping.shape_drive(env, pushed=45))
 
 
 def other_chains() -> None:
     """Record the best drive found in each chain, and the drive of the uniform chain."""
-    uniform = pulse_shaping.shaped(make_pulse_forming(**SETTING), pushed=50)
+    uniform = pulse_shaping.shape_drive(make_pulse_forming(**SETTING), pushed=50)
     for name, chain in (("disordered", DISORDERED), ("dissipative", DISSIPATIVE)):
         env = make_pulse_forming(**SETTING, chain=chain)
-        record_drive(name, env, pulse_shaping.shaped(env))
+        record_drive(name, env, pulse_shaping.shape_drive(env))
         record_drive(f"{name}-uniform-drive", env, uniform)
 
 
 def two_waves() -> None:
     """Record a drive that makes two waves."""
     env = pulse_shaping.two_waves_environment()
-    record_drive("two-waves", env, pulse_shaping.shaped(env, pushed=120))
+    record_drive("two-waves", env, pulse_shaping.shape_drive(env, pushed=120))
 
 
 def absorbing_ends() -> None:

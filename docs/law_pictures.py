@@ -50,7 +50,7 @@ def scales(**parameters):
     return chain.reduced_mass[1], chain.stiffness[1]
 
 
-def loops(axes, cases):
+def draw_force_loops(axes, cases):
     """Draw force against overlap, one curve per case (label, speed, parameters)."""
     for place, (label, speed, parameters) in enumerate(cases):
         overlap, force, _, _ = collide(speed, **parameters)
@@ -73,11 +73,11 @@ def save_picture(figure, name):
 
 
 @drawing.use_style
-def hertz():
+def draw_hertz():
     """Draw forces and the duration of a collision."""
     figure = drawing.new_figure(9.0, 3.6)
     left, right = figure.subplots(1, 2)
-    loops(left, [(name, 1.0, {"material": name}) for name in ("steel", "glass", "aluminium")])
+    draw_force_loops(left, [(name, 1.0, {"material": name}) for name in ("steel", "glass", "aluminium")])
     speeds = np.geomspace(1e-3, 10.0, 9)
     mass, stiffness = scales()
     right.loglog(speeds, 1e6 * theory.collision_duration(mass, stiffness, speeds), **drawing.line_style(0), label="theory")
@@ -91,7 +91,7 @@ def hertz():
 
 
 @drawing.use_style
-def power():
+def draw_power():
     """Draw the forces of several exponents, and their solitary waves."""
     figure = drawing.new_figure(9.0, 3.6)
     left, right = figure.subplots(1, 2)
@@ -122,13 +122,15 @@ def power():
 
 
 @drawing.use_style
-def dissipative(name, law, loss):
+def draw_dissipative(name, law, loss):
     """Draw the force loop and the energy loss of a collision."""
     figure = drawing.new_figure(9.0, 3.6)
     left, right = figure.subplots(1, 2)
     stronger = {**law, "dissipation": 5.0 * law["dissipation"]}
     unit = "N s/m" if law["name"] == "viscous" else "N s/m^1.5"
-    loops(left, [("hertz", 1.0, {}), *((f"{one['dissipation']:g} {unit}", 1.0, {"law": one}) for one in (law, stronger))])
+    draw_force_loops(
+        left, [("hertz", 1.0, {}), *((f"{one['dissipation']:g} {unit}", 1.0, {"law": one}) for one in (law, stronger))]
+    )
     speeds = np.geomspace(1e-2, 10.0, 13)
     mass, stiffness = scales()
     right.loglog(
@@ -141,24 +143,24 @@ def dissipative(name, law, loss):
     save_picture(figure, name)
 
 
-def thornton(ratio):
+def thornton_modulus(ratio):
     """Return e of two elastic-plastic spheres (Thornton 1997, eq. 55) at `ratio` = yield speed / impact speed."""
     root = np.sqrt(1.2 - 0.2 * ratio * ratio)
     return np.sqrt(1.2 * np.sqrt(3.0) * (1.0 - ratio * ratio / 6.0)) * (ratio / (ratio + 2.0 * root)) ** 0.25
 
 
 @drawing.use_style
-def elastic_plastic():
+def draw_elastic_plastic():
     """Draw two collisions of the same contact, and restitution against Thornton's formula."""
     figure = drawing.new_figure(9.0, 3.6)
     left, right = figure.subplots(1, 2)
     plastic = {"law": "elastic_plastic"}
-    loops(left, [("hertz, 2 m/s", 2.0, {}), ("yielding, 2 m/s", 2.0, plastic), ("yielding, 1 m/s", 1.0, plastic)])
+    draw_force_loops(left, [("hertz, 2 m/s", 2.0, {}), ("yielding, 2 m/s", 2.0, plastic), ("yielding, 1 m/s", 1.0, plastic)])
     mass, stiffness = scales(**plastic)
     root = ge.make("chain", grains=2, **plastic).geometry.law_constants[1, 0]
     yielding = np.sqrt(0.8 * stiffness * root**5 / mass)
     speeds = np.geomspace(0.02, 10.0, 16)
-    right.loglog(speeds, thornton(np.minimum(yielding / speeds, 1.0)), **drawing.line_style(1), label="Thornton")
+    right.loglog(speeds, thornton_modulus(np.minimum(yielding / speeds, 1.0)), **drawing.line_style(1), label="Thornton")
     right.loglog(speeds, restitutions(speeds, **plastic), "o", color=drawing.line_style(1)["color"], label="runs")
     right.set(xlabel="relative speed [m/s]", ylabel="e", title="Restitution of two steel grains")
     plain_ticks(right, (0.5, 0.6, 0.7, 0.8, 0.9, 1.0))
@@ -167,7 +169,7 @@ def elastic_plastic():
 
 
 @drawing.use_style
-def linear():
+def draw_linear():
     """Draw force against overlap, and restitution against the damping ratio, with and without tension."""
     figure = drawing.new_figure(9.0, 3.6)
     left, right = figure.subplots(1, 2)
@@ -177,7 +179,7 @@ def linear():
     def law(ratio):
         return {"law": {"name": "linear", "dissipation": ratio * critical}, **spring}
 
-    loops(left, [(f"zeta = {ratio:g}", 1.0, law(ratio)) for ratio in (0.0, 0.1, 0.4)])
+    draw_force_loops(left, [(f"zeta = {ratio:g}", 1.0, law(ratio)) for ratio in (0.0, 0.1, 0.4)])
     ratios = np.linspace(0.0, 0.9, 91)
     root = np.sqrt(1.0 - ratios**2)
     right.plot(ratios, np.exp(-np.pi * ratios / root), **drawing.line_style(0), label="theory, with tension")
@@ -191,7 +193,7 @@ def linear():
 
 
 @drawing.use_style
-def walton_braun():
+def draw_walton_braun():
     """Draw three collisions, and restitution against the ratio of the stiffnesses."""
     figure = drawing.new_figure(9.0, 3.6)
     left, right = figure.subplots(1, 2)
@@ -200,7 +202,7 @@ def walton_braun():
         unloading = {"name": "walton_braun", "unloading_stiffness": 1e7 / ratio}
         return {"law": unloading, "mass": 2e-3, "contact_stiffness": 1e7}
 
-    loops(
+    draw_force_loops(
         left, [("k1/k2 = 0.5, 1 m/s", 1.0, law(0.5)), ("k1/k2 = 0.5, 0.6 m/s", 0.6, law(0.5)), ("k1/k2 = 0.2", 1.0, law(0.2))]
     )
     ratios, runs = np.linspace(0.02, 1.0, 99), np.linspace(0.1, 1.0, 10)
@@ -214,13 +216,13 @@ def walton_braun():
 def draw_laws():
     """Draw all of them."""
     IMAGES.mkdir(parents=True, exist_ok=True)
-    hertz()
-    power()
+    draw_hertz()
+    draw_power()
     for name, law, loss in DISSIPATIVE:
-        dissipative(name, law, loss)
-    elastic_plastic()
-    linear()
-    walton_braun()
+        draw_dissipative(name, law, loss)
+    draw_elastic_plastic()
+    draw_linear()
+    draw_walton_braun()
 
 
 if __name__ == "__main__":

@@ -66,7 +66,7 @@ def show_rod(axes: Axes, rod: Any, offset: float) -> Any:
 
 
 @drawing.use_style
-def breathing_and_impact() -> None:
+def draw_breathing_and_impact() -> None:
     """Draw the two shipped experiments on the solid."""
     figure = drawing.new_figure(11.0, 3.6)
     left, right = figure.subplots(1, 2)
@@ -98,7 +98,7 @@ def show_cells(axes: Axes, x: np.ndarray, y: np.ndarray, cells: np.ndarray, valu
 
 
 @drawing.use_style
-def cracks() -> None:
+def draw_cracks() -> None:
     """Draw the shipped ring in pieces, and a tube whose notch has torn open, unrolled."""
     figure = drawing.new_figure(11.0, 4.2)
     left, right = figure.subplots(1, 2, width_ratios=[1.0, 1.0])
@@ -127,7 +127,7 @@ def cracks() -> None:
 
 
 @drawing.use_style
-def torn_tube() -> None:
+def draw_torn_tube() -> None:
     """Draw three instants of the tube of cracked-tube.md, whose notch tears open, obliquely, as a report does."""
     body = {
         "name": "tube", "length": 0.024, "along": 25, "around": 60,
@@ -157,6 +157,6 @@ def torn_tube() -> None:
 
 
 if __name__ == "__main__":
-    breathing_and_impact()
-    cracks()
-    torn_tube()
+    draw_breathing_and_impact()
+    draw_cracks()
+    draw_torn_tube()

@@ -58,7 +58,7 @@ def show_resonance(axes: Axes) -> None:
 
 
 @drawing.use_style
-def waves_in_the_wall() -> None:
+def draw_wall_waves() -> None:
     """Draw the two shipped experiments on gas and solid together."""
     figure = drawing.new_figure(11.0, 3.8)
     left, right = figure.subplots(1, 2)
@@ -68,4 +68,4 @@ def waves_in_the_wall() -> None:
 
 
 if __name__ == "__main__":
-    waves_in_the_wall()
+    draw_wall_waves()

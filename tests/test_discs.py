@@ -181,7 +181,7 @@ def test_a_plane_has_cells_in_the_colours_of_their_field_or_of_its_mean_over_the
         np.testing.assert_allclose(drawn.get_facecolor()[:, :3], diverging_colours(np.array([-3.0, 5.0]), 13.0) / 255.0)
         assert bar.get_xlabel() == "stress [Pa]"
         np.testing.assert_allclose(drawn.get_paths()[1].vertices[:4], nodes[corners[1]] + 0.1)
-        assert plane.plane_words(shown) == "Grid at chosen instants, x to the right, y up. Displacements drawn 10 x larger."
+        assert plane.plane_text(shown) == "Grid at chosen instants, x to the right, y up. Displacements drawn 10 x larger."
 
 
 def played(env: gymnasium.Env, policy: Policy) -> tuple[float, dict]:

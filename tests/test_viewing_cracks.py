@@ -13,7 +13,7 @@ import granular_env as ge
 from granular_env.components.drawables import Cells, Links, Points
 from granular_env.components.errors import ParameterError
 from granular_env.viewing import report, save_rrd
-from granular_env.viewing.figures.plane import load_plane, plane_words
+from granular_env.viewing.figures.plane import load_plane, plane_text
 from granular_env.viewing.scene_builder import load_scene, make_scene
 from granular_env.viewing.visible_drawables import visible_cells, visible_points
 
@@ -63,7 +63,7 @@ def test_pictures_show_the_outside_lit_and_the_inside_dark(burst_log: Any) -> No
     plane = load_plane(burst_log, load_scene(burst_log))
     assert plane is not None and plane.scene.is_solid
     [mesh] = plane.scene.meshes
-    assert "Cells that a crack crosses are left out" in plane_words(plane) and "dark is the inside" in plane_words(plane)
+    assert "Cells that a crack crosses are left out" in plane_text(plane) and "dark is the inside" in plane_text(plane)
     [surface] = visible_cells(burst_log.drawables)
     seen = plane.picture_coordinates(mesh, 0)
     # Rotated, not stretched.

@@ -49,10 +49,10 @@ def instants_of_frames(clock, pacing, ticks_per_second, frame_seconds, seconds, 
     while clock.now < begin + seconds:
         clock.now += (upcoming - tick) / ticks_per_second
         tick = upcoming
-        pacing.arrive(tick)
+        pacing.wait_for_pace(tick)
         frames.append((clock.now - begin, tick))
         clock.now += 1.0 if len(frames) in stalls else frame_seconds
-        upcoming = pacing.leave(tick)
+        upcoming = pacing.next_frame_tick(tick)
         assert upcoming > tick
     return np.array(frames)
 

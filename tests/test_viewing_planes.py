@@ -11,10 +11,10 @@ from support.rerun_tools import read_columns
 import granular_env as ge
 from granular_env.components.drawables import Cells, Links, Points
 from granular_env.components.variables import Variable
-from granular_env.recording.event_places import event_place, position_words
+from granular_env.recording.event_places import event_place, position_text
 from granular_env.viewing import LiveViewer, report, save_rrd
 from granular_env.viewing.cracks import MOST_LINES, crack_lines
-from granular_env.viewing.figures.plane import load_plane, stretch_words
+from granular_env.viewing.figures.plane import exaggeration_text, load_plane
 from granular_env.viewing.rerun.scene import whole_camera
 from granular_env.viewing.scene_builder import load_scene, make_scene
 from granular_env.viewing.scene_scales import colour_scales, make_scales
@@ -177,7 +177,7 @@ def test_the_page_has_a_film_with_events_on_its_time_axis_and_no_script(cracking
     heads = re.search(r"<tr>(?=<th[^>]*>time \[s\])(.*?)</tr>", page)[1]
     assert re.findall(r">([^<]+)</th>", heads) == ["time [s]", "event", "index", "value", "limit", "unit", "of", "at [m]"]
     place = event_place(events[0].index, cracking_log.event_details[events[0].kind], cracking_log.drawables)
-    assert f"<td>Pa</td><td>{place.elements}</td><td>{position_words(place.position)}</td>" in page
+    assert f"<td>Pa</td><td>{place.elements}</td><td>{position_text(place.position)}</td>" in page
     assert all(text.replace(">", "&gt;") in page for text in cracking_log.metadata["conclusions"])
     # Numbers in a packing do not determine positions, so there is no x-t diagram unless requested.
     assert "Histories of chosen automata" in page and "x-t diagram" not in page and "Profiles" not in page
@@ -218,4 +218,4 @@ def test_what_was_recorded_colours_what_names_another_output(tmp_path, component
                 one.name: one.displacement for one in log.drawables if isinstance(one, Points | Cells) and one.displacement
             }
             still = ", ".join(one.name for one in plane.scene.shapes if movable.get(one.name, recorded[0]) not in recorded)
-            assert stretch_words(plane).endswith(f"no displacements were recorded: {still}.") == bool(still)
+            assert exaggeration_text(plane).endswith(f"no displacements were recorded: {still}.") == bool(still)

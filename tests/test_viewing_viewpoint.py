@@ -13,7 +13,7 @@ from support.tube_tools import BODY, cracking_tube
 import granular_env as ge
 from granular_env.components.drawables import Cells, Points
 from granular_env.components.events import Event, EventDetail
-from granular_env.viewing.figures.plane import load_plane, plane_words
+from granular_env.viewing.figures.plane import load_plane, plane_text
 from granular_env.viewing.rerun.blueprint import make_blueprint
 from granular_env.viewing.rerun.caption import make_caption
 from granular_env.viewing.scene_builder import load_scene, make_scene
@@ -128,7 +128,7 @@ def test_viewer_and_pictures_look_at_a_crack_behind_a_tube(notched_log: Any) -> 
     assert scene_data.viewpoint @ outwards(2.0) > 0.6
     for plane in (alone, beside):
         assert plane.eye_axes[:, 2] == pytest.approx(scene_data.viewpoint)
-        assert "obliquely from below, x to the left" in plane_words(plane)
+        assert "obliquely from below, x to the left" in plane_text(plane)
     scales = make_scales(scene_data)
     assert "Seen obliquely from below, x to the left" in make_caption(scene_data, scales, None)
     # Before any event, a live view uses the usual viewpoint.

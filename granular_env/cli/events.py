@@ -110,10 +110,10 @@ def _near_miss_text(log: Log, ratios: list[EventRatio], kind: str | None) -> str
 
 
 def _near_miss_sentence(log: Log, ratio: EventRatio) -> str:
-    from granular_env.recording.event_places import event_place, position_words
+    from granular_env.recording.event_places import event_place, position_text
 
     known = event_place(ratio.index, log.event_details.get(ratio.kinds[0]), log.drawables)
-    place = f", {printable_text(known.elements)} at {position_words(known.position)} m," if known is not None else ""
+    place = f", {printable_text(known.elements)} at {position_text(known.position)} m," if known is not None else ""
     what, kinds = f"nearest: {printable_text(ratio.variable)}[{ratio.index}]{place}", printable_text(" or ".join(ratio.kinds))
     if not ratio.limited:
         return f"{what} has no limit: {kinds} cannot happen there"

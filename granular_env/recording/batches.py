@@ -65,7 +65,7 @@ class Batch:
     size: int = 0
 
     @property
-    def last(self) -> int:
+    def last_tick(self) -> int:
         """Return the tick after the last step."""
         return self.steps[-2] if self.steps else self.first
 
@@ -152,8 +152,10 @@ def write_batch(
     if batch.steps:
         # Write steps after their observations, so that a truncated file is complete up to its last steps.
         header, arrays = _steps_record(batch, profiles, inputs)
-        record = Record(STEPS, 0, batch.place.segment, batch.first, batch.last, len(arrays["durations"]), 0, header, arrays)
-        writer.add_record(record, to_nanoseconds(batch.place.age(batch.last), step_size))
+        record = Record(
+            STEPS, 0, batch.place.segment, batch.first, batch.last_tick, len(arrays["durations"]), 0, header, arrays
+        )
+        writer.add_record(record, to_nanoseconds(batch.place.age(batch.last_tick), step_size))
     add_snapshots(END)
 
 

@@ -70,14 +70,14 @@ def event_table(events: Sequence[Event], log: Log) -> tuple[list[str], list[list
     for event in events:
         detail = details.get(event.kind)
         place = event_place(event.index, detail, log.drawables)
-        where = ["", ""] if place is None else [place.elements, position_words(place.position)]
+        where = ["", ""] if place is None else [place.elements, position_text(place.position)]
         index, unit = "" if event.index is None else event.index, "" if detail is None else detail.unit
         rows.append([event.tick * log.step_size, event.kind, index, event.value, event.limit, unit, *where])
     known = [column for column in range(len(heads)) if any(row[column] != "" for row in rows)]
     return [heads[column] for column in known], [[row[column] for column in known] for row in rows]
 
 
-def position_words(position: Sequence[float]) -> str:
+def position_text(position: Sequence[float]) -> str:
     """Return coordinates as text."""
     return f"({', '.join(f'{one:.4g}' for one in position)})"
 

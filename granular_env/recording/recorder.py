@@ -323,7 +323,7 @@ class Recorder:
     def _write_batches(self) -> None:
         with self._lock:
             batches, gathered = self._batches, perf_counter()
-            self._batches = [Batch(place=batches[-1].place, first=batches[-1].last)]
+            self._batches = [Batch(place=batches[-1].place, first=batches[-1].last_tick)]
             self._backlog, self._size = self._size, 0
         for batch in batches:
             write_batch(batch, self._writer, self._profiles, self._names, self._inputs, self._component.step_size)

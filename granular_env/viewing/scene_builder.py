@@ -198,10 +198,13 @@ def log_title(log: Any) -> str:
 def _balances_to_show(balances: Iterable[BalanceNames], variables: Mapping[str, Variable]) -> tuple[BalanceNames, ...]:
     """Return the balances with each vector's name replaced by the names of its curves."""
 
-    def split(names: Iterable[str]) -> tuple[str, ...]:
+    def split_vectors(names: Iterable[str]) -> tuple[str, ...]:
         return tuple(part for name in names if name in variables for part in curve_names(variables[name]))
 
-    return tuple(replace(one, stored=split(one.stored), lost=split(one.lost), supplied=split(one.supplied)) for one in balances)
+    return tuple(
+        replace(one, stored=split_vectors(one.stored), lost=split_vectors(one.lost), supplied=split_vectors(one.supplied))
+        for one in balances
+    )
 
 
 # -- shapes --------------------------------------------------------------------------------------------------------------

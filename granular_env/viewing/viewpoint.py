@@ -35,7 +35,7 @@ def viewpoint(focus: FloatArray | None) -> FloatArray:
     return np.where((eye * focus < 0.0) & (np.abs(focus) > _SMALL), -eye, eye)
 
 
-def viewpoint_words(towards_eye: FloatArray) -> str:
+def viewpoint_text(towards_eye: FloatArray) -> str:
     """Return a description of the viewpoint and of the direction of one axis in the picture."""
     x, y, z = towards_eye.tolist()
     axis, is_right = ("x", y < 0.0) if abs(y) > abs(x) else ("y", x > 0.0)

@@ -101,7 +101,7 @@ def is_plane(reference: FloatArray, displacement: Variable | None) -> bool:
     return moves or bool(np.ptp(reference[:, 1:], axis=0).any())
 
 
-def fills_plane(drawables: Sequence[Drawable], count: int) -> bool:
+def is_plane_filling(drawables: Sequence[Drawable], count: int) -> bool:
     """Return whether a drawable with `count` points, links, nodes or cells fills a plane instead of a row along x.
 
     In a plane, the number of a place does not determine its position.

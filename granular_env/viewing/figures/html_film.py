@@ -21,7 +21,7 @@ from ..recorded_fields import pick_evenly
 from ..scene_data import SceneData
 from .colour_bar import draw_colour_bars
 from .drawing import new_figure, render_canvas, time_unit, to_svg, use_style
-from .plane import Plane, draw_instant, instant_words, load_plane, stretch_words, visible_events
+from .plane import Plane, draw_instant, exaggeration_text, instant_text, load_plane, visible_events
 
 # Most and fewest frames, and most shapes in all frames: many shapes reduce the frames; with too few frames there is no film.
 _MOST_FRAMES, _FEWEST_FRAMES, _MOST_DRAWN = 25, 5, 200_000
@@ -66,11 +66,11 @@ def make_film(log: Any, scene_data: SceneData) -> Film | None:
     instants = []
     for frame in range(len(plane.times)):
         picture = base64.b64encode(_draw_picture(plane, frame)).decode()
-        instants.append((instant_words(plane, frame), f"data:image/png;base64,{picture}"))
+        instants.append((instant_text(plane, frame), f"data:image/png;base64,{picture}"))
     events, words = _event_bars(log, plane.times)
     width, height = _picture_size(plane)
     bars = _colour_bars(plane) if plane.scales.colours else ""
-    return Film(tuple(instants), width / height, events, words, bars, stretch_words(plane))
+    return Film(tuple(instants), width / height, events, words, bars, exaggeration_text(plane))
 
 
 def _choose_instants(log: Any, clock: FloatArray, frames: int) -> list[float]:
@@ -128,14 +128,14 @@ def _event_bars(log: Any, instants: FloatArray) -> tuple[tuple[float, ...], str]
     # Keep a single event visible next to thousands.
     heights = np.where(counts > 0, np.maximum(counts / counts.max(), 0.08), 0.0)
     scale, unit = time_unit(float(instants[-1]))
-    before = f"; before this log begins {_count_words(earlier)}" if earlier else ""
-    return tuple(heights.tolist()), f"{_count_words(found)}, the first at {times[0] * scale:.4g} {unit}{before}"
+    before = f"; before this log begins {_kind_counts(earlier)}" if earlier else ""
+    return tuple(heights.tolist()), f"{_kind_counts(found)}, the first at {times[0] * scale:.4g} {unit}{before}"
 
 
 def _event_times(log: Any, events: Sequence[Any]) -> FloatArray:
     return log.step_size * np.array([event.tick for event in events], dtype=np.float64)
 
 
-def _count_words(events: Sequence[Any]) -> str:
+def _kind_counts(events: Sequence[Any]) -> str:
     kinds = [event.kind for event in events]
     return ", ".join(f"{kinds.count(kind)} x {kind.replace('_', ' ')}" for kind in dict.fromkeys(kinds))

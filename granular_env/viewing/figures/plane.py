@@ -18,7 +18,7 @@ from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.round_numbers import round_down_to_125
 
 from ..cracks import MOST_LINES, crack_lines
-from ..picture_words import picture_words
+from ..picture_sentences import picture_sentences
 from ..scene_builder import load_shapes
 from ..scene_data import LinkFrames, MeshFrames, Motion, SceneData, drawn_positions
 from ..scene_scales import Scales, make_scales
@@ -133,18 +133,18 @@ def draw_plane(plane: Plane) -> Figure:
     panels = np.atleast_1d(figure.subplots(rows, columns)).ravel()
     for frame, axes in enumerate(panels[: len(times)]):
         draw_instant(axes, plane, frame)
-        axes.set_title(f"t = {instant_words(plane, frame)}", fontsize=11)
+        axes.set_title(f"t = {instant_text(plane, frame)}", fontsize=11)
     for axes in panels[len(times) :]:
         axes.set_visible(False)
     _add_scale_bar(panels[0], plane)
-    if stretched := stretch_words(plane):
+    if stretched := exaggeration_text(plane):
         figure.supxlabel(stretched, x=0.0, horizontalalignment="left", fontsize=10)
     for one in bars:
         add_colour_bar(figure, one, ax=panels, shrink=0.5, aspect=40, pad=0.02)
     return figure
 
 
-def instant_words(plane: Plane, frame: int) -> str:
+def instant_text(plane: Plane, frame: int) -> str:
     """Return a label with the time of a frame and the validity of the results."""
     scale, unit = time_unit(float(plane.times[-1]))
     time = plane.times[frame]
@@ -253,7 +253,7 @@ def _add_lines(axes: Axes, lines: FloatArray, colour: str, width: float) -> None
     axes.add_collection(shapes)
 
 
-def stretch_words(plane: Plane) -> str:
+def exaggeration_text(plane: Plane) -> str:
     """Return sentences on the drawn displacements; "" if they are true to scale."""
     sentences = [] if plane.scales.exaggeration == 1.0 else [f"Displacements drawn {plane.scales.exaggeration:g} x larger."]
     if still := plane.scene.unmoved_shapes:
@@ -261,10 +261,10 @@ def stretch_words(plane: Plane) -> str:
     return " ".join(sentences)
 
 
-def plane_words(plane: Plane) -> str:
+def plane_text(plane: Plane) -> str:
     """Return sentences on the content of the pictures."""
     links = [one for motion in plane.scene.motions for one in motion.links]
     names = ", ".join(one.name.replace("_", " ") for one in (*plane.scene.shapes, *links))
     axes = "" if plane.scene.is_solid else ", x to the right, y up"
-    sentences = [f"{names.capitalize()} at chosen instants{axes}.", stretch_words(plane), *picture_words(plane.scene)]
+    sentences = [f"{names.capitalize()} at chosen instants{axes}.", exaggeration_text(plane), *picture_sentences(plane.scene)]
     return " ".join(filter(None, sentences))

@@ -19,7 +19,7 @@ from ..plot_groups import make_plots
 from ..recorded_fields import Field, array_names, load_fields, recorded_outputs
 from ..scene_builder import load_scene
 from ..scene_data import SceneData
-from ..visible_drawables import colouring_outputs, fills_plane, is_solid
+from ..visible_drawables import colouring_outputs, is_plane_filling, is_solid
 
 
 @dataclass(frozen=True)
@@ -47,12 +47,12 @@ class ReportChoice:
             raise ParameterError(
                 f"{unknown[0]!r} was not recorded", hint=f"this log holds {', '.join(known) or 'none'}", at="variables"
             )
-        if (self.times is not None or self.indices is not None) and not any(map(self.includes, arrays)):
+        if (self.times is not None or self.indices is not None) and not any(map(self.is_chosen, arrays)):
             raise ParameterError(
                 "none of the variables is a recorded array", hint="leave times and indices out", at="variables"
             )
 
-    def includes(self, name: str) -> bool:
+    def is_chosen(self, name: str) -> bool:
         """Return whether to show a variable."""
         return self.variables is None or name in self.variables
 
@@ -78,7 +78,7 @@ def draw_report(
         progress(done / (1 + len(arrays)))
         drawn |= _array_figures(log, scene_data, name, choice)
     drawn |= _balance_figures(scene_data)
-    if curves := [one for one in _active_curves(scene_data, "outputs") if choice.includes(one.name)]:
+    if curves := [one for one in _active_curves(scene_data, "outputs") if choice.is_chosen(one.name)]:
         figure = run_figures.draw_curve_panels(curves, scene_data.valid_until)
         drawn["outputs"] = CaptionedFigure("Outputs", figure, "Outputs in time; those that stay 0 are left out.")
     drawn |= _input_figures(log, scene_data)
@@ -95,7 +95,7 @@ def _scene_pictures(log: Any, scene_data: SceneData, choice: ReportChoice) -> di
         return {}
     heading = "In space" if scene_data.is_solid else "In the plane"
     drawn = {
-        "plane": CaptionedFigure(heading, plane.draw_plane(shown), f"{plane.plane_words(shown)} {scene_data.remark}".strip())
+        "plane": CaptionedFigure(heading, plane.draw_plane(shown), f"{plane.plane_text(shown)} {scene_data.remark}".strip())
     }
     surfaces = [one for one in log.drawables if isinstance(one, Cells) and is_solid(one.nodes)]
     shown_already = {mesh.field_variable.name for mesh in shown.scene.meshes} | {one.state for one in surfaces}
@@ -110,7 +110,7 @@ def _scene_pictures(log: Any, scene_data: SceneData, choice: ReportChoice) -> di
 def _chosen_arrays(log: Any, scene_data: SceneData, choice: ReportChoice) -> list[str]:
     """Return the arrays to show, the particles' colour first; by default all arrays that no other figure shows."""
     if choice.variables is not None:
-        return [name for name in array_names(log) if choice.includes(name)]
+        return [name for name in array_names(log) if choice.is_chosen(name)]
     elsewhere = {name for balance in log.balances for name in (*balance.entries, balance.residual)}
     elsewhere |= {one.state for one in log.drawables if isinstance(one, Cells) and is_solid(one.nodes)}
     vectors = {one.displacement for one in log.drawables if isinstance(one, Points | Cells)}
@@ -136,8 +136,8 @@ def _array_figures(log: Any, scene_data: SceneData, name: str, choice: ReportCho
     is_main, is_asked = name == _main_array(scene_data), choice.times is not None or choice.variables is not None
     title, drawn = _figure_title(name), {}
     stem = "" if is_main else f"{name}-"
-    across = _axis_words(field)
-    if not is_vector and (is_asked or field.coordinate is not None or not fills_plane(log.drawables, field.total)):
+    across = _axis_text(field)
+    if not is_vector and (is_asked or field.coordinate is not None or not is_plane_filling(log.drawables, field.total)):
         words = (
             f"{title} {across} (across) at every instant (up): red is positive, blue negative, nearly white 0. "
             "Where there is no frame the diagram is grey."
@@ -156,7 +156,7 @@ def _array_figures(log: Any, scene_data: SceneData, name: str, choice: ReportCho
     return drawn
 
 
-def _axis_words(field: Field) -> str:
+def _axis_text(field: Field) -> str:
     return f"of every {field.place}" if field.coordinate is None else "along x"
 
 
@@ -195,15 +195,15 @@ def _input_figures(log: Any, scene_data: SceneData) -> dict[str, CaptionedFigure
         moving = [] if acted is None else [one for one in acted.curves if one.values.any()]
         if acted is None or not moving:
             continue
-        drawn[f"inputs-{name}"] = CaptionedFigure("Inputs", run_figures.draw_curve_panels(moving), _input_words(acted))
-        if acted.is_summary and not fills_plane(log.drawables, acted.variable.shape[0]):
+        drawn[f"inputs-{name}"] = CaptionedFigure("Inputs", run_figures.draw_curve_panels(moving), _input_text(acted))
+        if acted.is_summary and not is_plane_filling(log.drawables, acted.variable.shape[0]):
             fields = [one for one in load_fields(log, name, run_figures.FRAMES) if one.values.any()]
-            words = f"{_figure_title(name)} {_axis_words(fields[0])} (across) at every instant (up)."
+            words = f"{_figure_title(name)} {_axis_text(fields[0])} (across) at every instant (up)."
             drawn[f"inputs-{name}-space-time"] = CaptionedFigure("Inputs", run_figures.draw_fields(fields, "space-time"), words)
     return drawn
 
 
-def _input_words(acted: InputCurves) -> str:
+def _input_text(acted: InputCurves) -> str:
     """Return a caption for an array input: its description, the axes of its elements, and the elements drawn."""
     variable = acted.variable
     words = f"{_figure_title(variable.name)} in time: {variable.description}."

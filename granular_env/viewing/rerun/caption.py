@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
-from ..picture_words import picture_words
+from ..picture_sentences import picture_sentences
 from ..scene_data import MeshFrames, Motion, SceneData
 from ..scene_scales import ColourScale
 
@@ -27,7 +27,7 @@ def make_caption(scene_data: SceneData, scales: Scales | None, views: Views | No
     if scene_data.conclusions:
         words += ["**At the end of the run**", _bullets(scene_data.conclusions)]
     if scales is not None:
-        words += _scene_words(scene_data, scales)
+        words += _scene_sentences(scene_data, scales)
         if scene_data.motion is not None and views is not None:
             words += views.caption_paragraphs(scene_data.motion, scales)
     elif not scene_data.notes and not scene_data.profiles:
@@ -50,19 +50,19 @@ def _bullets(sentences: Iterable[str]) -> str:
     return "\n".join(f"- {escape_markdown(one)}" for one in sentences)
 
 
-def _scene_words(scene_data: SceneData, scales: Scales) -> Iterator[str]:
+def _scene_sentences(scene_data: SceneData, scales: Scales) -> Iterator[str]:
     """Yield sentences on shapes, colours, factors and frames."""
-    yield from map(_shape_words, scene_data.shapes)
+    yield from map(_shape_text, scene_data.shapes)
     if scene_data.remark:
         yield f"**{escape_markdown(scene_data.remark)}**"
-    yield from map(_colour_words, scales.colours)
-    yield _stretch_words(scene_data, scales)
-    yield " ".join(picture_words(scene_data))
+    yield from map(_colour_text, scales.colours)
+    yield _exaggeration_text(scene_data, scales)
+    yield " ".join(picture_sentences(scene_data))
     if len(times := scene_data.shapes[0].times) > 1:
         yield f"{len(times)} frames from {times[0] * 1e6:.6g} to {times[-1] * 1e6:.6g} \u00b5s."
 
 
-def _shape_words(shape: Motion | MeshFrames) -> str:
+def _shape_text(shape: Motion | MeshFrames) -> str:
     if isinstance(shape, MeshFrames):
         return (
             f"**{escape_markdown(shape.name.capitalize())}: {len(shape.connectivity)} cells** between {len(shape.nodes)} nodes."
@@ -73,7 +73,7 @@ def _shape_words(shape: Motion | MeshFrames) -> str:
     return f"**{shape.total} {escape_markdown(shape.name)}**, radius {radii} mm (true to scale).{links}"
 
 
-def _stretch_words(scene_data: SceneData, scales: Scales) -> str:
+def _exaggeration_text(scene_data: SceneData, scales: Scales) -> str:
     if not any(shape.located for shape in scene_data.shapes):
         return ""
     if scales.settled and scales.exaggeration == 1.0:
@@ -84,7 +84,7 @@ def _stretch_words(scene_data: SceneData, scales: Scales) -> str:
     return words + ("" if scales.settled else " Factor and limits are adjusted during the run.")
 
 
-def _colour_words(scale: ColourScale) -> str:
+def _colour_text(scale: ColourScale) -> str:
     unit = "" if scale.unit == "1" else f" {escape_markdown(scale.unit)}"
     below = f"-{scale.limit:g}{unit} (blue) through " if scale.has_sign else ""
     beyond = " and more" if scale.is_exceeded else ""

@@ -47,7 +47,7 @@ class Picture:
     start: float
     end: float
 
-    def rows(self, times: FloatArray) -> FloatArray:
+    def pixel_rows(self, times: FloatArray) -> FloatArray:
         """Return the pixel row of each time [s]."""
         return self.bottom + (self.top - self.bottom) * (times - self.start) / (self.end - self.start)
 

@@ -119,7 +119,7 @@ def _send_picture(recording: Any, picture: Picture) -> None:
 
 def _send_time_line(recording: Any, picture: Picture, motion: Motion) -> None:
     rr = import_optional("rerun", "the viewer")
-    rows = picture.rows(motion.times)
+    rows = picture.pixel_rows(motion.times)
     lines = np.empty((len(rows), 2, 2), np.float32)
     lines[:, 0, 0], lines[:, 1, 0] = picture.left, picture.right
     lines[:, :, 1] = rows[:, None]
