@@ -29,7 +29,7 @@ def pages() -> ModuleType:
 @pytest.mark.parametrize("name", ENVIRONMENTS)
 def test_a_page_is_what_the_environment_says(pages: ModuleType, name: str) -> None:
     path = DOCS / "environments" / f"{pages.slug(name.rpartition('/')[2])}.md"
-    assert path.read_text("utf-8") == pages.page(name), "run: python docs/environment_pages.py --pages"
+    assert path.read_text("utf-8") == pages.make_page(name), "run: python docs/environment_pages.py --pages"
     picture = DOCS / "images" / "environments" / f"{path.stem}.gif"
     assert 10_000 < picture.stat().st_size < 300_000
     assert f"environments/{path.stem}.md" in (DOCS.parent / "mkdocs.yml").read_text("utf-8")
