@@ -38,6 +38,7 @@ def test_the_page_is_what_the_environments_say(pages: ModuleType) -> None:
 
 
 @pytest.mark.parametrize("name", ENVIRONMENTS)
+<<<<<<< HEAD
 def test_the_table_states_the_returns_of_the_baselines(pages: ModuleType, name: str) -> None:
     env = gymnasium.make(name)
     policies = env.unwrapped.task.baselines()
@@ -52,6 +53,12 @@ def test_the_table_states_the_returns_of_the_baselines(pages: ModuleType, name: 
 @pytest.mark.parametrize("name", ENVIRONMENTS)
 def test_a_picture_is_there_and_small(pages: ModuleType, name: str) -> None:
     picture = pages.IMAGES / f"{pages.slug(pages.short_name(name))}.gif"
+=======
+def test_a_page_is_what_the_environment_says(pages: ModuleType, name: str) -> None:
+    path = DOCS / "environments" / f"{pages.slug(name.rpartition('/')[2])}.md"
+    assert path.read_text("utf-8") == pages.make_page(name), "run: python docs/environment_pages.py --pages"
+    picture = DOCS / "images" / "environments" / f"{path.stem}.gif"
+>>>>>>> n3
     assert 10_000 < picture.stat().st_size < 300_000
 
 

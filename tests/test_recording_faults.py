@@ -145,10 +145,10 @@ def test_a_disk_that_fails_at_the_end_of_a_log(tmp_path: Path, monkeypatch: pyte
 def test_caps_go_with_the_memory(monkeypatch: pytest.MonkeyPatch, gigabytes: int, grains: float, fits: bool) -> None:
     """A machine does not refuse a log because of its size if it could have recorded the log."""
     from granular_env.components.chain.component import Chain
-    from granular_env.recording import container, rerun
+    from granular_env.recording import container, replay
     from granular_env.recording.replay import check_parameters
 
-    for module in (container, rerun):
+    for module in (container, replay):
         monkeypatch.setattr(module, "total_memory", lambda: gigabytes << 30)
     checks = container.Limits("a.mcap")
     for count in (grains, int(grains)):

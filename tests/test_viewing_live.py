@@ -111,7 +111,7 @@ def picture_of(times, end):
 
 def sampled_part(picture, low, high):
     """Return the fraction of a time interval that is drawn in a colour of the map."""
-    rows = np.rint(picture.rows(np.linspace(low, high, 200)[1:-1])).astype(int)
+    rows = np.rint(picture.pixel_rows(np.linspace(low, high, 200)[1:-1])).astype(int)
     column = picture.pixels[rows, int(0.5 * (picture.left + picture.right))]
     return float((column != np.array(parse_rgb(NOT_SAMPLED))).any(axis=1).mean())
 
