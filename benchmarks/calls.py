@@ -29,7 +29,7 @@ def measure(calls: int = 2000, rounds: int = 101) -> Iterator[Figure]:
         for _ in forces:
             chain.restore(chain.save())
 
-    physics = lambda: chain._advance(calls)  # noqa: E731
+    physics = lambda: chain._advance_state(calls)  # noqa: E731
     times = time_interleaved({"step": step, "physics": physics, "snapshot": snapshot, "empty": empty}, rounds)
     yield from _figures(times, calls)
     for grains in (200, 300, 1200, 5000, 20_000):

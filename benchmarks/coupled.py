@@ -41,13 +41,13 @@ def measure(side: int = 300, rounds: int = 11) -> Iterator[Figure]:
         medium.reset(grid_velocity=ours, automata_velocity=theirs)
         grid.reset(velocity=ours)
         automata.reset(velocity=theirs)
-        ticks = repeats_for(lambda one=medium: one._advance(1), _SAMPLE_SECONDS)
+        ticks = repeats_for(lambda one=medium: one._advance_state(1), _SAMPLE_SECONDS)
         with one_core():
             times = time_interleaved(
                 {
-                    "coupled": lambda one=medium, t=ticks: one._advance(t),
-                    "grid": lambda one=grid, t=ticks: one._advance(t),
-                    "automata": lambda one=automata, t=ticks * micro: one._advance(t),
+                    "coupled": lambda one=medium, t=ticks: one._advance_state(t),
+                    "grid": lambda one=grid, t=ticks: one._advance_state(t),
+                    "automata": lambda one=automata, t=ticks * micro: one._advance_state(t),
                 },
                 rounds, wall=True,
             )  # fmt: skip

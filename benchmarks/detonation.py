@@ -36,7 +36,7 @@ def measure(cells: int = 1520, triad_words: int = 100_000, rounds: int = 11) -> 
 
         def steps(ticks: int, tube: Any = tube, start: Any = start) -> None:
             tube.restore(start)
-            tube._advance(ticks)
+            tube._advance_state(ticks)
 
         # Limit the ticks, so that the front stays in the tube.
         ticks = min(repeats_for(lambda steps=steps: steps(20), _SAMPLE_SECONDS) * 20, _MOST_TICKS)

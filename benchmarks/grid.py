@@ -70,7 +70,7 @@ def measure(
         grid = noisy_grid(side)
         ticks = repeats_for(lambda grid=grid: _advance_single_thread(grid, 1), _SAMPLE_SECONDS)
         times = time_interleaved(
-            {"grid": lambda g=grid, t=ticks: g._advance(t), "triad": lambda: triad(*arrays, 1)}, rounds, wall=True
+            {"grid": lambda g=grid, t=ticks: g._advance_state(t), "triad": lambda: triad(*arrays, 1)}, rounds, wall=True
         )
         moved = ticks * tick_bytes(grid) / (24 * triad_words)
         nodes = len(grid.mesh.nodes)

@@ -19,9 +19,9 @@ def measure(sizes: tuple[int, ...] = (100, 1000, 1_000_000), rounds: int = 41) -
     """Measure chains with all contacts closed, then a wave that enters a chain at rest."""
     for grains in sizes:
         chain = chains.precompressed_chain(grains)
-        ticks = repeats_for(lambda chain=chain: chain._advance(1), _SAMPLE_SECONDS)
+        ticks = repeats_for(lambda chain=chain: chain._advance_state(1), _SAMPLE_SECONDS)
         yield _compare_with_roof(
-            f"force evaluations / roots, N = {grains}", chain, lambda c=chain, t=ticks: c._advance(t), ticks, rounds
+            f"force evaluations / roots, N = {grains}", chain, lambda c=chain, t=ticks: c._advance_state(t), ticks, rounds
         )
     for grains in sizes:
         if grains <= 10_000:
@@ -34,7 +34,7 @@ def _entering_wave(grains: int, rounds: int) -> Figure:
 
     def cross() -> None:
         chain.restore(start)
-        chain._advance(ticks)
+        chain._advance_state(ticks)
 
     repeats = repeats_for(cross, _SAMPLE_SECONDS)
 

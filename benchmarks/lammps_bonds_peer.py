@@ -34,8 +34,8 @@ def measure(side: int = 100, ticks: int = 100, rounds: int = 9) -> Iterator[Figu
     yield Figure("LAMMPS's bonds less our pairs", float(peer.count() - wanted), "", at_most=0.0, note=f"{wanted} pairs")
     runs = {
         "lammps": lambda: peer.run(ticks),
-        "linked": lambda: linked._advance(ticks),
-        "breakable": lambda: breakable._advance(ticks),
+        "linked": lambda: linked._advance_state(ticks),
+        "breakable": lambda: breakable._advance_state(ticks),
     }
     times = time_interleaved(runs, rounds)
     left = peer.count()

@@ -23,8 +23,8 @@ def measure(grains: int = 1000, ticks: int = 2000, rounds: int = 9) -> Iterator[
     yield _agreement(peer, verlet, ticks)
     runs = {
         "lammps": lambda: peer.run(ticks),
-        "leapfrog": lambda: verlet._advance(20 * ticks),
-        "pefrl": lambda: pefrl._advance(5 * ticks),
+        "leapfrog": lambda: verlet._advance_state(20 * ticks),
+        "pefrl": lambda: pefrl._advance_state(5 * ticks),
     }
     times = time_interleaved(runs, rounds)
     peer.close()
@@ -43,7 +43,7 @@ def measure(grains: int = 1000, ticks: int = 2000, rounds: int = 9) -> Iterator[
 def _agreement(peer: _Lammps, verlet: Any, ticks: int) -> Figure:
     start = verlet.save()
     peer.run(ticks)
-    verlet._advance(ticks)
+    verlet._advance_state(ticks)
     own = verlet.get("velocity")
     apart = float(np.abs(peer.velocity() - own).max()) / chains.SPEED
     verlet.restore(start)

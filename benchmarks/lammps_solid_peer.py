@@ -45,7 +45,7 @@ def measure(along: int = 61, across: int = 7, ticks: int = 100, rounds: int = 5)
         exact = math.sqrt(YOUNG / DENSITY) / (2.0 * length)
         note = f"{found:.0f} Hz, in steps of {step * 1e9:.0f} ns"
         yield Figure(f"axial frequency of a rod over theory, {name}", found / exact, "", note=note)
-    times = time_interleaved({"lammps": lambda: peer.run(ticks), "ours": lambda: ours._advance(ticks)}, rounds)
+    times = time_interleaved({"lammps": lambda: peer.run(ticks), "ours": lambda: ours._advance_state(ticks)}, rounds)
     peer.close()
     nodes = len(ours.mass)
     cost = {name: float(np.median(found)) / (ticks * nodes) * 1e9 for name, found in times.items()}

@@ -29,9 +29,9 @@ def measure(grains: int = 1000, rounds: int = 41) -> Iterator[Figure]:
     built = {"hertz": chains.precompressed_chain(grains)} | {
         name: chains.precompressed_chain(grains, **law) for name, law in LAWS.items()
     }
-    built["elastic_plastic"]._advance(_UNTIL_YIELDED)
-    ticks = repeats_for(lambda: built["hertz"]._advance(1), _SAMPLE_SECONDS)
-    times = time_interleaved({name: lambda chain=chain: chain._advance(ticks) for name, chain in built.items()}, rounds)
+    built["elastic_plastic"]._advance_state(_UNTIL_YIELDED)
+    ticks = repeats_for(lambda: built["hertz"]._advance_state(1), _SAMPLE_SECONDS)
+    times = time_interleaved({name: lambda chain=chain: chain._advance_state(ticks) for name, chain in built.items()}, rounds)
     for name in LAWS:
         rate = median_ratio(times["hertz"], times[name])
         note = f"{1.0 / rate:.1f} times the time"

@@ -36,11 +36,11 @@ def measure(grains: int = 1000, ticks: int = 200, rounds: int = 21) -> Iterator[
         pefrl(u, v, chains.STIFFNESS, chains.MASS, chain.step_size, ticks)
 
     def ours() -> None:
-        chain._advance(10 * ticks)
+        chain._advance_state(10 * ticks)
 
     start = chain.save()
     peer()
-    chain._advance(ticks)
+    chain._advance_state(ticks)
     apart = float(np.abs(v - chain.get("velocity")).max()) / chains.SPEED
     chain.restore(start)
     times = time_interleaved({"peer": peer, "ours": ours}, rounds)

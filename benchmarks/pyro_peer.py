@@ -50,7 +50,7 @@ def measure(cells: int = 400, rows: int = 40, rounds: int = 3) -> Iterator[Figur
         with _quiet():
             peer.reset()
 
-    runs = {"pyro": peer.run, "ours": lambda: ours._advance(ticks)}
+    runs = {"pyro": peer.run, "ours": lambda: ours._advance_state(ticks)}
     times = time_interleaved(runs, rounds, before=back_to_start)
     cost = {
         "pyro": float(np.median(times["pyro"])) / (steps * cells * rows) * 1e9,

@@ -57,14 +57,14 @@ class Component(Stepping):
         self.parameters = validate_parameters(self.Parameters, parameters, self._full_name)
         refuse_excess_memory(self.memory_needed(self.parameters), self._full_name)
         try:
-            self._build()
+            self._build_system()
         except MemoryError as error:
             came = f"this size does not fit into memory: {error}"
             raise ParameterError(came, hint="make it smaller", source=self._full_name) from None
         # Parameters at their defaults are not hashed, so that adding a parameter later does not change existing identities.
         chosen = self.parameters.model_dump(mode="json", exclude_defaults=True)
         self.identity: str = hashlib.sha256(canonical_json([self.name, self.version, chosen])).hexdigest()
-        variables = {v.name: v for v in (*parameter_variables(self.Parameters, self.parameters), *self._declare())}
+        variables = {v.name: v for v in (*parameter_variables(self.Parameters, self.parameters), *self._declare_variables())}
         self._inputs = {v.name: v for v in variables.values() if v.causality == "input"}
         self._bounds = {
             v.name: (max(v.minimum, -_LARGEST), min(v.maximum, _LARGEST)) for v in self._inputs.values() if v.shape == ()
@@ -97,9 +97,9 @@ class Component(Stepping):
     def _full_name(self) -> str:
         return f"component {self.name!r}"
 
-    # -- building, for `_build` -------------------------------------------------------------------------------------
+    # -- building, for `_build_system` -------------------------------------------------------------------------------------
 
-    def _lay_out(self, growing: Layout | None = None, **fields: tuple[Any, ...]) -> None:
+    def _define_state(self, growing: Layout | None = None, **fields: tuple[Any, ...]) -> None:
         """Set `_block`, the state, in the memory of a parent if given; see `state_block.Block` and `Field`.
 
         If there are event kinds, the list `events` precedes the given lists. `restore` checks the ranges declared here.
@@ -116,7 +116,7 @@ class Component(Stepping):
         return self._memory
 
     def _include_part(self, part: Component, prefix: str, ticks: int = 1) -> None:
-        """Add a part to the snapshots and events of this component; call it in `_build`, after `_lay_out`.
+        """Add a part to the snapshots and events of this component; call it in `_build_system`, after `_define_state`.
 
         The lists of the part then belong to this component's snapshots. Its events become events of this component, of the
         kinds `<prefix>_<kind>`.
@@ -136,14 +136,14 @@ class Component(Stepping):
         self._declare_events({**self.event_kinds, **kinds}, {**self.event_details, **details})
 
     def _declare_events(self, kinds: Mapping[str, str], details: Mapping[str, EventDetail]) -> None:
-        """Set `event_kinds` and `event_details` of this instance; call it in `_build`, before `_lay_out`."""
+        """Set `event_kinds` and `event_details` of this instance; call it in `_build_system`, before `_define_state`."""
         vars(self).update(event_kinds=kinds, event_details=details)
 
     def _bind_block(self) -> None:
         """Set the attributes of this instance that depend on its block."""
         parts = {v.name: self._block.views.get(v.name) for v in self.declared_variables() if v.causality == "output"}
         views = {name: _view_reader(part) for name, part in parts.items() if part is not None}
-        self._readers: dict[str, Callable[[], Any]] = views | self._outputs()
+        self._readers: dict[str, Callable[[], Any]] = views | self._output_readers()
         self._initialise_stepping()
         for part, *_ in self._included:
             part._owner = self
@@ -154,7 +154,7 @@ class Component(Stepping):
 
     def declared_variables(self) -> list[Variable]:
         """Return its inputs and outputs: all variables except parameters and balance entries."""
-        return list(self._declare())
+        return list(self._declare_variables())
 
     # -- start ------------------------------------------------------------------------------------------------------
 
@@ -178,7 +178,7 @@ class Component(Stepping):
         self._tick, self._busy = 0, True
         try:
             with np.errstate(all="ignore"):  # non-finite values are refused
-                given = self._start(seed, values)
+                given = self._write_start_state(seed, values)
                 if start:
                     self._refuse_infinite_balances()
             starts = {name: 0.0 if variable.start is None else variable.start for name, variable in self._inputs.items()}
@@ -193,7 +193,7 @@ class Component(Stepping):
         for observer in self._observers:
             observer.on_reset(self)
 
-    def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
+    def _write_start_state(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         for name, value in values.items():
             self._block.views[name][...] = value
         return {}
@@ -400,12 +400,12 @@ class Component(Stepping):
             if not ((indices >= first) & (indices < beyond) & (np.diff(ticks, append=tick) >= 0.0)).all():
                 expected = f"indices of existing elements, and ticks that do not decrease, up to {tick}"
                 raise ParameterError("got other events", expected=expected, at=(*at, "events"))
-        if fault := self._contradiction(state):
+        if fault := self._state_contradiction(state):
             raise ParameterError(fault, hint="save() gives no such state", at=at)
         for part, prefix, part_ticks in self._included:
             part._refuse_invalid_state(block, data, tick * part_ticks, (*at, prefix))
 
-    def _contradiction(self, state: Mapping[str, np.ndarray]) -> str:
+    def _state_contradiction(self, state: Mapping[str, np.ndarray]) -> str:
         """Return the inconsistency of arrays within their ranges, or ""; for components whose kernels rely on consistency.
 
         Args:

@@ -37,17 +37,17 @@ class Physics(metaclass=ABCMeta):
     event_details: ClassVar[Mapping[str, EventDetail]] = {}
     """Unit, meaning of the indices, and the output that measures how close an event is, for some or all kinds."""
     step_size: float
-    """Length of one internal step [s]; set by `_build`."""
+    """Length of one internal step [s]; set by `_build_system`."""
 
     @abstractmethod
-    def _build(self) -> None:
-        """Set `step_size`, call `_lay_out`, and compute constant tables, from `self.parameters`."""
+    def _build_system(self) -> None:
+        """Set `step_size`, call `_define_state`, and compute constant tables, from `self.parameters`."""
 
     @abstractmethod
-    def _declare(self) -> Iterable[Variable]:
+    def _declare_variables(self) -> Iterable[Variable]:
         """Declare inputs and outputs; parameters and balance entries are declared automatically."""
 
-    def _outputs(self) -> dict[str, Callable[[], Any]]:
+    def _output_readers(self) -> dict[str, Callable[[], Any]]:
         """Return the readers of outputs that are not arrays of the block: name -> function that returns the value.
 
         Arrays of the block need not be copied, because `get` copies them.
@@ -55,27 +55,27 @@ class Physics(metaclass=ABCMeta):
         return {}
 
     @abstractmethod
-    def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
+    def _write_start_state(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         """Write the start state into the zeroed block; return the start values of inputs that differ from the declared ones.
 
-        `super()._start(seed, values)` writes the values of state variables that are arrays of the block.
+        `super()._write_start_state(seed, values)` writes the values of state variables that are arrays of the block.
         """
 
-    def _apply(self, held: Mapping[str, Held]) -> None:  # noqa: B027 - most components have nothing to prepare
+    def _prepare_inputs(self, held: Mapping[str, Held]) -> None:  # noqa: B027 - most components have nothing to prepare
         """Prepare for the inputs held from now on, if one of them is or was a profile.
 
-        It is not called for numbers and arrays: `_advance` reads them from `self._held`.
+        It is not called for numbers and arrays: `_advance_state` reads them from `self._held`.
         """
 
     @abstractmethod
-    def _advance(self, ticks: int) -> int:
-        """Advance the block by whole ticks from `self._tick`; return 0, or a status that `_explain` turns into an error.
+    def _advance_state(self, ticks: int) -> int:
+        """Advance the block by whole ticks from `self._tick`; return 0, or a status that `_step_error` turns into an error.
 
         The result depends only on the block, the tick and the held inputs.
         """
 
     @abstractmethod
-    def _explain(self, status: int) -> StepError:
+    def _step_error(self, status: int) -> StepError:
         """Return the error for a status, while the failed state still exists."""
 
     @abstractmethod

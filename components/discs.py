@@ -50,7 +50,7 @@ class Discs(Component):
         """Return the memory for all pairs during a force evaluation, in bytes."""
         return (parameters.rows * parameters.columns) ** 2 // 2 * 15 * 8
 
-    def _build(self) -> None:
+    def _build_system(self) -> None:
         p = self.parameters
         self.step_size, self.diameter, n = p.step_size, 2.0 * p.radius, p.rows * p.columns
         places = np.array([(column, row) for row in range(p.rows) for column in range(p.columns)])
@@ -63,9 +63,9 @@ class Discs(Component):
         sums = {"work": ("f8", ()), "fracture": ("f8", ()), "impulses": ("f8", (2, 2)), "start": ("f8", (3,))}
         # The list of broken links grows like the list of events.
         broken = ("i8", (), 0, self.links - 1, self.links)
-        self._lay_out({"broken": broken}, displacement=("f8", (n, 2)), velocity=("f8", (n, 2)), **sums)
+        self._define_state({"broken": broken}, displacement=("f8", (n, 2)), velocity=("f8", (n, 2)), **sums)
 
-    def _declare(self) -> Iterable[Variable]:
+    def _declare_variables(self) -> Iterable[Variable]:
         n, axes = len(self.reference), ("disc", "direction")
         yield Variable("force", "input", "N", (n, 2), "force on each disc", start=0.0, axes=axes)
         yield Variable("displacement", "output", "m", (n, 2), "displacement from the block", state=True, axes=axes)
@@ -74,12 +74,12 @@ class Discs(Component):
         yield Variable("linked", "output", "1", (self.links,), "1 for a link that holds, 0 for a broken one", axes=("link",))
         yield Variable("broken_links", "output", "1", (), "number of broken links")
 
-    def _outputs(self) -> dict[str, Callable[[], Any]]:
+    def _output_readers(self) -> dict[str, Callable[[], Any]]:
         links = {"linked": lambda: 1.0 * self._linked_pairs()[: self.links], "broken_links": lambda: float(self.event_count)}
         return {"speed": lambda: norms(self._block["velocity"]), **links}
 
-    def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
-        super()._start(seed, values)
+    def _write_start_state(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
+        super()._write_start_state(seed, values)
         for i, j in self.pairs[self._pair_geometry()[1] < 1e-9 * self.diameter].tolist():
             raise ParameterError(f"puts disc {j} where disc {i} is", hint="move one of them", at=("start", "displacement", j))
         energies, momentum = self._energies_and_momentum()
@@ -87,7 +87,7 @@ class Discs(Component):
         return {}
 
     @np.errstate(all="ignore")  # the status reports it
-    def _advance(self, ticks: int) -> int:
+    def _advance_state(self, ticks: int) -> int:
         u, v, h, p = self._block["displacement"], self._block["velocity"], self.step_size, self.parameters
         for tick in range(self._tick, self._tick + ticks):
             # Links break and forces act at the step's middle, where leapfrog kicks.
@@ -104,7 +104,7 @@ class Discs(Component):
                 return 1
         return 0
 
-    def _explain(self, status: int) -> StepError:
+    def _step_error(self, status: int) -> StepError:
         speed, limit = norms(self._block["velocity"]), self.parameters.radius / self.step_size
         return self._excess_error("velocity", "m/s", speed, limit, "a radius in a step; take a smaller step_size")
 

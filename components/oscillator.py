@@ -35,23 +35,23 @@ class Oscillator(Component):
     version = 2
     Parameters = OscillatorParameters
 
-    def _build(self) -> None:
+    def _build_system(self) -> None:
         p: OscillatorParameters = self.parameters  # type: ignore[assignment]
         self.mass, self.stiffness, self.step_size = p.mass, p.stiffness, p.step_size
-        self._lay_out(position=("f8", ()), velocity=("f8", ()), tally=("f8", (4,)))
+        self._define_state(position=("f8", ()), velocity=("f8", ()), tally=("f8", (4,)))
 
-    def _declare(self) -> Iterable[Variable]:
+    def _declare_variables(self) -> Iterable[Variable]:
         yield Variable("force", "input", "N", (), "force on the body", start=0.0)
         yield Variable("position", "output", "m", (), "position, 0 where the spring is relaxed", state=True)
         yield Variable("velocity", "output", "m/s", (), "velocity", state=True)
 
-    def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, float]:
-        given = super()._start(seed, values)
+    def _write_start_state(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, float]:
+        given = super()._write_start_state(seed, values)
         self._block["tally"][:2] = self._energy(), self.mass * float(self._block["velocity"])
         return given
 
     @np.errstate(over="ignore", invalid="ignore")  # the status reports it
-    def _advance(self, ticks: int) -> int:
+    def _advance_state(self, ticks: int) -> int:
         given = self._held["force"]
         x, v, tally, h = self._block["position"], self._block["velocity"], self._block["tally"], self.step_size
         for tick in range(self._tick, self._tick + ticks):
@@ -64,7 +64,7 @@ class Oscillator(Component):
             x += 0.5 * h * v
         return 0 if np.isfinite(self._energy()) else 1
 
-    def _explain(self, status: int) -> StepError:
+    def _step_error(self, status: int) -> StepError:
         # The energy has become infinite because the square of a variable overflowed.
         name = max(("velocity", "position"), key=lambda one: np.nan_to_num(abs(self._block[one]), nan=np.inf))
         value, unit = float(self._block[name]), self.variables[name].unit

@@ -123,9 +123,9 @@ class Stepping(Physics):
                 if ticks > self._chunk_ticks or (observers and self._has_sample_until(before + ticks)):
                     self._advance_in_pieces(ticks)
                 else:
-                    status = self._advance(ticks)
+                    status = self._advance_state(ticks)
                     if status:
-                        raise self._explain(status)
+                        raise self._step_error(status)
                     own["_tick"] = before + ticks
             except BaseException as error:
                 self._undo_step(before, held, error)
@@ -196,9 +196,9 @@ class Stepping(Physics):
             for observer in self._observers:
                 stop = min(stop, max(observer.next_tick, self._tick + 1))
             piece, begin = stop - self._tick, perf_counter()
-            status = self._advance(piece)
+            status = self._advance_state(piece)
             if status:
-                raise self._explain(status)
+                raise self._step_error(status)
             self._tick = stop
             if piece == self._chunk_ticks:
                 spent = perf_counter() - begin
@@ -275,7 +275,7 @@ class Stepping(Physics):
         before, self._profiled = self._profiled, any(value.__class__ is CompiledProfile for value in inputs.values())
         self._held = inputs
         if before or self._profiled:
-            self._apply(inputs)
+            self._prepare_inputs(inputs)
 
     def input_advice(self, name: str) -> str:
         """Return the hint for an unknown input."""

@@ -84,7 +84,7 @@ only the differences from this one."""
 
 def main() -> None:
     """Write the page, and the pictures unless ``--pages`` is given."""
-    PAGE.write_text(page(), encoding="utf-8")
+    PAGE.write_text(make_page(), encoding="utf-8")
     for name in ENVIRONMENTS if "--pages" not in sys.argv else ():
         write_picture(name, IMAGES / f"{slug(short_name(name))}.gif")
 
@@ -99,7 +99,7 @@ def slug(short: str) -> str:
     return re.sub(r"(?<=[a-z])(?=[A-Z])", "-", short.partition("-v")[0]).lower()
 
 
-def page() -> str:
+def make_page() -> str:
     """Return the page of all environments."""
     common, driven = docstring_sections(ComponentEnv), docstring_sections(DrivenOptions)
     common.pop(""), driven.pop("")
@@ -107,7 +107,7 @@ def page() -> str:
     common["Arguments"] = re.sub(r"^\* `(component|task)`:.*?(?=^\* )", "", common["Arguments"], flags=re.MULTILINE | re.DOTALL)
     lines = [INTRODUCTION.format(count=len(ENVIRONMENTS), table="\n".join(summary()))]
     lines += ["## Common part", "", *paragraphs(common), "## Driven chains", "", DRIVEN, "", *paragraphs(driven)]
-    lines += [*observation_table(made(next(filter(is_driven, ENVIRONMENTS)))), ""]
+    lines += [*observation_table(make_environment(next(filter(is_driven, ENVIRONMENTS)))), ""]
     for name in ENVIRONMENTS:
         lines += section(name)
     return "\n".join(lines).rstrip() + "\n"
@@ -117,7 +117,7 @@ def summary() -> list[str]:
     """Return the lines of the table of all environments."""
     lines = ["| name | component | input | goal | zero input | theory | best known |", "|---|---|---|---|---|---|---|"]
     for name in ENVIRONMENTS:
-        env, short = made(name), short_name(name)
+        env, short = make_environment(name), short_name(name)
         inputs = ", ".join(f"`{one}`" for one in dict.fromkeys(parse_element(one).name for one in env.task.actions))
         goal = docstring_sections(import_object(ENVIRONMENTS[name].entry_point))[""].partition("\n")[0]
         returns = " | ".join(RETURNS.get(short, ("-", "-", "-")))
@@ -125,7 +125,7 @@ def summary() -> list[str]:
     return lines
 
 
-def made(name: str) -> ComponentEnv:
+def make_environment(name: str) -> ComponentEnv:
     """Return an environment with its default arguments."""
     env = gymnasium.make(name).unwrapped
     assert isinstance(env, ComponentEnv)
@@ -134,14 +134,18 @@ def made(name: str) -> ComponentEnv:
 
 def section(name: str) -> list[str]:
     """Return the lines of the section of an environment."""
-    env, short, sections = made(name), short_name(name), docstring_sections(import_object(ENVIRONMENTS[name].entry_point))
+    env, short, sections = (
+        make_environment(name),
+        short_name(name),
+        docstring_sections(import_object(ENVIRONMENTS[name].entry_point)),
+    )
     lines = [f"## {short}", "", sections.pop(""), ""]
     picture = f"![{caption(short)}](images/environments/{slug(short)}.gif)"
     lines += [picture, "", f"*{caption(short)}*", "", facts(env, name), ""]
     lines += paragraph("Action space", f"{actions_text(env)} {sections.pop('Action space', '')}")
     lines += paragraph("Observation space", sections.pop("Observation space", ""))
     table = observation_table(env)
-    if not is_driven(name) or table != observation_table(made(next(filter(is_driven, ENVIRONMENTS)))):
+    if not is_driven(name) or table != observation_table(make_environment(next(filter(is_driven, ENVIRONMENTS)))):
         lines += [*table, ""]
     return [*lines, *paragraphs(sections)]
 

@@ -31,24 +31,24 @@ class Ball(ge.Component):
     Parameters = BallParameters
     parameters: BallParameters
 
-    def _build(self) -> None:
+    def _build_system(self) -> None:
         self.step_size = self.parameters.step_size
-        self._lay_out(height=("f8", ()), velocity=("f8", ()), lost=("f8", ()), start=("f8", (2,)), impulse=("f8", ()))
+        self._define_state(height=("f8", ()), velocity=("f8", ()), lost=("f8", ()), start=("f8", (2,)), impulse=("f8", ()))
 
-    def _declare(self) -> Iterable[ge.Variable]:
+    def _declare_variables(self) -> Iterable[ge.Variable]:
         yield ge.Variable("height", "output", "m", (), "height over the floor", state=True)
         yield ge.Variable("velocity", "output", "m/s", (), "velocity, positive upwards", state=True)
 
-    def _outputs(self) -> dict[str, Callable[[], float]]:
+    def _output_readers(self) -> dict[str, Callable[[], float]]:
         return {name: (lambda view=self._block[name]: float(view)) for name in ("height", "velocity")}
 
-    def _start(self, seed: int | None, values: Mapping[str, Any]) -> Mapping[str, float]:
+    def _write_start_state(self, seed: int | None, values: Mapping[str, Any]) -> Mapping[str, float]:
         for name, value in values.items():
             self._block[name][...] = value
         self._block["start"][:] = sum(self._energies()), self._momentum()
         return {}
 
-    def _advance(self, ticks: int) -> int:
+    def _advance_state(self, ticks: int) -> int:
         height, velocity, h = self._block["height"], self._block["velocity"], self.step_size
         for _ in range(ticks):
             height += h * velocity - 0.5 * h * h * GRAVITY  # exact in free fall
@@ -64,7 +64,7 @@ class Ball(ge.Component):
         self._block["lost"][...] += before - sum(self._energies())
         self._block["impulse"][...] += self._momentum() - momentum
 
-    def _explain(self, status: int) -> StepError:
+    def _step_error(self, status: int) -> StepError:
         return StepError("the ball never fails", time=self.time, variable="height", index=None, value=0.0, limit=0.0)
 
     def _energies(self) -> tuple[float, float]:

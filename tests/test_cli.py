@@ -126,13 +126,13 @@ def test_a_log_is_replaced_only_on_request(log, capsys):
 def test_verify_tells_a_difference_by_its_status(log, capsys, monkeypatch):
     from granular_env.components.oscillator import Oscillator
 
-    advance = Oscillator._advance
+    advance = Oscillator._advance_state
 
     def pushed(self, ticks):
         self._block["velocity"][...] += 1e-9
         return advance(self, ticks)
 
-    monkeypatch.setattr(Oscillator, "_advance", pushed)
+    monkeypatch.setattr(Oscillator, "_advance_state", pushed)
     assert main(["replay", log, "--verify"]) == 1
     text = capsys.readouterr().out
     assert "different" in text

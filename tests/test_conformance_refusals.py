@@ -270,13 +270,13 @@ def test_an_interrupt_undoes_the_step(example: Example, watched: bool, monkeypat
     if watched:
         component.observe(Watcher(1000))
     drive_component(component, example, 10)
-    before, advance = state_bits(component), component._advance
+    before, advance = state_bits(component), component._advance_state
 
     def interrupted(ticks: int) -> int:
         advance(ticks)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(component, "_advance", interrupted)
+    monkeypatch.setattr(component, "_advance_state", interrupted)
     with pytest.raises(KeyboardInterrupt):
         component.step(5 * component.step_size, **example.inputs)
     assert state_bits(component) == before

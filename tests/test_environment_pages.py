@@ -31,14 +31,13 @@ def pages() -> ModuleType:
 
 def test_the_page_is_what_the_environments_say(pages: ModuleType) -> None:
     page = pages.PAGE.read_text("utf-8")
-    assert page == pages.page(), "run: python docs/environment_pages.py --pages"
+    assert page == pages.make_page(), "run: python docs/environment_pages.py --pages"
     assert pages.RETURNS.keys() == {pages.short_name(name) for name in ENVIRONMENTS}
     for link in re.findall(r"\]\(#([^)]+)\)", page):
         assert link in {title.lower().replace(" ", "-") for title in re.findall(r"^## (.+)$", page, re.MULTILINE)}
 
 
 @pytest.mark.parametrize("name", ENVIRONMENTS)
-<<<<<<< HEAD
 def test_the_table_states_the_returns_of_the_baselines(pages: ModuleType, name: str) -> None:
     env = gymnasium.make(name)
     policies = env.unwrapped.task.baselines()
@@ -53,12 +52,6 @@ def test_the_table_states_the_returns_of_the_baselines(pages: ModuleType, name: 
 @pytest.mark.parametrize("name", ENVIRONMENTS)
 def test_a_picture_is_there_and_small(pages: ModuleType, name: str) -> None:
     picture = pages.IMAGES / f"{pages.slug(pages.short_name(name))}.gif"
-=======
-def test_a_page_is_what_the_environment_says(pages: ModuleType, name: str) -> None:
-    path = DOCS / "environments" / f"{pages.slug(name.rpartition('/')[2])}.md"
-    assert path.read_text("utf-8") == pages.make_page(name), "run: python docs/environment_pages.py --pages"
-    picture = DOCS / "images" / "environments" / f"{path.stem}.gif"
->>>>>>> n3
     assert 10_000 < picture.stat().st_size < 300_000
 
 

@@ -54,32 +54,32 @@ class Half(Component):
     Parameters = Parameters
     made: ClassVar[Callable[..., Component]]
 
-    def _build(self) -> None:
+    def _build_system(self) -> None:
         alone = self.made()
         self.step_size = 2.0 * alone.step_size
-        self._lay_out(part=("f8", alone.memory.shape))
+        self._define_state(part=("f8", alone.memory.shape))
         self.part = alone.clone(self._block["part"])
         self._include_part(self.part, "part", 2)
 
-    def _declare(self) -> Iterable[Variable]:
+    def _declare_variables(self) -> Iterable[Variable]:
         for variable in self.part.declared_variables():
             yield dataclasses.replace(variable, name=f"part_{variable.name}")
 
-    def _outputs(self) -> dict[str, Callable[[], Any]]:
+    def _output_readers(self) -> dict[str, Callable[[], Any]]:
         outputs = [variable.name for variable in self.part.declared_variables() if variable.causality == "output"]
         return {f"part_{name}": lambda name=name: self.part.peek(name) for name in outputs}
 
-    def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
+    def _write_start_state(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         self.part.reset(seed=seed, **{name.removeprefix("part_"): value for name, value in values.items()})
         return {f"part_{name}": value for name, value in self.part.held_inputs.items()}
 
-    def _advance(self, ticks: int) -> int:
+    def _advance_state(self, ticks: int) -> int:
         self.part.set_progress(2 * self._tick, {})
         inputs = {name.removeprefix("part_"): value for name, value in self._held.items()}
         self.part.step(ticks * self.step_size, **inputs)
         return 0
 
-    def _explain(self, status: int) -> StepError:
+    def _step_error(self, status: int) -> StepError:
         raise NotImplementedError
 
     def balances(self) -> tuple[Balance, ...]:

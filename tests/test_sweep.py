@@ -354,7 +354,7 @@ def test_errors_of_another_package_are_rows_of_the_table_in_every_engine(ball):
 )
 def test_a_task_that_costs_its_process_is_named_and_the_rest_goes_on(fault, limit, error, ball, tmp_path):
     """The first task, which compiles the kernels for the others."""
-    text, head = ball.read_text(), "def _advance(self, ticks: int) -> int:\n        "
+    text, head = ball.read_text(), "def _advance_state(self, ticks: int) -> int:\n        "
     assert head in text
     ball.write_text(text.replace(head, f"{head}if self.parameters.restitution == 0.65:\n            {fault}\n        "))
     sweep = run_sweep(BALLS, "out", workers=1, time_limit=limit)

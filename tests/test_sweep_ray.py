@@ -163,12 +163,12 @@ class Cluster:
         common += ["--object-store-memory", "100000000"]
         head = ["--head", f"--port={self.port}", "--include-dashboard=false", f"--temp-dir={folder}"]
         self._processes = processes
-        self._start([*head, *common])
+        self._write_start_state([*head, *common])
         self._wait(lambda: socket.create_connection(("127.0.0.1", self.port), 1.0).close())
-        self.second = self._start([f"--address=127.0.0.1:{self.port}", *common])
+        self.second = self._write_start_state([f"--address=127.0.0.1:{self.port}", *common])
         self._wait(lambda: self.has_nodes(2))
 
-    def _start(self, arguments: list[str]) -> subprocess.Popen:
+    def _write_start_state(self, arguments: list[str]) -> subprocess.Popen:
         command = [*RAY, *arguments, f"--dashboard-agent-listen-port={free_port()}"]
         return self._processes.start(command, output=subprocess.DEVNULL)
 

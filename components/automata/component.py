@@ -60,7 +60,7 @@ class Automata(Component):
         cells = (right - left) * (high - low) / (parameters.diameter**2 * LATTICES[parameters.packing].volume)
         return int(min(cells, 1e15)) * (_BYTES + _HISTORY_BYTES * parameters.has_individual_links)
 
-    def _build(self) -> None:
+    def _build_system(self) -> None:
         p = self.parameters
         self.packing: Packing = pack_shape(p.packing, p.shape, p.diameter, p.periodic)
         self.reference: FloatArray = self.packing.reference
@@ -75,14 +75,14 @@ class Automata(Component):
         # Events depend on the breaking criterion of this specimen.
         self._declare_events(self.specimen.event_kinds, self.specimen.event_details)
         n = self.count
-        self._lay_out(
+        self._define_state(
             displacement=("f8", (n, 2)), velocity=("f8", (n, 2)), rotation=("f8", (n,)), spin=("f8", (n,)),
             tallies=("f8", (2, loads.TALLY_ROWS)), start=("f8", (4,)), growing=self.specimen.growing, **self.specimen.fields,
         )  # fmt: skip
         self.specimen.attach_state(self._block)
         self.mass: FloatArray = self.body.cells[MASS, self.body.layout.place]
 
-    def _contradiction(self, state: Mapping[str, np.ndarray]) -> str:
+    def _state_contradiction(self, state: Mapping[str, np.ndarray]) -> str:
         lengths = {name: len(state[name]) for name in self.specimen.growing}
         return f"got lists of different lengths, {lengths}" if len(set(lengths.values())) > 1 else ""
 
@@ -134,7 +134,7 @@ class Automata(Component):
 
     # -- description ------------------------------------------------------------------------------------------------
 
-    def _declare(self) -> Iterable[Variable]:
+    def _declare_variables(self) -> Iterable[Variable]:
         n, plane = self.count, ("automaton", "direction")
         yield from self.conditions.inputs()
         yield Variable("displacement", "output", "m", (n, 2), "displacement from the packing", state=True, axes=plane)
@@ -167,7 +167,7 @@ class Automata(Component):
         if self.parameters.can_yield:
             yield Variable("inelastic_strain", "output", "1", (n,), "mean of the pairs", axes=("automaton",))
 
-    def _outputs(self) -> dict[str, Callable[[], Any]]:
+    def _output_readers(self) -> dict[str, Callable[[], Any]]:
         specimen = self.specimen
         found: dict[str, Callable[[], Any]] = {
             **{name: (lambda view=self._block[name]: view) for name in ("displacement", "velocity", "rotation")},
@@ -191,7 +191,7 @@ class Automata(Component):
 
     # -- stepping ---------------------------------------------------------------------------------------------------
 
-    def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
+    def _write_start_state(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         for name, value in values.items():
             self._block["spin" if name == "angular_velocity" else name][...] = value
         self.specimen.reset_histories()
@@ -199,7 +199,7 @@ class Automata(Component):
         self._block["start"][:] = sums[3] + sums[4] + ordered_sum(*self._stored_energies().values()), *sums[:3]
         return {}
 
-    def _advance(self, ticks: int) -> int:
+    def _advance_state(self, ticks: int) -> int:
         status = 0
         held, specimen = self._held, self.specimen
         specimen.load_motion()
@@ -215,7 +215,7 @@ class Automata(Component):
         specimen.store_motion()
         return status
 
-    def _explain(self, status: int) -> StepError:
+    def _step_error(self, status: int) -> StepError:
         variable, unit, limit = "velocity", "m/s", self._speed_limit
         meaning = f"{_LARGEST_MOVE:g} of a diameter in an internal step"
         if status == TOO_FAR:

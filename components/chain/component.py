@@ -86,7 +86,7 @@ class Chain(Component):
         """Number of state words that a tick advances, divided by eight: words of a chain take less than a nanosecond."""
         return super().cost_per_tick // 8
 
-    def _build(self) -> None:
+    def _build_system(self) -> None:
         p = self.parameters
         self.geometry: Geometry = geometry(p)
         self._scheme = SCHEMES[p.integrator]
@@ -177,7 +177,7 @@ class Chain(Component):
 
     # -- the contract -----------------------------------------------------------------------------------------------
 
-    def _declare(self) -> Iterable[Variable]:
+    def _declare_variables(self) -> Iterable[Variable]:
         p = self.parameters
         for side, end in (("left", p.left), ("right", p.right)):
             if end in _INPUTS:
@@ -188,7 +188,7 @@ class Chain(Component):
             state, axes = name in ("displacement", "velocity"), (axis,) if axis else ()
             yield Variable(name, "output", unit, shapes[axis], about, state=state, axes=axes)
 
-    def _outputs(self) -> dict[str, Callable[[], Any]]:
+    def _output_readers(self) -> dict[str, Callable[[], Any]]:
         return {
             "position": lambda: self.geometry.position + self._table[layout.U, self._grains],
             "displacement": lambda: self._table[layout.U, self._grains],
@@ -200,7 +200,7 @@ class Chain(Component):
             "input_work": self._input_work,
         }
 
-    def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, float]:
+    def _write_start_state(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, float]:
         velocity, displacement = values.get("velocity"), values.get("displacement")
         if velocity is not None:
             self._table[layout.V, self._grains] = velocity
@@ -223,9 +223,9 @@ class Chain(Component):
         if np.any(self._overlaps() > self._refused_overlap) or np.any(
             np.abs(self._table[layout.V, self._grains]) > self._table[layout.SCALARS, layout.SPEED_LIMIT]
         ):
-            raise ParameterError(*self._explain(0).with_outer_location("start").faults)
+            raise ParameterError(*self._step_error(0).with_outer_location("start").faults)
 
-    def _apply(self, held: Mapping[str, Held]) -> None:
+    def _prepare_inputs(self, held: Mapping[str, Held]) -> None:
         """Put the pieces of both ends into one array; a profile has the value 0 before its first piece."""
         left, right = held.get(self.left_input, 0.0), held.get(self.right_input, 0.0)
         pieces = [_input_pieces(left), _input_pieces(right)]
@@ -234,7 +234,7 @@ class Chain(Component):
         self._left, self._right = (0.0 if isinstance(side, CompiledProfile) else side for side in (left, right))
         self._left_pieces = len(pieces[0])
 
-    def _advance(self, ticks: int) -> int:
+    def _advance_state(self, ticks: int) -> int:
         # Hot path: the cost of a step called from Python depends on these lines.
         if self._profiled:
             done = self.entries.advance(self._table, self._drive, self._left_pieces, self._left, self._right, self._tick, ticks)
@@ -270,7 +270,7 @@ class Chain(Component):
             return 0
         begin, self._tick = self._tick, self._tick + done_ticks
         try:
-            return self._advance(ticks - done_ticks)
+            return self._advance_state(ticks - done_ticks)
         finally:
             self._tick = begin
 
@@ -286,7 +286,7 @@ class Chain(Component):
         name = max(ratios, key=lambda one: ratios[one].max())
         return name, int(np.argmax(ratios[name])), float(ratios[name].max())
 
-    def _explain(self, status: int) -> StepError:
+    def _step_error(self, status: int) -> StepError:
         time = (self._failed_tick if status else self._tick) * self.step_size
         # Before the first tick no peak is known; afterwards the kernel judges the peak.
         overlap = self._peak_overlaps if status else self._overlaps()

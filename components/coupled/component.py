@@ -50,7 +50,7 @@ from .step_sizes import choose_steps
 _LARGEST_MOVE = 0.1
 # Energies of the parts, declared as outputs.
 _PART_ENERGIES = ("grid_kinetic_energy", "grid_elastic_energy", "automata_kinetic_energy", "automata_elastic_energy")
-# `_advance` returns this plus the status of the automata if they fail, and `kernels.INVERTED` if the grid fails.
+# `_advance_state` returns this plus the status of the automata if they fail, and `kernels.INVERTED` if the grid fails.
 _AUTOMATA_FAILED = 16
 
 
@@ -72,7 +72,7 @@ class Coupled(Component):
         """Return the memory that both parts need."""
         return Grid.memory_needed(parameters.grid) + Automata.memory_needed(parameters.automata)
 
-    def _build(self) -> None:
+    def _build_system(self) -> None:
         # Both parts are first built alone: their frequencies bound the step, and their states must be sized.
         grid, automata = make_part(Grid, self, "grid"), make_part(Automata, self, "automata")
         self._find_interface(grid, automata)
@@ -104,7 +104,7 @@ class Coupled(Component):
         if self.parameters.side_contacts:
             sides = len(self._free_sides)
             growing = {"side_pairs": ("i8", (2,), 0, (n - 1, sides - 1), n * sides)}
-        self._lay_out(
+        self._define_state(
             grid=("f8", (grid.memory.size,)), automata=("f8", (automata.memory.size,)), automata_force=("f8", (n, 2)),
             automata_torque=("f8", (n,)), exchanged_forces=("f8", (2, rows, 2)), tallies=("f8", (2, TALLY_ROWS)),
             exchange=("f8", (EXCHANGE_TALLY,)), start=("f8", (4,)), growing=growing,
@@ -152,7 +152,7 @@ class Coupled(Component):
 
     # -- description ------------------------------------------------------------------------------------------------
 
-    def _declare(self) -> Iterable[Variable]:
+    def _declare_variables(self) -> Iterable[Variable]:
         yield from part_variables({"grid": self.grid, "automata": self.automata})
         for name in _PART_ENERGIES:
             text = f"{name.replace('_', ' ')}; of interface nodes with the mass of this part"
@@ -169,7 +169,7 @@ class Coupled(Component):
             "automata_step_part", "output", "1", (), "micro-step in largest stable steps of automata", variability="constant"
         )
 
-    def _outputs(self) -> dict[str, Callable[[], Any]]:
+    def _output_readers(self) -> dict[str, Callable[[], Any]]:
         tally = self._block["exchange"]
         found: dict[str, Callable[[], Any]] = {
             "interface_work_on_grid": lambda: float(tally[WORK_ON_GRID]),
@@ -281,9 +281,9 @@ class Coupled(Component):
 
     # -- stepping ---------------------------------------------------------------------------------------------------
 
-    def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
+    def _write_start_state(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         for prefix, part in (("grid", self.grid), ("automata", self.automata)):
-            part._start(seed, part_values(prefix, values))
+            part._write_start_state(seed, part_values(prefix, values))
         self._divided = None
         self.automata.specimen.load_motion()
         self._move_interface_automata()
@@ -379,7 +379,7 @@ class Coupled(Component):
             self._block.set_row_count("side_pairs", len(pairs))
         return status
 
-    def _advance(self, ticks: int) -> int:
+    def _advance_state(self, ticks: int) -> int:
         if self._held is not self._divided:
             self._divide_inputs()
         self._load_automata()
@@ -436,16 +436,16 @@ class Coupled(Component):
             if status == BREAK:
                 self._cracking.update_links((tick + int(progress[ROW])) * self.micro_steps + int(progress[MICRO]))
 
-    def _explain(self, status: int) -> StepError:
+    def _step_error(self, status: int) -> StepError:
         if status == INVERTED:
             self.grid.failed_at[:] = self._call.failure
-            return self.grid._explain(1).with_part_prefix("grid")
+            return self.grid._step_error(1).with_part_prefix("grid")
         return self._explain_automata(status - _AUTOMATA_FAILED)
 
     def _explain_automata(self, status: int) -> StepError:
         """Return the error of the automata as an error of the coupled body."""
         self.automata.set_progress(max(int(self._call.failure[1]) - 1, 0) * self.micro_steps, {})
-        return self.automata._explain(status).with_part_prefix("automata")
+        return self.automata._step_error(status).with_part_prefix("automata")
 
     # -- reading ----------------------------------------------------------------------------------------------------
 

@@ -69,7 +69,7 @@ class DetonationTube(Component):
         """Return the peak memory of building and stepping."""
         return _BYTES_OF_CELL * parameters.cells
 
-    def _build(self) -> None:
+    def _build_system(self) -> None:
         p = self.parameters
         self.gas = p.chosen_gas
         # Positions of the ends, and front positions per cell; views of the state block if an end moves.
@@ -124,7 +124,7 @@ class DetonationTube(Component):
         moving: dict[str, Any] = (
             {"walls": ("f8", (moving_mesh.WALLS,)), "places": ("f8", (n,))} if self.parameters.has_pistons else {}
         )
-        self._lay_out(
+        self._define_state(
             density=("f8", (n,)), momentum=("f8", (n,)), energy=("f8", (n,)), fuel=("f8", (n,)), velocity=("f8", (n,)),
             pressure=("f8", (n,)), progress=("f8", (n,), 0.0, 1.0), area=("f8", (n,)), arrival=("f8", (n,)),
             flags=("i8", (kernel_arrays.FLAGS,), 0, 1), tally=("f8", (kernel_arrays.TALLY,)), start=("f8", (3,)), **moving,
@@ -133,7 +133,7 @@ class DetonationTube(Component):
         if self.parameters.has_pistons:
             self._walls, self._places = self._block["walls"], self._block["places"]
 
-    def _contradiction(self, state: Mapping[str, np.ndarray]) -> str:
+    def _state_contradiction(self, state: Mapping[str, np.ndarray]) -> str:
         if self.parameters.has_pistons:
             left, right = state["walls"][:2].tolist()
             if not _SHORTEST < (right - left) / self.parameters.length < _LONGEST:
@@ -152,7 +152,7 @@ class DetonationTube(Component):
 
     # -- the contract -----------------------------------------------------------------------------------------------
 
-    def _declare(self) -> Iterable[Variable]:
+    def _declare_variables(self) -> Iterable[Variable]:
         p, n, cells, gauges = self.parameters, self.parameters.cells, ("cell",), ("gauge",)
         text = "heat given to the gas in the ignition zone, evenly"
         yield Variable("ignition_power", "input", "W", (), text, start=0.0, minimum=0.0, nominal=1e6)
@@ -224,7 +224,7 @@ class DetonationTube(Component):
         moved = np.linspace(walls[moving_mesh.LEFT], walls[moving_mesh.RIGHT] - p.length, p.cells + 1)
         return np.stack([np.tile(moved, 2), np.zeros(2 * (p.cells + 1))], axis=1)
 
-    def _outputs(self) -> dict[str, Callable[[], Any]]:
+    def _output_readers(self) -> dict[str, Callable[[], Any]]:
         state, gauges = self._state, self.parameters.gauge_cells
         moving = self._piston_outputs() if self.parameters.has_pistons else {}
         return moving | {
@@ -287,11 +287,11 @@ class DetonationTube(Component):
             way = abs(float(self._places[later] - self._places[earlier]))
         return way / (end - begin) if end > begin >= 0.0 else 0.0
 
-    def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
+    def _write_start_state(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         state, gas = self._state, self.gas
         self._walls[:] = 0.0, self.parameters.length, 0.0, 0.0
         self._fill_regions()
-        super()._start(seed, values)
+        super()._write_start_state(seed, values)
         self._refuse_invalid_start()
         state.area[:] = values.get("area", self.areas)
         self._walls[moving_mesh.LEFT_WALL_PRESSURE :] = state.pressure[0], state.pressure[-1]
@@ -346,7 +346,7 @@ class DetonationTube(Component):
         """Return the arrays of the kernels, for a parent component that calls the kernels directly."""
         return Tables(self._medium, self._tube, self._state, self._scratch, self._block["tally"])
 
-    def _advance(self, ticks: int) -> int:
+    def _advance_state(self, ticks: int) -> int:
         signals = tick_signals(self._held, self._tick, ticks)
         used = np.array([self._block.count("events")])
         # At most one event for each gauge, the first ignition, both ends and both diaphragms.
@@ -359,7 +359,7 @@ class DetonationTube(Component):
         self._block.set_row_count("events", int(used[0]))
         return int(status)
 
-    def _explain(self, status: int) -> StepError:
+    def _step_error(self, status: int) -> StepError:
         cell, tick = (int(number) for number in self._failed)
         time, state = tick * self.step_size, self._state
         where = f"in cell {cell}, x = {self.centres[cell]:.6g} m, at {time:.9g} s"

@@ -64,7 +64,7 @@ class Grid(Component):
         """Return the memory of mesh, state, its copy and the tables of the kernels."""
         return _BYTES_OF_CELL * parameters.mesh.cell_count
 
-    def _build(self) -> None:
+    def _build_system(self) -> None:
         p = self.parameters
         try:
             self.mesh: Mesh = p.mesh.build_mesh()
@@ -164,7 +164,7 @@ class Grid(Component):
         plastic = m if self._plastic else 0
         if self._plastic:  # other grids have no events
             self._declare_events(_YIELD, _YIELD_DETAILS)
-        self._lay_out(
+        self._define_state(
             displacement=("f8", (n, 2)), velocity=("f8", (n, 2)), force=("f8", (n, 2)), stress=("f8", (m, 4)),
             hourglass_force=("f8", (m, 2)), energy=("f8", (m,)), plastic_strain=("f8", (plastic,), 0.0),
             plastic_work=("f8", (plastic,)), static_force=("f8", self._assembly.absorbing_sides.shape),
@@ -175,7 +175,7 @@ class Grid(Component):
         self._signals: list[CompiledProfile] = []
         self.failed_at = np.zeros(2, dtype=np.int64)
 
-    def _contradiction(self, state: Mapping[str, np.ndarray]) -> str:
+    def _state_contradiction(self, state: Mapping[str, np.ndarray]) -> str:
         # Each cell records one event, when its plastic strain first exceeds 0.
         yielded = np.count_nonzero(state["plastic_strain"])
         if not self._plastic or len(state["events"]) == yielded:
@@ -184,7 +184,7 @@ class Grid(Component):
 
     # -- the contract -----------------------------------------------------------------------------------------------
 
-    def _declare(self) -> Iterable[Variable]:
+    def _declare_variables(self) -> Iterable[Variable]:
         n, m, k = len(self.mesh.nodes), len(self.mesh.cells), len(self._receivers)
         nodes, cells, received = ("node", "direction"), ("cell",), ("receiver", "direction")
         for one in self._assembly.inputs:
@@ -211,7 +211,7 @@ class Grid(Component):
         yield Variable("receiver_displacement", "output", "m", (k, 2), "displacement of the `receivers`", axes=received)
         yield Variable("receiver_velocity", "output", "m/s", (k, 2), "velocity of the `receivers`", axes=received)
 
-    def _outputs(self) -> dict[str, Callable[[], Any]]:
+    def _output_readers(self) -> dict[str, Callable[[], Any]]:
         state = self._state
         return {
             "displacement": lambda: state.displacement,
@@ -258,7 +258,7 @@ class Grid(Component):
         """Return whether the material of a cell can yield."""
         return self._laws[int(self.cell_material[index])] is not None
 
-    def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
+    def _write_start_state(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         state = self._state
         for name in ("displacement", "velocity"):
             if name in values:
@@ -341,7 +341,7 @@ class Grid(Component):
             self._driven_by = self._held
         return signal_factors(self._signals, tick, ticks)
 
-    def _advance(self, ticks: int) -> int:
+    def _advance_state(self, ticks: int) -> int:
         factors, yields = self.drive_factors(self._tick, ticks), self.free_event_rows()
         given = (self.tables(), factors, self._block["tally"], self.step_size, self._tick, yields, self.failed_at)
         parts = 1 if self._plastic or len(self.mesh.cells) < LEAST_CELLS else thread_count()
@@ -361,7 +361,7 @@ class Grid(Component):
         if self._plastic:
             self._block.set_row_count("events", int(yields.used[0]))
 
-    def _explain(self, status: int) -> StepError:
+    def _step_error(self, status: int) -> StepError:
         cell, tick = (int(number) for number in self.failed_at)
         time = tick * self.step_size
         area = float(self._smallest_corner_area(cell))

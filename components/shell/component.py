@@ -68,7 +68,7 @@ class Shell(Component):
         of_node = _BYTES_OF_NODE + (_BYTES_OF_BREAKING if isinstance(parameters.fracture, FractureLaw) else 0)
         return of_node * along * across * layers + _BYTES_OF_POINT * points
 
-    def _build(self) -> None:
+    def _build_system(self) -> None:
         p, law = self.parameters, self.parameters.fracture
         self.assembly: Assembly = assemble_solid(p)
         self.lattice: Lattice = self.assembly.lattice
@@ -100,7 +100,7 @@ class Shell(Component):
         n, m, s = len(self.nodes), self.point_count, len(intact_solid.surface.nodes)
         plastic = m if intact_solid.plastic else 0
         growing, fields = ({}, {}) if self._breaking is None else (self._breaking.growing, self._breaking.fields)
-        self._lay_out(
+        self._define_state(
             growing,
             displacement=("f8", (n, 3)), velocity=("f8", (n, 3)), force=("f8", (n, 3)), gradient=("f8", (m, 9)),
             stress=("f8", (m, 6)), plastic_strain=("f8", (plastic,)), temperature=("f8", (plastic,)),
@@ -115,7 +115,7 @@ class Shell(Component):
         if self._breaking is not None:
             self._breaking.attach_state(self._block, self._whole, self._add_event)
 
-    def _contradiction(self, state: Mapping[str, np.ndarray]) -> str:
+    def _state_contradiction(self, state: Mapping[str, np.ndarray]) -> str:
         return "" if self._breaking is None else self._breaking.contradiction(state)
 
     def tables(self) -> Tables:
@@ -134,7 +134,7 @@ class Shell(Component):
 
     # -- inputs and outputs -----------------------------------------------------------------------------------------
 
-    def _declare(self) -> Iterable[Variable]:
+    def _declare_variables(self) -> Iterable[Variable]:
         yield Variable(
             "pressure", "input", "Pa", self.lattice.shape[:1], "pressure on the inner surface (of a plate the lower one) at "
             "each plane of nodes along the body; it follows the surface", start=0.0, axes=("station",), nominal=1e6,
@@ -146,12 +146,12 @@ class Shell(Component):
         for one in self._fields.outputs():
             yield one.variable
 
-    def _outputs(self) -> dict[str, Callable[[], Any]]:
+    def _output_readers(self) -> dict[str, Callable[[], Any]]:
         return {one.variable.name: one.read for one in self._fields.outputs()}
 
     # -- stepping ---------------------------------------------------------------------------------------------------
 
-    def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
+    def _write_start_state(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         state, solid = self._state, self.tables().solid
         if self._plastic:
             state.temperature[:] = values.get("temperature", self.parameters.initial_temperature)
@@ -190,14 +190,14 @@ class Shell(Component):
             came = f"got {part[node, direction]:g} where a boundary holds the node"
             raise ParameterError(came, expected="0", at=("start", name, node, direction))
 
-    def _advance(self, ticks: int) -> int:
+    def _advance_state(self, ticks: int) -> int:
         signals = tick_signals(self._held, self.assembly.conditions.moved, self._tick, ticks)
         pressures = signal_pattern(self._held["pressure"])
         if self._breaking is not None:
             return self._breaking.advance(signals, pressures, self._tick, self._failed)
         return advance(self._whole, signals, pressures, self._tick, self._failed)
 
-    def _explain(self, status: int) -> StepError:
+    def _step_error(self, status: int) -> StepError:
         point, tick = (int(number) for number in self._failed)
         time, where = tick * self.step_size, self.assembly.describe_position(point)
         value, limit = (float(number) for number in self._scratch.pull[point, :2])

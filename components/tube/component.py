@@ -29,7 +29,7 @@ from .parameters import MOST_STEPS, TubeParameters
 _LARGE_STATE = 100_000
 # Smallest load that wakes the shell, as a fraction of the pressure outside; smaller loads are rounding errors.
 _WAKING = 1e-9
-# Status offsets of `_advance` for failures of the gas, the shell and the exchange; the part's own status is added.
+# Status offsets of `_advance_state` for failures of the gas, the shell and the exchange; the part's own status is added.
 _GAS, _SHELL, _WALL = 16, 32, 48
 # Change of the cross-section above which a gas in a rigid tube gets a caution.
 _LARGE_CHANGE = 0.02
@@ -60,12 +60,12 @@ class Tube(Component):
         """Return the memory that both parts need."""
         return DetonationTube.memory_needed(parameters.gas) + Shell.memory_needed(parameters.shell)
 
-    def _build(self) -> None:
+    def _build_system(self) -> None:
         # Both parts are first built alone, to find their steps and the sizes of their states.
         gas, shell = make_part(DetonationTube, self, "gas"), make_part(Shell, self, "shell")
         self._choose_steps(gas, shell)
         stations, words = shell.parameters.body.node_counts[0], shell.memory.size
-        self._lay_out(
+        self._define_state(
             gas=("f8", (gas.memory.size,)), shell=("f8", (words,)), peak_pressure=("f8", (stations,)),
             widening=("f8", (stations,)), tally=("f8", (exchange.TALLY,)), awake=("i8", (1,), 0, 1),
         )  # fmt: skip
@@ -136,7 +136,7 @@ class Tube(Component):
 
     # -- description ------------------------------------------------------------------------------------------------
 
-    def _declare(self) -> Iterable[Variable]:
+    def _declare_variables(self) -> Iterable[Variable]:
         stations = len(self.interface.width)
         yield from map(self._declare_output, part_variables({"gas": self.gas, "shell": self.shell}, ("gauge",)))
         if self.parameters.vent is not None:
@@ -170,7 +170,7 @@ class Tube(Component):
         )
         return dataclasses.replace(variable, causality="output", initial="calculated", description=text, start=None)
 
-    def _outputs(self) -> dict[str, Callable[[], Any]]:
+    def _output_readers(self) -> dict[str, Callable[[], Any]]:
         found: dict[str, Callable[[], Any]] = {
             "gas_area": lambda: self.gas.tables().state.area,
             "shell_pressure": self._shell_pressure,
@@ -196,12 +196,12 @@ class Tube(Component):
 
     # -- stepping ---------------------------------------------------------------------------------------------------
 
-    def _contradiction(self, state: Mapping[str, np.ndarray]) -> str:
+    def _state_contradiction(self, state: Mapping[str, np.ndarray]) -> str:
         stations, indices = len(self.interface.width), state["events"][:, 2]
         wrong = indices[(indices < 0.0) | (indices >= stations)]
         return f"got an event at station {wrong[0]:g} of {stations}" if len(wrong) else ""
 
-    def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
+    def _write_start_state(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         self._start_part(self.shell, "shell", seed, values, {})
         state = self.shell.tables().state
         self._block["awake"][0] = any(bool(one.any()) for one in (state.displacement, state.velocity, state.stress))
@@ -221,7 +221,7 @@ class Tube(Component):
     ) -> Mapping[str, Any]:
         """Write the start state of a part; report faults in its values as faults of this component."""
         try:
-            return part._start(seed, {**part_values(prefix, values), **extra_values})
+            return part._write_start_state(seed, {**part_values(prefix, values), **extra_values})
         except ParameterError as error:
             raise ParameterError(*(_fault_of_part(fault, prefix) for fault in error.faults)) from None
 
@@ -232,7 +232,7 @@ class Tube(Component):
         growth = interface.to_cells(overlaps.length * widening[overlaps.station])
         return interface.area * (1.0 + growth / self.gas.cell_size)
 
-    def _advance(self, ticks: int) -> int:
+    def _advance_state(self, ticks: int) -> int:
         for tick in range(self._tick, self._tick + ticks):
             status = self._advance_tick(tick)
             if status:
@@ -281,7 +281,7 @@ class Tube(Component):
             self._failed_tick = tick * self.gas_steps + step
             self.gas.set_progress(self._failed_tick, {})
             self.gas._hold_inputs({**own, "area": gas.area})
-            status = self.gas._advance(1)
+            status = self.gas._advance_state(1)
             if status:
                 return _GAS + status
         self._leak_gas(tick)
@@ -331,7 +331,7 @@ class Tube(Component):
             area = tables.state.area.copy()
             self.shell.set_progress(self._failed_tick, {})
             self.shell._hold_inputs({"pressure": acting - room})
-            status = self.shell._advance(1)
+            status = self.shell._advance_state(1)
             if status:
                 return _SHELL + status
             swept = exchange.swept_volumes(tables, area)
@@ -340,7 +340,7 @@ class Tube(Component):
             tally[exchange.ROOM_WORK] = ordered_sum(tally[exchange.ROOM_WORK], room * swept)
         return 0
 
-    def _explain(self, status: int) -> StepError:
+    def _step_error(self, status: int) -> StepError:
         if _GAS < status < _SHELL:
             return self._part_error(self.gas, "gas", status - _GAS, self.gas_steps)
         if _SHELL < status < _WALL:
@@ -350,7 +350,7 @@ class Tube(Component):
     def _part_error(self, part: Component, prefix: str, status: int, steps: int) -> StepError:
         """Return the error of a part as an error of the tube."""
         part.set_progress(self._failed_tick, {})
-        error = part._explain(status).with_part_prefix(prefix)
+        error = part._step_error(status).with_part_prefix(prefix)
         if part is self.shell and error.index is not None:
             x = self.parameters.position + self.shell.assembly.coordinates(error.index)[0]
             error = error.with_hint(f"x is that of the shell; of the gas it is {x:.4g} m")

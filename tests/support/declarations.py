@@ -20,7 +20,7 @@ _DIMENSIONS = {"colour": 1, "rotation": 1, "displacement": 2, "state": 1, "field
 
 def check_declarations(component: Component) -> None:
     """Assert that step size, state, variables, balances, events and drawables of a component are consistent."""
-    assert math.isfinite(component.step_size) and component.step_size > 0.0, "`_build` sets step_size, in seconds"
+    assert math.isfinite(component.step_size) and component.step_size > 0.0, "`_build_system` sets step_size, in seconds"
     for name, field in component._block.fields.items():
         assert field.dtype in ("f8", "i8", "u8"), f"{name}: 8 bytes"
         bounded = np.min(field.low) > -LARGEST and np.max(field.high) < LARGEST
@@ -33,7 +33,7 @@ def check_declarations(component: Component) -> None:
 
 def _check_variables(component: Component) -> None:
     declared, parameters, views = component.declared_variables(), component.Parameters.model_fields, component._block.views
-    names, outputs = [variable.name for variable in declared], component._outputs()
+    names, outputs = [variable.name for variable in declared], component._output_readers()
     assert len(set(names)) == len(names) and not set(names) & set(parameters), "each name once"
     for variable in declared:
         name = variable.name
@@ -45,9 +45,11 @@ def _check_variables(component: Component) -> None:
         assert len(variable.axes) in (0, len(variable.shape)) and variable.minimum <= variable.maximum, name
         if variable.causality == "output":
             assert np.shape(component.get(name)) == variable.shape, f"{name}: the declared shape"
-            starts_itself = type(component)._start is not Component._start
-            assert not variable.state or name in views or starts_itself, f"{name}: part of the state, or set by `_start`"
-    assert set(outputs) <= {*names, *component.balance_names}, "each output of `_outputs` is declared"
+            starts_itself = type(component)._write_start_state is not Component._write_start_state
+            assert not variable.state or name in views or starts_itself, (
+                f"{name}: part of the state, or set by `_write_start_state`"
+            )
+    assert set(outputs) <= {*names, *component.balance_names}, "each output of `_output_readers` is declared"
 
 
 def _check_balances(component: Component) -> None:
@@ -63,7 +65,7 @@ def _check_balances(component: Component) -> None:
 
 def _check_events(component: Component) -> None:
     own, drawn = component._own_event_kinds, {one.name for one in component.drawables()}
-    assert not own or component._block["events"].shape[1:] == (5,), "declare kinds of events before `_lay_out`"
+    assert not own or component._block["events"].shape[1:] == (5,), "declare kinds of events before `_define_state`"
     assert set(component.event_details) <= set(component.event_kinds)
     for kind in own:
         detail = component.event_details.get(kind)

@@ -275,10 +275,10 @@ class BreakingBody:
             self.tables()
             return read()
 
-        for variable, read in self._outputs():
+        for variable, read in self._output_readers():
             yield Output(variable, partial(read_current, read))
 
-    def _outputs(self) -> Iterator[Output]:
+    def _output_readers(self) -> Iterator[Output]:
         cracks, lattice, m = self.cracks, self._assembly.lattice, len(self._found)
         limit, text = cracks.check.limit, "limit of the fracture law at each point"
         yield make_output("fracture_limit", self.law.unit, (m,), text, limit.copy, "point")
