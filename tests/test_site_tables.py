@@ -13,7 +13,7 @@ from granular_env.cli.program import COMMANDS
 from granular_env.components import catalogue
 from granular_env.control.study import Study
 from granular_env.experiments import Experiment, shipped_experiments
-from granular_env.experiments.templates import example_of
+from granular_env.experiments.templates import make_example
 from granular_env.sweep.plan import Plan
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
@@ -33,9 +33,9 @@ def test_every_line_of_a_page_gives_tables(line: tuple[str, str]) -> None:
     assert "|---" in site_tables.text_of(*line)
 
 
-@pytest.mark.parametrize("name", catalogue.own_names())
+@pytest.mark.parametrize("name", catalogue.built_in_names())
 def test_a_component_has_a_row_for_each_parameter_and_variable(name: str) -> None:
-    model, component = catalogue.component_class(name).Parameters, example_of(name, {})
+    model, component = catalogue.component_class(name).Parameters, make_example(name, {})
     assert {*model.model_fields} <= {*rows("parameters", f"{model.__module__}.{model.__name__}")}
     shown = [one.name for one in component.variables.values() if one.causality in ("input", "output")]
     assert rows("variables", name) == [
