@@ -21,7 +21,7 @@ from granular_env.experiments import load_experiment, shipped_experiments
 from granular_env.experiments.preparation import prepare_experiment
 from granular_env.output_files import size_text
 
-from .facts import facts
+from .facts import machine_facts
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "reference" / "cost.md"
 TABLE = re.compile(r"(?<=<!-- measured -->\n).*(?=<!-- end -->)", re.DOTALL)
@@ -40,7 +40,7 @@ def main(names: Sequence[str]) -> None:
         text = PAGE.read_text("utf-8")
         rows = {found[1]: found[0] for found in ROW.finditer(text)} | {name: line}
         lines = [rows.get(one) or table_row(one, ["not measured", "", ""]) for one in shipped]
-        table = "\n".join([f"Measured on {' · '.join(facts().splitlines())}.", "", HEADINGS, *lines, ""])
+        table = "\n".join([f"Measured on {' · '.join(machine_facts().splitlines())}.", "", HEADINGS, *lines, ""])
         PAGE.write_text(TABLE.sub(lambda _, table=table: table, text), "utf-8")
 
 
