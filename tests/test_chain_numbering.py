@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import granular_env as ge
-from granular_env.components.chain.adjoint import evaluate
+from granular_env.components.chain.adjoint import evaluate_objective
 from granular_env.domains.chain import measurement
 from granular_env.domains.chain.control import contact_force, total
 from granular_env.domains.chain.tasks.protection import make_protection
@@ -59,7 +59,7 @@ def test_sensors_objectives_and_sweeps_count_as_the_output_does(tmp_path: Path) 
     assert force[2] != force[-3]
     np.testing.assert_allclose(observation, force[[2, -3]] / 500.0, rtol=2e-7)
     chain = struck("free", "free")
-    value = float(evaluate(chain, np.zeros((1, 10, 2)), 2, total(chain, contact_force(4).at_end()))[0])
+    value = float(evaluate_objective(chain, np.zeros((1, 10, 2)), 2, total(chain, contact_force(4).at_end()))[0])
     chain.step(20 * chain.step_size)
     assert value == pytest.approx(chain.get("contact_force")[4], rel=1e-12)
     settings = {

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
-from support.chain_tools import python
+from support.chain_tools import run_python
 from support.solid_tools import make_callable
 
 from granular_env.components.materials import finite_strain as finite
@@ -369,4 +369,4 @@ def test_the_same_bits_without_the_compiler() -> None:
         "assert rest[0] > 0.0\n"
         "print([float(value).hex() for value in (*stress, *largest, *rest)])"
     )
-    assert python(code) == python(code, NUMBA_DISABLE_JIT="1")
+    assert run_python(code) == python(code, NUMBA_DISABLE_JIT="1")

@@ -176,7 +176,7 @@ def test_a_vessel_empties_as_theory_says() -> None:
     tally, opening, part = np.zeros(exchange.TALLY), 1e-6, 0.7
     time_scale = volume / (part * opening * sound) * (0.5 * (gamma + 1.0)) ** (0.5 * (gamma + 1.0) / (gamma - 1.0))
     for tick in range(1, 4001):
-        exchange.leak(medium, gas, one(opening), part, 1e5, 2e-6, tally)
+        exchange.leak_gas(medium, gas, one(opening), part, 1e5, 2e-6, tally)
         exact = 1e6 * (1.0 + 0.5 * (gamma - 1.0) * 2e-6 * tick / time_scale) ** (-2.0 * gamma / (gamma - 1.0))
         if exact > 1e5 * (0.5 * (gamma + 1.0)) ** (gamma / (gamma - 1.0)):
             assert gas.pressure[0] == pytest.approx(exact, rel=2e-3)
@@ -184,7 +184,7 @@ def test_a_vessel_empties_as_theory_says() -> None:
     assert gas.pressure[0] / gas.density[0] ** gamma == pytest.approx(1e6 / density**gamma, rel=1e-9)
     assert tally[exchange.LEAKED_MASS] == pytest.approx((density - gas.density[0]) * volume, rel=1e-12)
     for _ in range(10):
-        exchange.leak(medium, gas, one(1.0), part, 1e5, 2e-6, tally)
+        exchange.leak_gas(medium, gas, one(1.0), part, 1e5, 2e-6, tally)
     assert gas.pressure[0] == pytest.approx(1e5, rel=1e-9)
 
 
