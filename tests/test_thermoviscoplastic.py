@@ -369,4 +369,4 @@ def test_the_same_bits_without_the_compiler() -> None:
         "assert rest[0] > 0.0\n"
         "print([float(value).hex() for value in (*stress, *largest, *rest)])"
     )
-    assert run_python(code) == python(code, NUMBA_DISABLE_JIT="1")
+    assert run_python(code) == run_python(code, NUMBA_DISABLE_JIT="1")
