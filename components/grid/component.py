@@ -32,7 +32,7 @@ from .parameters import GridParameters, Place
 from .stability import highest_frequency
 from .yielding import NoYield
 
-# Below this number of cells a tick is too short for threads: measured, see docs/benchmarks.md.
+# Below this number of cells a tick is too short for threads: measured, see benchmarks/README.md.
 LEAST_CELLS = 100_000
 # Fraction of its area at rest below which a cell is too compressed for the step.
 _COMPRESSED = 0.5

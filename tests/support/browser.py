@@ -112,6 +112,6 @@ class Browser:
         return [one["request"]["url"] for one in sent]
 
     def take_screenshot(self, path: Path, whole: bool = True) -> None:
-        """Return a screenshot."""
+        """Write a picture of the page."""
         data = self.call("Page.captureScreenshot", captureBeyondViewport=whole)["data"]
         path.write_bytes(base64.b64decode(data))
