@@ -29,7 +29,7 @@ class DescribedTable(NamedTuple):
     rows: Sequence[tuple[str, ...]]
 
 
-_NO_BATCH = "no native batch: make_vec steps one after the other, in Gymnasium's SyncVectorEnv"
+_NO_BATCH = "no native batch: make_vec steps the environments one by one, in Gymnasium's SyncVectorEnv"
 
 
 def describe_component(name: str, parameters: dict[str, Any]) -> str:
@@ -40,14 +40,14 @@ def describe_component(name: str, parameters: dict[str, Any]) -> str:
     for table in described_parameters(kind.Parameters):
         parts += ["", wrap_text(": ".join(filter(None, table[:2])))] + ([align_columns(table.rows)] if table.rows else [])
     if any("[]" in part or ".*" in part for part in parts):
-        parts += ["", wrap_text("NAME[] is each element of the list NAME; NAME.* each table in NAME, whatever its key.")]
+        parts += ["", wrap_text("NAME[] stands for each element of the list NAME, NAME.* for each table in NAME.")]
     for table in described_variables(component):
         parts += ["", table.text, align_columns(table.rows)]
     if offered := _component_environments(name):
         parts += ["", "environments (gymnasium.make, gymnasium.make_vec)", align_columns(offered)]
-    parts += ["", "What is (state) can be given to reset and [start]."]
+    parts += ["", "Variables marked (state) can be set with reset and in [start]."]
     if given := {**example_values(kind.Parameters), **parameters}:
-        parts.append(wrap_text("Shapes and inputs are those of this example; see others with --set:"))
+        parts.append(wrap_text("Shapes and inputs are listed for this example; change its parameters with --set:"))
         parts.append(align_columns((key, "=", value_text(value)) for key, value in given.items()))
     return "\n".join(parts)
 
@@ -60,7 +60,7 @@ def described_parameters(model: type[BaseModel]) -> list[DescribedTable]:
         found.append(DescribedTable(f'{parameter} = {{ name = "{choice}", ... }}', first_sentence(table.__doc__ or ""), rows))
     for parameter, part in parameter_tables(model).items():
         if component := _component_name(part):
-            text = f"the keys that `granular-env describe {component}` names"
+            text = f"the keys listed by `granular-env describe {component}`"
             found.append(DescribedTable(f"{parameter} = {{ ... }}", text, []))
     return found
 

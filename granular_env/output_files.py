@@ -82,7 +82,7 @@ def resolve_file(path: str | os.PathLike[str]) -> Path:
     try:
         target = Path(os.path.realpath(path))
     except ValueError as error:
-        raise ParameterError(f"{os.fspath(path)!r} is no path: {error}", at="path") from None
+        raise ParameterError(f"{os.fspath(path)!r} is not a valid path: {error}", at="path") from None
     # Not Path.exists, which raises for names that are too long.
     if os.path.exists(target) and not os.path.isfile(target):
         what = "a folder" if os.path.isdir(target) else "a device, a pipe or a socket"

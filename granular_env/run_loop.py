@@ -168,7 +168,7 @@ def advance_component(
         inputs: inputs of the first step, held afterwards.
         changes: tick -> further inputs from this tick on.
         stops: rules that end the run early.
-        title: of the progress bar.
+        title: title of the progress bar.
         progress: show the bar, or call this with the completed fraction.
         observers: of the component during the loop.
         log: path of the log in the result.
@@ -290,7 +290,7 @@ def translate_memory_errors(what: str, kind: type[GranularError]) -> Iterator[No
     try:
         yield
     except MemoryError as error:
-        raise kind(f"{what}: it asks for more memory than there is; make it smaller, or record less often") from error
+        raise kind(f"{what}: not enough memory; make the model smaller, or record less often") from error
 
 
 @contextmanager
@@ -316,11 +316,11 @@ def _live_seconds(live: bool, pace: float | None) -> float | None:
     """Return the least wall time of a live run [s], None for no limit; refuse a live run without a screen."""
     if not live:
         if pace is not None:
-            raise ParameterError(f"got {pace!r} for a run that is not shown", hint="pass live=True (--live)", at="pace")
+            raise ParameterError(f"got {pace!r} without a live view", hint="pass live=True (--live)", at="pace")
         return None
     from granular_env.viewing.rerun.process import require_screen
 
-    look = "look at the log: granular-env view LOG --web, --save FILE.rrd or --screenshot FILE.png"
+    look = "show the log: granular-env view LOG --web, --save FILE.rrd or --screenshot FILE.png"
     require_screen(f"run without live=True (--live) and {look}")
     seconds = _LIVE_SECONDS if pace is None else finite_number("pace", pace, "seconds")
     if seconds < 0.0:

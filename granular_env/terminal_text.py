@@ -25,7 +25,7 @@ def output_width() -> int | None:
 
 
 def wrap_text(text: str, indent: int = 2) -> str:
-    """Return a sentence wrapped at words, with further lines indented by `hanging`; unchanged without a terminal."""
+    """Return a sentence wrapped at words, with further lines indented by `indent`; unchanged without a terminal."""
     width = output_width()
     return text if width is None else "\n".join(_wrap_lines(text, width, " " * indent))
 

@@ -63,7 +63,7 @@ def test_pictures_show_the_outside_lit_and_the_inside_dark(burst_log: Any) -> No
     plane = load_plane(burst_log, load_scene(burst_log))
     assert plane is not None and plane.scene.is_solid
     [mesh] = plane.scene.meshes
-    assert "Cells that a crack crosses are left out" in plane_text(plane) and "dark is the inside" in plane_text(plane)
+    assert "Cells crossed by a crack are omitted" in plane_text(plane) and "the inside is dark" in plane_text(plane)
     [surface] = visible_cells(burst_log.drawables)
     seen = plane.picture_coordinates(mesh, 0)
     # Rotated, not stretched.

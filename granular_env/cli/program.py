@@ -1,4 +1,4 @@
-"""The program `granular-env`: its commands, and how each of them ends."""
+"""The program `granular-env`: its commands and its entry point."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Program(click.Group):
 program = Program(
     PROGRAM,
     COMMANDS,
-    help="Wave and fracture experiments in granular media: run, record, replay, branch, see.",
+    help="Wave and fracture experiments in granular media: run, record, replay, branch, view.",
     epilog=f"Begin with: granular-env list; granular-env run nesterenko-1983/3.4-piston\n\n{EXIT_STATUS}",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
@@ -55,7 +55,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command.
 
     Args:
-        arguments: those of the command line; of the process where there are none.
+        arguments: command-line arguments; default: the arguments of the process.
 
     Returns:
         The exit status, a `Status`.

@@ -26,7 +26,7 @@ class Document(Table):
     """Base of the models of whole files.
 
     Attributes:
-        kind: its name in messages.
+        kind: name of the kind of document in messages.
         shelf: kind of shipped files, as in `shipped_files`.
     """
 

@@ -32,8 +32,8 @@ def event_place(index: int | None, detail: EventDetail | None, drawables: Sequen
     """Return the place of events with an index; None if the kind of event has no drawable.
 
     Args:
-        index: of the events; None for none.
-        detail: details of the kind of event.
+        index: index of the events; None without an index.
+        detail: details of the kind of event; None without details.
         drawables: of the component.
     """
     by_name = {one.name: one for one in drawables}
@@ -55,7 +55,7 @@ def event_place(index: int | None, detail: EventDetail | None, drawables: Sequen
 
 
 def listed_events(events: Sequence[Event], earlier: Sequence[Event], max_count: int) -> Sequence[Event]:
-    """Return at most `most` events for a table, from the log and before; if there are more, the first events of the log."""
+    """Return at most `max_count` events for a table: all events or, if there are more, the first events of the log."""
     every = [*earlier, *events]
     return every if len(every) <= max_count else (events or every)[:max_count]
 

@@ -97,7 +97,7 @@ def find_near_misses(log: Log, index: int | None = None, kind: str | None = None
                 if len(found.kinds) > 1:
                     found.nearest = component.nearest_kind(found.variable, found.index)
     if searches and not instants:
-        raise LogError("it holds no step, so nothing can be said", at="steps", source=log.source)
+        raise LogError("the log contains no step, so there are no near misses", at="steps", source=log.source)
     for found, _ in searches:
         found.instants, found.all_instants = instants, sum(one.end - one.start + 1 for one in log.segments)
         found.limited = component.has_limit(found.variable, found.index)

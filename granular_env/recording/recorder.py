@@ -113,9 +113,9 @@ class Recorder:
     def _log_state_text(self) -> str:
         """Return a sentence with the path of the log and the time up to which it contains the run."""
         if not self._writer.is_published:
-            return f"log: what stood at {str(self.path)!r} is kept"
+            return f"log: the existing file {str(self.path)!r} is kept"
         if self._error is not None:
-            return f"log: {str(self.path)!r} is incomplete; `granular-env recover` makes it whole"
+            return f"log: {str(self.path)!r} is incomplete; `granular-env recover` completes it"
         end = self._message_time(self._batches[-1].place, self._tick) * 1e-9
         return f"log: {str(self.path)!r} is complete until {end:.9g} s"
 

@@ -75,7 +75,7 @@ def parse_schedule(options: Any) -> Schedule:
     if not isinstance(options, dict) or options.keys() != lowest.keys() or not all(
         type(options[name]) is int and options[name] >= low for name, low in lowest.items()
     ):  # fmt: skip
-        raise damage_error("it does not say when frames were taken", "header.options")
+        raise damage_error("the schedule of the frames is missing or invalid", "header.options")
     return Schedule(**options)
 
 

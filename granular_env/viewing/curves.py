@@ -47,7 +47,7 @@ class Curve:
 
 
 def pick_with_extremes(values: FloatArray, max_count: int = MAXIMUM_CURVE_POINTS) -> npt.NDArray[np.int64]:
-    """Return indices of at most `most` samples: the first, last, smallest and largest sample of each interval.
+    """Return indices of at most `max_count` samples: the first, last, smallest and largest sample of each interval.
 
     No peak is lost, and samples that are too dense to be drawn fill a band.
     """

@@ -178,7 +178,7 @@ class SceneData:
     inputs: dict[str, Curve] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     balances: tuple[BalanceNames, ...] = ()
-    """The names of the curves behind each balance; a vector has one curve for each axis."""
+    """The names of the curves of each balance; a vector has one curve for each axis."""
     profiles: tuple[ProfileFrames, ...] = ()
     remark: str = ""
     conclusions: tuple[str, ...] = ()

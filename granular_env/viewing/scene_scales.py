@@ -111,7 +111,7 @@ class Scales:
     def stretch_text(self) -> str:
         """The displacement factor as text for titles."""
         if not self.settled:
-            return "larger than they are (how much: see the text)"
+            return "magnified (factor: see the text)"
         return "true to scale" if self.exaggeration == 1.0 else f"{self.exaggeration:g} x larger"
 
     def value_colours(self, variable: Variable, values: FloatArray | None, count: int) -> npt.NDArray[np.uint8]:

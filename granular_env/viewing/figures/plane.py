@@ -257,7 +257,7 @@ def exaggeration_text(plane: Plane) -> str:
     """Return sentences on the drawn displacements; "" if they are true to scale."""
     sentences = [] if plane.scales.exaggeration == 1.0 else [f"Displacements drawn {plane.scales.exaggeration:g} x larger."]
     if still := plane.scene.unmoved_shapes:
-        sentences.append(f"Drawn at the places of the start, as no displacements were recorded: {', '.join(still)}.")
+        sentences.append(f"Drawn at the initial positions, because no displacements were recorded: {', '.join(still)}.")
     return " ".join(sentences)
 
 

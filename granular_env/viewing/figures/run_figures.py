@@ -225,4 +225,4 @@ def plot(
         fields = load_fields(log, variable, FRAMES)
         return draw_fields([one for one in fields if one.values.any()] or fields[:1], kind, times, indices)
     known = ", ".join([*recorded, *log.input_variables])
-    raise ParameterError(f"{variable!r} was not recorded", hint=f"this log holds {known}", at="variable")
+    raise ParameterError(f"{variable!r} was not recorded", hint=f"this log contains {known}", at="variable")

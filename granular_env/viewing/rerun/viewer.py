@@ -167,7 +167,7 @@ def _repeat_request(viewer: RerunProcess, request: Callable[[], Any]) -> Any:
         except Exception as error:  # rerun raises several types
             viewer.require_alive()
             if time.monotonic() > deadline:
-                raise viewer.viewer_error(f"gave no picture: {error}") from error
+                raise viewer.viewer_error(f"returned no picture: {error}") from error
             time.sleep(0.2)
 
 
