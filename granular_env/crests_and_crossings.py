@@ -56,9 +56,7 @@ def crests(times: Any, values: Any, above: float, separation: float = 1.0) -> li
     times, values = np.asarray(times, dtype=np.float64), np.asarray(values, dtype=np.float64)
     if times.ndim != 1 or times.shape != values.shape or not len(times):
         raise ParameterError(
-            f"got times {times.shape} and values {values.shape}",
-            expected="the same shape (T,) for both, not empty",
-            at="crests",
+            f"got times {times.shape} and values {values.shape}", expected="two non-empty arrays (T,)", at="crests"
         )
     for name, array in (("times", times), ("values", values)):
         if not np.isfinite(array).all():

@@ -53,7 +53,7 @@ def describe_component(name: str, parameters: dict[str, Any]) -> str:
 
 
 def described_parameters(model: type[BaseModel]) -> list[DescribedTable]:
-    """Return the parameters of a model (name, unit, default, meaning), then those of each table that they choose by name."""
+    """Return the parameters of a model (name, unit, default, meaning), then the parameters of each named table choice."""
     found = [DescribedTable("", "parameters", _parameter_rows(model))]
     for parameter, choice, table in _chosen_tables(model):
         rows = [row for row in _parameter_rows(table) if row[0] != "name"]
@@ -77,7 +77,7 @@ def described_variables(component: Component) -> list[DescribedTable]:
 
 
 def _component_name(model: type[BaseModel]) -> str:
-    """Return the name of the component with these parameters (of a part of another component), or "" if there is none.
+    """Return the name of the component that has this parameter model (for a part of another component), or "".
 
     Only imported components are searched: a component imports its parts, and importing all components takes seconds.
     """
@@ -85,7 +85,7 @@ def _component_name(model: type[BaseModel]) -> str:
 
 
 def component_facts(name: str, parameters: dict[str, Any]) -> dict[str, Any]:
-    """Return the description of a component as JSON values, for programs."""
+    """Return the description of a component as JSON values."""
     kind = catalogue.component_class(name)
     variables = [v for v in make_example(name, parameters).variables.values() if v.causality != "parameter"]
     facts: dict[str, Any] = {"name": name, "version": kind.version, "description": first_sentence(kind.__doc__ or "")}
@@ -159,7 +159,7 @@ def _chosen_tables(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[s
 
 
 def _field_choices(model: type[BaseModel], key: str) -> list[tuple[str, Mapping[str, type[Parameters]]]]:
-    """Return the tables that a field, or each of its elements, chooses by name; see `_parts_of_type`."""
+    """Return the named tables of a field or of its elements, with their locations; see `_parts_of_type`."""
     if key in (own := table_choices(model)):
         return [("", own[key])]
     found = _parts_of_type(model.model_fields[key].annotation)

@@ -37,7 +37,7 @@ def replay(
     allow_large: bool = False,
     components: Mapping[str, type[Component]] | None = None,
 ) -> RunResult:
-    """Run a log's program again from start to end without comparing (see `verify`, also for the arguments).
+    """Run a log again from start to end without comparing the results; arguments as for `verify`.
 
     Raises:
         LogError: not a log, or the log cannot be run again.
@@ -134,7 +134,7 @@ def resume(
         path: the log, which contains the experiment.
         log: the new log. By default it replaces the old log once it contains a further step.
         experiment: refuse the log if it belongs to a different experiment.
-        overrides: of `experiment`.
+        overrides: keys of `experiment` to set.
         progress: show a bar, or call this with the completed fraction.
         overwrite: whether an existing log at `log` may be replaced.
         allow_large: lift the limits on sizes.

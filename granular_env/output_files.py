@@ -65,7 +65,7 @@ def write_files(contents: Mapping[Path, bytes], kind: type[GranularError] = Gran
 
 
 def lock_file(file: IO[Any], refusal: GranularError) -> None:
-    """Lock an open file for this process until it is closed or the process ends, however it ends.
+    """Lock an open file for this process until the file is closed or the process ends for any reason.
 
     Raises:
         GranularError: `refusal`, if another process has locked the file.

@@ -53,7 +53,7 @@ class RunResult:
     """The result of a run.
 
     Attributes:
-        component: at the end of the run.
+        component: the component in its state at the end of the run.
         log: the log's path, or None without a log.
         ticks: number of ticks.
         seconds: wall time of the stepping [s].
@@ -170,9 +170,9 @@ def advance_component(
         stops: rules that end the run early.
         title: title of the progress bar.
         progress: show the bar, or call this with the completed fraction.
-        observers: of the component during the loop.
+        observers: observers of the component during the loop.
         log: path of the log in the result.
-        issued_warnings: list of the warnings.
+        issued_warnings: list to which the warnings of the run are added.
         closing_stack: closed after the last step (the recorder).
     """
     first, began = component.tick, perf_counter()
@@ -213,7 +213,7 @@ def _step_until(
     interrupt: Interrupt,
     show: Callable[[Component], None] | None,
 ) -> str | None:
-    """Step until the end, a stop rule (return its sentence), or Ctrl-C."""
+    """Step until the end, Ctrl-C, or a stop rule; return the text of the rule that stopped the run."""
     piece, turns = 1, sorted(changes)
     length = max(_PIECE_SECONDS, component.state_bytes / _COPY_RATE / _COPY_SHARE)
     while component.tick < end and not interrupt.pressed:
@@ -246,12 +246,12 @@ def _step_to_tick(component: Component, stop: int, inputs: Inputs) -> None:
 
 
 def _next_piece_ticks(piece: int, done: int, took: float) -> int:
-    """Return the ticks of the next piece: more after a fast whole piece, half after a slow one.
+    """Return the number of ticks of the next piece: more after a fast complete piece, half as many after a slow piece.
 
     Args:
         piece: planned ticks.
         done: completed ticks.
-        took: wall time relative to that of a piece.
+        took: wall time of the piece, relative to the intended wall time.
     """
     if took > 2.0:
         return max(1, piece // 2)

@@ -259,7 +259,7 @@ def test_without_a_command_there_is_help(capsys):
     assert main([]) == 0
     text = capsys.readouterr().out
     assert "Usage: granular-env" in text
-    for status in ("0 done", "1 a verification", "2 an error", "70 a fault", "130 ended by"):
+    for status in ("0 done", "1 a verification", "2 an error", "70 an internal error", "130 ended by"):
         assert status in " ".join(text.split())
 
 

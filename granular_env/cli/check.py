@@ -89,9 +89,7 @@ def _check_study(name: str, overrides: Overrides, allow_large: bool) -> Checked:
         try:
             method.refuse_unless_installed()
         except MissingExtraError as error:
-            notes.append(
-                f"cannot run here: {error}; `granular-env study {shlex.quote(name)} --only METHOD` runs chosen methods"
-            )
+            notes.append(f"not possible: {error}; `granular-env study {shlex.quote(name)} --only METHOD` runs one method")
     facts |= {"control_steps": problem.steps, "numbers": shape.size}
     size = f"{problem.steps} control steps, {count_text(shape.size, 'number')} to choose"
     budget = f"{study.budget} control steps for each of {', '.join(methods)}"

@@ -31,11 +31,7 @@ def list_shipped(as_json: bool) -> int:
         return 0
     for kind, entries in known.items():
         print(f"{kind}\n{align_columns(entries.items())}\n")
-    print(
-        wrap_text(
-            "granular-env describe NAME prints details; granular-env run EXPERIMENT, sweep PLAN and study STUDY run an item."
-        )
-    )
+    print(wrap_text("Details: granular-env describe NAME. To run: granular-env run EXPERIMENT, sweep PLAN or study STUDY."))
     return 0
 
 

@@ -95,7 +95,7 @@ def events(
 
 
 def _near_miss_text(log: Log, ratios: list[EventRatio], kind: str | None) -> str:
-    """Return the lines of `--nearest` for people."""
+    """Return the output of `--nearest` as text."""
     from granular_env.recording.near_misses import kinds_by_ratio
 
     if not log.event_kinds:
@@ -143,7 +143,7 @@ def _near_miss_json(log: Log, ratios: list[EventRatio]) -> str:
 def _event_row(
     event: Event, step_size: float, details: Mapping[str, EventDetail], drawables: Sequence[Drawable]
 ) -> dict[str, Any]:
-    """Return an event for programs."""
+    """Return an event as JSON values."""
     place = _place_facts(event.index, details.get(event.kind), drawables)
     return {**dataclasses.asdict(event), "time": event.tick * step_size, **place}
 
@@ -173,7 +173,7 @@ def _table_cells(row: list[Any]) -> tuple[str, ...]:
 
 
 def _place_facts(index: int | None, detail: EventDetail | None, drawables: Sequence[Drawable]) -> dict[str, Any]:
-    """Return unit and place of events with an index, for programs."""
+    """Return unit and place of events with an index as JSON values."""
     from granular_env.recording.event_places import event_place
 
     place = event_place(index, detail, drawables)

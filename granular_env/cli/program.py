@@ -14,7 +14,7 @@ from granular_env.cli.command import EXIT_STATUS, Command, Status
 from granular_env.cli.failures import discard_output, report_failure, report_misuse
 
 PROGRAM = "granular-env"
-# Set by the shell script that `_GRANULAR_ENV_COMPLETE=bash_source granular-env` prints, to complete words: see click.
+# click's shell completion sets this variable; `_GRANULAR_ENV_COMPLETE=bash_source granular-env` prints its script.
 VARIABLE = "_GRANULAR_ENV_COMPLETE"
 COMMANDS: tuple[Command, ...] = (
     contents.list_shipped,
@@ -37,7 +37,7 @@ class Program(click.Group):
     """The group of the commands, in the order of their table."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Return the names."""
+        """Return the names of the commands."""
         return list(self.commands)
 
 

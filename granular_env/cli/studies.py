@@ -17,7 +17,7 @@ from granular_env.terminal_text import align_columns, align_table
 if TYPE_CHECKING:
     from granular_env.control.results import StudyResult
 
-# The first notes are printed.
+# Largest number of printed notes.
 _MOST_NOTES = 3
 
 

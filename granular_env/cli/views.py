@@ -19,12 +19,7 @@ from granular_env.components.errors import ParameterError
 @click.option("--save", metavar="RRD", type=FILE, help="Write a file for rerun instead.")
 @click.option("--screenshot", metavar="PNG", type=FILE, help="Write a picture instead, without a screen.")
 @click.option("--foxglove-layout", metavar="JSON", type=FILE, help="Write a layout for Foxglove instead, to import there.")
-@click.option(
-    "--exaggerate",
-    metavar="F",
-    type=float,
-    help="Draw displacements F times larger (default: automatic, so that they are visible).",
-)
+@click.option("--exaggerate", metavar="F", type=float, help="Draw displacements F times larger (default: visibly large).")
 @click.option(
     "--at", metavar="T", type=float, help="Time of the screenshot [s] (default: the end of a run with events, else two thirds)."
 )
@@ -67,13 +62,9 @@ def view(
 
 @command("report")
 @log_argument
-@click.option(
-    "-o", "--out", metavar="FOLDER", type=FOLDER, help="Folder of the report (default: next to the log, with its name)."
-)
+@click.option("-o", "--out", metavar="FOLDER", type=FOLDER, help="Folder of the report (default: next to the log).")
 @click.option("--variables", metavar="NAME", multiple=True, help="Recorded output to show, repeatable (default: all).")
-@click.option(
-    "--indices", metavar="I", type=int, multiple=True, help="Element whose history to show, repeatable (default: up to five)."
-)
+@click.option("--indices", metavar="I", type=int, multiple=True, help="Element of the histories, repeatable (default: five).")
 @click.option("--times", metavar="T", type=float, multiple=True, help="Time of the profiles [s], repeatable (default: four).")
 @large_option()
 def report(

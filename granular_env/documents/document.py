@@ -23,7 +23,7 @@ D = TypeVar("D", bound="Document")
 
 
 class Document(Table):
-    """Base of the models of whole files.
+    """Base class of the models of whole files.
 
     Attributes:
         kind: name of the kind of document in messages.

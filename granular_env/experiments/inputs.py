@@ -118,7 +118,7 @@ class CsvTable(ProfileTable):
     value_column: str | int = Field(description="name of the value column, or its number from 0")
     time_unit: str | None = Field(None, description="unit of the times: s, ms, us, ns, sec, ...; default: from the CSV header")
     value_unit: str | None = Field(
-        None, description="unit of the values, such as kN or mm/s, or V with a scale; default: from the CSV header"
+        None, description="unit of the values: kN, V with a scale, ...; default: from the CSV header"
     )
     delimiter: Literal[",", ";", "\t", " "] = Field(",", description="separator of the columns")
     decimal: Literal[".", ","] = Field(".", description="decimal mark")

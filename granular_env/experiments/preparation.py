@@ -33,8 +33,8 @@ class Prepared:
 
     Attributes:
         experiment: the experiment.
-        component: in its start state.
-        inputs: of the first step, held afterwards.
+        component: the component in its start state.
+        inputs: inputs of the first step, held afterwards.
         ticks: length of the run in internal steps.
         stops: the stop rules on the component's ticks.
     """
@@ -51,7 +51,7 @@ def prepare_experiment(experiment: Experiment, has_trial_step: bool = True) -> P
 
     Args:
         experiment: the experiment to prepare.
-        has_trial_step: make one step with the inputs and reset, to find refusals that only a step detects.
+        has_trial_step: make one step with the inputs and reset, to find errors that only a step detects.
 
     Raises:
         ExperimentError: names file, table and key, the received and the expected value.

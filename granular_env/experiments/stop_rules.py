@@ -72,7 +72,7 @@ class StopRule(Table):
 
 
 class StopWatch:
-    """The stop rules of a run, on the ticks of its component."""
+    """The stop rules of a run, with their intervals in ticks of the component."""
 
     def __init__(self, rules: list[StopRule], component: Component, default_every: float | None) -> None:
         """Check the rules against the component's variables; `ParameterError` names the mismatch."""

@@ -88,9 +88,7 @@ def logged_experiment(path: str, new_name: str | None = None) -> str:
         content = log.metadata.get("experiment")
     if not isinstance(content, dict):
         raise ExperimentError(
-            "a script recorded this log, which contains no experiment",
-            hint="`granular-env new chain` writes a template",
-            source=str(path),
+            "the log contains no experiment (recorded by a script)", hint="use `granular-env new chain`", source=str(path)
         )
     return to_toml({**content, "name": new_name} if new_name else content)
 
@@ -145,9 +143,9 @@ def _parameter_lines(model: type[BaseModel], example: Mapping[str, Any], table: 
     """Return the keys of a table of parameters, with the keys of its parts as tables below.
 
     Args:
-        model: of the table.
-        example: the keys that are set; other keys are comments with their defaults.
-        table: its name.
+        model: model of the table.
+        example: values of the keys to set; other keys are written as comments with their defaults.
+        table: name of the table.
     """
     lines: list[str] = []
     parts = parameter_tables(model)

@@ -1,4 +1,4 @@
-"""Branches: continuations of a log's component from any time with other inputs, or with the same inputs and bits."""
+"""Branches: continuations of a log from any time with other inputs, or with the same inputs and bitwise equal results."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Branch:
         parent: the log.
         segment, tick: position in the log.
         component: the component, to be stepped directly or by `run`.
-        remaining: tick -> inputs that the log set from there on.
+        remaining: tick -> inputs that the log sets from this position on.
     """
 
     parent: Log
@@ -63,8 +63,8 @@ class Branch:
             inputs: values or profiles from here on, instead of the log's inputs.
             until: end time on the component's clock [s]; default: the end of the log's segment. Beyond it, the last inputs are
                 held.
-            every: as for `record`; default: the frame times of the parent.
-            variables: as for `record`; default: the variables of the parent.
+            every: time between frames, as for `record`; default: the frame times of the parent.
+            variables: recorded variables, as for `record`; default: the variables of the parent.
             overwrite: whether an existing file may be replaced.
 
         Returns:

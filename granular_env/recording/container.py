@@ -49,7 +49,7 @@ class Limits:
     """Limits for a log; each check raises `LogError` with both numbers.
 
     Attributes:
-        path: of the log.
+        path: path of the log.
         lifted: whether the user trusts the origin of the log.
     """
 
@@ -109,7 +109,7 @@ class Container:
 
     Attributes:
         path: the file.
-        size: its bytes.
+        size: size of the file [bytes].
         text_limit: limit on the JSON in a message [bytes]; None for no limit.
         complete: whether it ends in a summary.
         places: offset and length of each readable chunk [bytes].

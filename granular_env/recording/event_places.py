@@ -20,7 +20,7 @@ class EventPlace:
     """The elements of an event, and their position.
 
     Attributes:
-        elements: their names, such as "automata 12 and 13" for a link.
+        elements: names of the elements, such as "automata 12 and 13" for a link.
         position: initial midpoint of the elements [m].
     """
 
@@ -34,7 +34,7 @@ def event_place(index: int | None, detail: EventDetail | None, drawables: Sequen
     Args:
         index: index of the events; None without an index.
         detail: details of the kind of event; None without details.
-        drawables: of the component.
+        drawables: drawables of the component.
     """
     by_name = {one.name: one for one in drawables}
     drawn = by_name.get(detail.counts) if detail is not None else None

@@ -135,7 +135,7 @@ def find_index(container: Container) -> tuple[Index, Record | None]:
 
 
 def _complete_rows(rows: np.ndarray, closed: bool) -> np.ndarray:
-    """Return the rows up to the last steps, plus the start of a segment after them; a kill may have truncated the rest."""
+    """Return the rows up to the last steps, and a segment start after them; later rows may be incomplete after a kill."""
     if closed:
         return rows
     written = np.flatnonzero(rows[:, KIND] == STEPS)

@@ -152,10 +152,7 @@ class RecordReader:
             record = decode_record(entries[place].message.data, int(row[KIND]), self.container.text_limit)
         if record_kind(entries[place].topic) != record.kind or record.row != tuple(row[:CHUNK].tolist()):
             raise LogError(
-                "it refers to a different record",
-                hint="the file combines parts of several logs",
-                at="index",
-                source=self.source,
+                "it refers to a different record", hint="parts of the file were replaced", at="index", source=self.source
             )
         return record
 
@@ -199,9 +196,7 @@ class RecordReader:
         with self.name_file_in_errors():
             snapshot = Snapshot.from_bytes(data.tobytes(), self.container.text_limit)
         if snapshot.tick != row[FIRST]:
-            raise damage_error(
-                f"a snapshot has tick {snapshot.tick}, but the index lists tick {row[FIRST]}", "snapshots", self.path
-            )
+            raise damage_error(f"tick {snapshot.tick} differs from tick {row[FIRST]} in the index", "snapshots", self.path)
         if not set(self.input_variables) <= snapshot.inputs.keys():
             raise damage_error("a snapshot lacks an input", "snapshots", self.path)
         return snapshot

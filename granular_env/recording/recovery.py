@@ -103,7 +103,7 @@ class Continuation:
 
     Attributes:
         log: the original log.
-        component: in the state at the last kept tick.
+        component: the component in its state at the last kept tick.
         changes: tick -> inputs to set from there on.
         kept: number of kept records, from the front; the last contains steps.
         key: tick of the last kept snapshot.

@@ -27,9 +27,7 @@ _WORK = 10**14
 def check_work(ticks: int, component: Component, limits: Limits) -> None:
     """Refuse to run more internal steps than about a day's work, because the number in an untrusted log is arbitrary."""
     limits.check("the number of ticks", ticks, _TICKS)
-    limits.check(
-        "the number of ticks times the number of words of the state", ticks * max(component.state_bytes // 8, 1), _WORK
-    )
+    limits.check("the number of ticks times words of the state", ticks * max(component.state_bytes // 8, 1), _WORK)
 
 
 def restore_snapshot(component: Component, snapshot: Snapshot) -> None:

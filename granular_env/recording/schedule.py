@@ -96,8 +96,8 @@ def least_snapshot_interval(words: int, work: int) -> int:
     """Return the least number of ticks between snapshots: 4096, or fewer for costly ticks.
 
     Args:
-        words: of the state.
-        work: words advanced in a tick, counted for every step of a part.
+        words: number of words of the state.
+        work: number of words advanced in a tick, counted for every step of a part.
     """
     wanted = max(_SNAPSHOT_WORK, _SNAPSHOT_STEPS * words)
     return min(_SNAPSHOT_TICKS, max(1, round(wanted / max(work, 1))))

@@ -193,7 +193,7 @@ class Comparison:
         """Run from a snapshot of the segment to a tick.
 
         Args:
-            start: of the segment; its identity is not compared.
+            start: snapshot of the segment; its identity is not compared.
             end: the tick to reach; later records are not compared.
             report: called after each piece with the tick.
 

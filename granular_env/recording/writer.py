@@ -1,4 +1,4 @@
-"""Writing the file of a log: one writer per file, whole chunks, and an index of all messages."""
+"""Writer of the file of a log: one writer per file, complete chunks, and an index of all messages."""
 
 from __future__ import annotations
 

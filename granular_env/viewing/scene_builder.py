@@ -68,7 +68,7 @@ class SceneSource(NamedTuple):
 
     Attributes:
         component: the name of the component.
-        variables: by name.
+        variables: variables by name.
         drawables: drawables of the component.
         has: whether an output can be read.
         frames: returns the frames of an output; a larger `size` (numbers per frame) gives fewer frames.

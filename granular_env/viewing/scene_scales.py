@@ -34,8 +34,8 @@ class ColourScale:
     """A colour scale for one output, or for several outputs of one unit.
 
     Attributes:
-        names: of the outputs.
-        unit: of all of them.
+        names: names of the outputs.
+        unit: unit of the outputs.
         limit: magnitude at the ends of the colour scale.
         has_sign: whether any value is negative.
         is_exceeded: whether some values exceed the limit.

@@ -80,7 +80,7 @@ class Preview:
 
     Args:
         title: title of the log.
-        drawables: of the component; drawables without recorded outputs are omitted.
+        drawables: drawables of the component; those without recorded outputs are omitted.
         variables: recorded variables by name.
     """
 

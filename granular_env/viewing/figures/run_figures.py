@@ -61,7 +61,7 @@ def draw_fields(
         kind: "space-time" (x-t diagram), "profiles" (along the places at given times) or "histories" (of given places).
         times: times of the profiles [s]; default: four, evenly spaced.
         indices: places of the histories; default: up to five, evenly spaced among those that the wave reached.
-        valid_until: as of `SceneData`; histories mark it.
+        valid_until: end of validity [s], as in `SceneData`; histories mark it.
 
     Raises:
         ParameterError: a time outside the recorded span, or an unknown place.
@@ -202,7 +202,7 @@ def plot(
         log: an open log.
         variable: a recorded output, or an input. Scalars and inputs of a few numbers are drawn as curves over time for every
             kind; the components of vectors are drawn one above the other.
-        kind: of an array: "space-time", "profiles" (at `times`) or "histories" (of `indices`).
+        kind: figure of an array: "space-time", "profiles" (at `times`) or "histories" (of `indices`).
         times: times of the profiles [s]; default: four, evenly spaced.
         indices: elements of the histories; default: up to five that changed.
 

@@ -82,9 +82,7 @@ def event_section(log: Any) -> Markup:
     elif earlier:
         counts = Counter(event.kind for event in earlier).most_common()
         words = ", ".join(f"{count} x {kind}" for kind, count in counts)
-        sentences.append(
-            f"Of these events, {len(found)} are in this log and {len(earlier)} precede its start at {start}: {words}."
-        )
+        sentences.append(f"Of these, {len(found)} are in this log and {len(earlier)} precede its start at {start}: {words}.")
     shown = listed_events(found, earlier or [], _MOST_EVENTS)
     if not shown:
         return parts.paragraph(f"No events. {' '.join(sentences)}")

@@ -17,7 +17,7 @@ _MARKUP = str.maketrans({character: f"\\{character}" for character in "\\`*_{}[]
 
 
 def escape_markdown(text: str) -> str:
-    """Return text from a log without markdown syntax."""
+    """Return text from a log with escaped markdown syntax."""
     return " ".join(str(text).split()).translate(_MARKUP)
 
 

@@ -113,7 +113,7 @@ class LiveViewer:
 
         Args:
             component: the component to show.
-            title: of the scene; default: the component's name.
+            title: title of the scene; default: the component's name.
             web: serve the web viewer on 127.0.0.1 and print its address, instead of opening a window.
             save: write the frames to this .rrd file, instead of opening a viewer.
             exaggerate: factor of the drawn displacements; by default automatic, and reduced as the wave grows.
