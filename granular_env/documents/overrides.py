@@ -45,7 +45,7 @@ def to_overrides(source: Any) -> tuple[Override, ...]:
 
 
 def set_key(content: dict[str, Any], override: Override) -> None:
-    """Set a key of a document; create tables on its path if necessary, also from a parameter that is a name.
+    """Set a key of a document; create missing tables on its path, and turn a name on its path into a table with this name.
 
     Raises:
         ExperimentError: the key leads into a value that is not a table, or past the end of a list.

@@ -66,7 +66,7 @@ class ProfileTable(Table):
     @classmethod
     def advice_for_unknown(cls, key: str, given: Mapping[str, Any]) -> str:
         """Return advice on setting one element of an input that a profile drives."""
-        return f"an element of a profile is set in its pattern: pattern[{key}]" if is_index(key) else ""
+        return f"set an element of a profile in its pattern: pattern[{key}]" if is_index(key) else ""
 
     def make_profile(self, folder: Path, unit: str) -> Profile:
         """Return the profile for an input with this unit; paths are relative to `folder`."""

@@ -142,7 +142,7 @@ def _complete_input(component: Component, variable: Variable, value: dict[str, A
     """Return an input with some elements given; the other elements keep the component's values."""
     at = ("input", variable.name)
     if isinstance(component.held_inputs[variable.name], CompiledProfile):
-        hint = f"set it as a whole, input.{variable.name}=..."
+        hint = f"set the whole input, input.{variable.name}=..."
         raise ParameterError("got single elements, but a time profile drives this input", hint=hint, at=at)
     array = start_array(at, value, variable.shape, component.get(variable.name))
     return array if variable.shape else float(array)

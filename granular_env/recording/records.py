@@ -55,7 +55,7 @@ class Record:
     """A message of the exact content.
 
     Attributes:
-        kind: one of the numbers above.
+        kind: kind of the record, one of the constants above.
         detail: for frames the number of the variable, for snapshots START, KEY or END, for incidents CLOSED or 0.
         segment: number of the segment.
         first, last: first and last tick.

@@ -58,7 +58,7 @@ class StepHistory:
 
 
 def _bit_key(value: Held) -> Any:
-    """Return an object that is equal for equal bits (numbers other than zero as they are)."""
+    """Return a key that is equal for equal bits; numbers other than zero are their own keys."""
     return value if type(value) is float and value else (type(value), input_word(value))
 
 
