@@ -56,5 +56,5 @@ def symmetric_limit(values: npt.ArrayLike) -> float:
     if largest <= 0.0:
         return 1.0
     decade = 10.0 ** (math.floor(math.log10(largest)) - 1)
-    # Rounding of the division must not lift 50 to 51.
+    # Subtract a small tolerance, so that rounding of the division does not turn 50 into 51.
     return float(f"{math.ceil(largest / decade - 1e-9) * decade:.6g}")

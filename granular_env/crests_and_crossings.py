@@ -56,13 +56,13 @@ def crests(times: Any, values: Any, above: float, separation: float = 1.0) -> li
     times, values = np.asarray(times, dtype=np.float64), np.asarray(values, dtype=np.float64)
     if times.ndim != 1 or times.shape != values.shape or not len(times):
         raise ParameterError(
-            f"got times {times.shape} and values {values.shape}", expected="two equal, non-empty (T,)", at="crests"
+            f"got times {times.shape} and values {values.shape}", expected="two non-empty arrays (T,)", at="crests"
         )
     for name, array in (("times", times), ("values", values)):
         if not np.isfinite(array).all():
-            raise ParameterError(f"got {array[~np.isfinite(array)][0]:g} among them", expected="finite numbers", at=name)
+            raise ParameterError(f"contains {array[~np.isfinite(array)][0]:g}", expected="finite numbers", at=name)
     if (np.diff(times) <= 0.0).any():
-        raise ParameterError("they do not increase", hint="sort them, or give one run without a reset within it", at="times")
+        raise ParameterError("not increasing", hint="sort the samples, or pass a single run without a reset", at="times")
     return [
         Crest(
             *interpolated_maximum(times, values, peak),

@@ -29,7 +29,7 @@ class DescribedTable(NamedTuple):
     rows: Sequence[tuple[str, ...]]
 
 
-_NO_BATCH = "no native batch: make_vec steps one after the other, in Gymnasium's SyncVectorEnv"
+_NO_BATCH = "no native batch: make_vec steps the environments one by one, in Gymnasium's SyncVectorEnv"
 
 
 def describe_component(name: str, parameters: dict[str, Any]) -> str:
@@ -40,27 +40,27 @@ def describe_component(name: str, parameters: dict[str, Any]) -> str:
     for table in described_parameters(kind.Parameters):
         parts += ["", wrap_text(": ".join(filter(None, table[:2])))] + ([align_columns(table.rows)] if table.rows else [])
     if any("[]" in part or ".*" in part for part in parts):
-        parts += ["", wrap_text("NAME[] is each element of the list NAME; NAME.* each table in NAME, whatever its key.")]
+        parts += ["", wrap_text("NAME[] stands for each element of the list NAME, NAME.* for each table in NAME.")]
     for table in described_variables(component):
         parts += ["", table.text, align_columns(table.rows)]
     if offered := _component_environments(name):
         parts += ["", "environments (gymnasium.make, gymnasium.make_vec)", align_columns(offered)]
-    parts += ["", "What is (state) can be given to reset and [start]."]
+    parts += ["", "Variables marked (state) can be set with reset and in [start]."]
     if given := {**example_values(kind.Parameters), **parameters}:
-        parts.append(wrap_text("Shapes and inputs are those of this example; see others with --set:"))
+        parts.append(wrap_text("Shapes and inputs are listed for this example; change its parameters with --set:"))
         parts.append(align_columns((key, "=", value_text(value)) for key, value in given.items()))
     return "\n".join(parts)
 
 
 def described_parameters(model: type[BaseModel]) -> list[DescribedTable]:
-    """Return the parameters of a model (name, unit, default, meaning), then those of each table that they choose by name."""
+    """Return the parameters of a model (name, unit, default, meaning), then the parameters of each named table choice."""
     found = [DescribedTable("", "parameters", _parameter_rows(model))]
     for parameter, choice, table in _chosen_tables(model):
         rows = [row for row in _parameter_rows(table) if row[0] != "name"]
         found.append(DescribedTable(f'{parameter} = {{ name = "{choice}", ... }}', first_sentence(table.__doc__ or ""), rows))
     for parameter, part in parameter_tables(model).items():
         if component := _component_name(part):
-            text = f"the keys that `granular-env describe {component}` names"
+            text = f"the keys listed by `granular-env describe {component}`"
             found.append(DescribedTable(f"{parameter} = {{ ... }}", text, []))
     return found
 
@@ -77,7 +77,7 @@ def described_variables(component: Component) -> list[DescribedTable]:
 
 
 def _component_name(model: type[BaseModel]) -> str:
-    """Return the name of the component with these parameters (of a part of another component), or "" if there is none.
+    """Return the name of the component that has this parameter model (for a part of another component), or "".
 
     Only imported components are searched: a component imports its parts, and importing all components takes seconds.
     """
@@ -85,7 +85,7 @@ def _component_name(model: type[BaseModel]) -> str:
 
 
 def component_facts(name: str, parameters: dict[str, Any]) -> dict[str, Any]:
-    """Return the description of a component as JSON values, for programs."""
+    """Return the description of a component as JSON values."""
     kind = catalogue.component_class(name)
     variables = [v for v in make_example(name, parameters).variables.values() if v.causality != "parameter"]
     facts: dict[str, Any] = {"name": name, "version": kind.version, "description": first_sentence(kind.__doc__ or "")}
@@ -159,7 +159,7 @@ def _chosen_tables(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[s
 
 
 def _field_choices(model: type[BaseModel], key: str) -> list[tuple[str, Mapping[str, type[Parameters]]]]:
-    """Return the tables that a field, or each of its elements, chooses by name; see `_parts_of_type`."""
+    """Return the named tables of a field or of its elements, with their locations; see `_parts_of_type`."""
     if key in (own := table_choices(model)):
         return [("", own[key])]
     found = _parts_of_type(model.model_fields[key].annotation)

@@ -37,7 +37,7 @@ def replay(
     allow_large: bool = False,
     components: Mapping[str, type[Component]] | None = None,
 ) -> RunResult:
-    """Run a log's program again from start to end without comparing (see `verify`, also for the arguments).
+    """Run a log again from start to end without comparing the results; arguments as for `verify`.
 
     Raises:
         LogError: not a log, or the log cannot be run again.
@@ -65,7 +65,7 @@ def replay(
             if results[-1].interrupted:
                 break
         if not results:
-            raise LogError("it holds none", at="steps", source=f"log {str(log)!r}")
+            raise LogError("the log contains no step", at="steps", source=f"log {str(log)!r}")
         total, seconds = sum(one.ticks for one in results), sum(one.seconds for one in results)
         return dataclasses.replace(results[-1], ticks=total, seconds=seconds, start=opened.start_tick)
 
@@ -85,7 +85,7 @@ def run_branch(
         branch: a new branch.
         log: path of the new log.
         inputs: inputs from here on, instead of the log's inputs.
-        until: end time on the component's clock [s]; default the end of the log's segment.
+        until: end time on the component's clock [s]; default: the end of the log's segment.
         progress: show a bar, or call this with the completed fraction.
         overwrite: whether an existing file may be replaced.
 
@@ -134,7 +134,7 @@ def resume(
         path: the log, which contains the experiment.
         log: the new log. By default it replaces the old log once it contains a further step.
         experiment: refuse the log if it belongs to a different experiment.
-        overrides: of `experiment`.
+        overrides: keys of `experiment` to set.
         progress: show a bar, or call this with the completed fraction.
         overwrite: whether an existing log at `log` may be replaced.
         allow_large: lift the limits on sizes.
@@ -166,11 +166,11 @@ def resume(
         stops = StopWatch(program.stop, component, program.record.every)
         stopped_by = stops.stop_reason(component) if component.tick else None
         if found.closed and (component.tick >= end or stopped_by is not None):
-            why = "its experiment was run to its end" if stopped_by is None else f"its run was stopped by {stopped_by}"
+            why = "its experiment has run to its end" if stopped_by is None else f"its run was stopped by {stopped_by}"
             if not opened.complete:
-                hint = "nothing is left to resume; `granular-env recover` makes the file whole"
-                raise LogError(f"{why}, only the end of the file is missing", hint=hint, source=where)
-            raise LogError(f"it is complete: {why}", hint="nothing is left to resume", source=where)
+                hint = "nothing is left to resume; `granular-env recover` completes the file"
+                raise LogError(f"{why}, and only the end of the file is missing", hint=hint, source=where)
+            raise LogError(f"the log is complete: {why}", hint="nothing is left to resume", source=where)
         refuse_unrecordable(component)
         stack.enter_context(found.make_recorder(target, replace))
         return advance_component(
@@ -191,26 +191,26 @@ def _logged_experiment(log: Log, where: str) -> Experiment:
     """Return the experiment of a log."""
     header = log.header
     if header.get("parent") is not None:
-        raise LogError("it is a branch of another log", hint="branch off it anew: granular-env branch", source=where)
+        raise LogError("the log is a branch", hint="start a new branch from it: granular-env branch", source=where)
     content = header.get("experiment")
     if not isinstance(content, dict):
-        hint = "the script that made it knows how it goes on: ge.open_log(LOG).branch(at) gives the component"
-        raise LogError("it is not of an experiment", hint=hint, source=where)
+        hint = "a script recorded it and must continue it: ge.open_log(LOG).branch(at) returns the component"
+        raise LogError("the log does not belong to an experiment", hint=hint, source=where)
     try:
         return Experiment.parse(content, f"the experiment in {where}")
     except GranularError as error:
-        hint = "another version of the program recorded it; run the experiment anew"
-        raise LogError(f"it holds no experiment that this program knows: {error}", hint=hint, source=where) from error
+        hint = "another version of the program recorded the log; run the experiment again"
+        raise LogError(f"this version cannot read the experiment in the log: {error}", hint=hint, source=where) from error
 
 
 def _refuse_other_program(program: Experiment, expected: Experiment, where: str) -> None:
     if program.name != expected.name:
-        raise LogError(f"it is of the experiment {program.name!r}", expected=f"this one, {expected.name!r}", source=where)
+        raise LogError(f"the log is of experiment {program.name!r}", expected=f"experiment {expected.name!r}", source=where)
     mine, other = program.to_dict(), expected.to_dict()
     keys = [key for key in {**mine, **other} if mine.get(key) != other.get(key)]
     if keys:
-        came = f"it is of the experiment {program.name!r} with other keys than this one: {', '.join(keys)}"
-        raise LogError(came, hint="resume the log alone, or run the experiment anew", source=where)
+        came = f"the experiment {program.name!r} in the log has different values of the keys {', '.join(keys)}"
+        raise LogError(came, hint="resume the log without an experiment, or run the experiment again", source=where)
 
 
 def _refuse_failed_run(log: Log, where: str) -> None:
@@ -219,7 +219,7 @@ def _refuse_failed_run(log: Log, where: str) -> None:
     failed = next((one for one in incidents if one.get("incident") == "failed"), None)
     if failed is not None and log.complete:
         raise LogError(
-            f"it is complete: its run ended with {failed.get('kind')}: {failed.get('message')}",
-            hint="it would do so again; change the experiment, and run it anew",
+            f"the log is complete: its run ended with {failed.get('kind')}: {failed.get('message')}",
+            hint="the error would recur; change the experiment and run it again",
             source=where,
         )

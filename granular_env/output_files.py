@@ -65,7 +65,7 @@ def write_files(contents: Mapping[Path, bytes], kind: type[GranularError] = Gran
 
 
 def lock_file(file: IO[Any], refusal: GranularError) -> None:
-    """Lock an open file for this process until it is closed or the process ends, however it ends.
+    """Lock an open file for this process until the file is closed or the process ends for any reason.
 
     Raises:
         GranularError: `refusal`, if another process has locked the file.
@@ -82,7 +82,7 @@ def resolve_file(path: str | os.PathLike[str]) -> Path:
     try:
         target = Path(os.path.realpath(path))
     except ValueError as error:
-        raise ParameterError(f"{os.fspath(path)!r} is no path: {error}", at="path") from None
+        raise ParameterError(f"{os.fspath(path)!r} is not a valid path: {error}", at="path") from None
     # Not Path.exists, which raises for names that are too long.
     if os.path.exists(target) and not os.path.isfile(target):
         what = "a folder" if os.path.isdir(target) else "a device, a pipe or a socket"

@@ -39,6 +39,6 @@ def _file_title(path: Path) -> str:
 
 
 def first_sentence(text: str) -> str:
-    """Return a text's first paragraph up to a full stop before a capital letter: "et al. (2003)" does not end it."""
+    """Return the first sentence of a text: up to a full stop before a capital letter, so not up to "et al. (2003)"."""
     paragraph = " ".join(text.strip().partition("\n\n")[0].split())
     return re.split(r"\. (?=[A-Z`])", paragraph, maxsplit=1)[0].rstrip(".") + "."

@@ -20,11 +20,11 @@ from granular_env.terminal_text import printable_text
 _REFRESH_SECONDS = 0.1
 
 Progress = bool | Callable[[float], None]
-"""How far work is: True shows a bar; a function is called with the part that is done, from 0 to 1."""
+"""Display of progress: True shows a bar; a function is called with the completed fraction, from 0 to 1."""
 
 
 class Bar:
-    """A bar followed by short texts (figures), the most important first."""
+    """A progress bar followed by short texts (figures), the most important first."""
 
     def __init__(self, show: Callable[[float, tuple[str, ...]], None] | None, refresh: float = 0.0) -> None:
         self._show, self._refresh, self._next = show, refresh, 0.0
@@ -69,7 +69,7 @@ class ProgressBars:
 
     def __init__(self, show: Progress = True, total: float | None = None, *, keep: bool = False) -> None:
         if not isinstance(show, bool) and not callable(show):
-            raise ParameterError(f"got {one_line(show)}", expected="True, False, or a function of the part done", at="progress")
+            raise ParameterError(f"got {one_line(show)}", expected="True, False, or a function of the fraction", at="progress")
         self._call = show if callable(show) else None
         self._total, self._shares = total, list[float]()
         self._drawn: Any = _rich_progress(keep) if show is True else None

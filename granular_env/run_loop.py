@@ -53,7 +53,7 @@ class RunResult:
     """The result of a run.
 
     Attributes:
-        component: at the end of the run.
+        component: the component in its state at the end of the run.
         log: the log's path, or None without a log.
         ticks: number of ticks.
         seconds: wall time of the stepping [s].
@@ -168,11 +168,11 @@ def advance_component(
         inputs: inputs of the first step, held afterwards.
         changes: tick -> further inputs from this tick on.
         stops: rules that end the run early.
-        title: of the progress bar.
+        title: title of the progress bar.
         progress: show the bar, or call this with the completed fraction.
-        observers: of the component during the loop.
+        observers: observers of the component during the loop.
         log: path of the log in the result.
-        issued_warnings: list of the warnings.
+        issued_warnings: list to which the warnings of the run are added.
         closing_stack: closed after the last step (the recorder).
     """
     first, began = component.tick, perf_counter()
@@ -213,7 +213,7 @@ def _step_until(
     interrupt: Interrupt,
     show: Callable[[Component], None] | None,
 ) -> str | None:
-    """Step until the end, a stop rule (return its sentence), or Ctrl-C."""
+    """Step until the end, Ctrl-C, or a stop rule; return the text of the rule that stopped the run."""
     piece, turns = 1, sorted(changes)
     length = max(_PIECE_SECONDS, component.state_bytes / _COPY_RATE / _COPY_SHARE)
     while component.tick < end and not interrupt.pressed:
@@ -246,12 +246,12 @@ def _step_to_tick(component: Component, stop: int, inputs: Inputs) -> None:
 
 
 def _next_piece_ticks(piece: int, done: int, took: float) -> int:
-    """Return the ticks of the next piece: more after a fast whole piece, half after a slow one.
+    """Return the number of ticks of the next piece: more after a fast complete piece, half as many after a slow piece.
 
     Args:
         piece: planned ticks.
         done: completed ticks.
-        took: wall time relative to that of a piece.
+        took: wall time of the piece, relative to the intended wall time.
     """
     if took > 2.0:
         return max(1, piece // 2)
@@ -290,7 +290,7 @@ def translate_memory_errors(what: str, kind: type[GranularError]) -> Iterator[No
     try:
         yield
     except MemoryError as error:
-        raise kind(f"{what}: it asks for more memory than there is; make it smaller, or record less often") from error
+        raise kind(f"{what}: not enough memory; make the model smaller, or record less often") from error
 
 
 @contextmanager
@@ -316,11 +316,11 @@ def _live_seconds(live: bool, pace: float | None) -> float | None:
     """Return the least wall time of a live run [s], None for no limit; refuse a live run without a screen."""
     if not live:
         if pace is not None:
-            raise ParameterError(f"got {pace!r} for a run that is not shown", hint="pass live=True (--live)", at="pace")
+            raise ParameterError(f"got {pace!r} without a live view", hint="pass live=True (--live)", at="pace")
         return None
     from granular_env.viewing.rerun.process import require_screen
 
-    look = "look at the log: granular-env view LOG --web, --save FILE.rrd or --screenshot FILE.png"
+    look = "show the log: granular-env view LOG --web, --save FILE.rrd or --screenshot FILE.png"
     require_screen(f"run without live=True (--live) and {look}")
     seconds = _LIVE_SECONDS if pace is None else finite_number("pace", pace, "seconds")
     if seconds < 0.0:

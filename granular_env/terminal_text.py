@@ -25,7 +25,7 @@ def output_width() -> int | None:
 
 
 def wrap_text(text: str, indent: int = 2) -> str:
-    """Return a sentence wrapped at words, with further lines indented by `hanging`; unchanged without a terminal."""
+    """Return a sentence wrapped at words, with further lines indented by `indent`; unchanged without a terminal."""
     width = output_width()
     return text if width is None else "\n".join(_wrap_lines(text, width, " " * indent))
 
@@ -53,7 +53,7 @@ def align_columns(rows: Iterable[Sequence[str]], indent: str = "  ") -> str:
 
 
 def align_table(rows: Iterable[Sequence[str]]) -> str:
-    """Return a table with a line of headings; on narrow terminals in blocks that each start with the first column."""
+    """Return a table with a line of headings, split into blocks that repeat the first column if the terminal is narrow."""
     cells = [tuple(row) for row in rows]
     if not cells:
         return ""

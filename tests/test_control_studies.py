@@ -388,7 +388,7 @@ def test_check_does_not_import_a_task_of_ones_own(module, tmp_path, monkeypatch,
     monkeypatch.chdir(tmp_path)
     (tmp_path / f"{module}.py").write_text("raise SystemExit('it was run')\n")
     assert main(["check", "study.toml"]) == 0
-    assert "which check does not import" in capsys.readouterr().out
+    assert "whose code `check` does not import" in capsys.readouterr().out
 
 
 def test_what_is_no_task_is_one_clear_fault(module, tmp_path):

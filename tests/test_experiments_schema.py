@@ -148,7 +148,7 @@ def test_an_array_and_a_profile_with_a_pattern_are_held(tmp_path):
         ([[1.0, 2.0], [3.0]], "input.force: got rows of unlike length, expected numbers, in a list or in rows of equal length"),
         (
             {"profile": "sum", "profiles": [{"profile": "constant", "value": 1.0, "pattern": CORNER}]},
-            "input.force.profiles[0].pattern: got a pattern, expected none in a part of a sum",
+            "input.force.profiles[0].pattern: got a pattern, expected no pattern in a term of a sum",
         ),
     ],
 )
@@ -204,7 +204,7 @@ def test_an_override_reaches_into_what_is_only_named():
         ("stop.3.below=1", "expected -1 to 0"),
         ("stop.0.bellow=1", "did you mean 'below'?"),
         ("duration", "expected key=value"),
-        ("duration=5OO", "no TOML value"),
+        ("duration=5OO", "not a TOML value"),
         ("duration=fast", "duration: got 'fast'"),
     ],
 )

@@ -168,7 +168,7 @@ def test_only_a_log_is_replaced(tmp_path: Path) -> None:
         lambda: recover(tmp_path / "a.mcap", tmp_path / "e.toml", overwrite=True),
         lambda: open_log(tmp_path / "a.mcap").branch(0.5).run(tmp_path / "e.toml", overwrite=True),
     ):
-        with pytest.raises(ParameterError, match="only a log is replaced"):
+        with pytest.raises(ParameterError, match="only logs are replaced"):
             act()
     assert (tmp_path / "e.toml").read_text() == "name = 'mine'\n"
     for name in ("empty.mcap", "a.mcap"):
@@ -193,7 +193,7 @@ def test_nothing_recovered_is_told_by_the_exit_status(tmp_path: Path, capsys: py
     offset, length = open_log(tmp_path / "a.mcap").container.places[0]
     (tmp_path / "cut.mcap").write_bytes((tmp_path / "a.mcap").read_bytes()[: offset + length + 40])
     assert main(["recover", str(tmp_path / "cut.mcap"), "-o", str(tmp_path / "b.mcap")]) == 1
-    assert "nothing was recovered but the start" in capsys.readouterr().out
+    assert "only the start was recovered" in capsys.readouterr().out
 
 
 # -- limits on work ----------------------------------------------------------------------------------------------------

@@ -283,15 +283,15 @@ def swing(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_a_complete_log_is_refused(swing: Path) -> None:
     with pytest.raises(
-        LogError, match=r"whole\.mcap': it is complete: its experiment was run to its end; nothing is left to resume"
+        LogError, match=r"whole\.mcap': the log is complete: its experiment has run to its end; nothing is left to resume"
     ):
         resume(swing.with_name("whole.mcap"))
 
 
 def test_a_log_of_another_experiment_is_refused(swing: Path) -> None:
-    with pytest.raises(LogError, match="is of the experiment 'swing', expected this one, 'oscillator/pushed'"):
+    with pytest.raises(LogError, match="the log is of experiment 'swing', expected experiment 'oscillator/pushed'"):
         resume(swing, experiment="oscillator/pushed")
-    with pytest.raises(LogError, match="is of the experiment 'swing' with other keys than this one: duration"):
+    with pytest.raises(LogError, match="the experiment 'swing' in the log has different values of the keys duration"):
         resume(swing, experiment=SWING, overrides={"duration": 20.0})
 
 
@@ -314,7 +314,7 @@ def test_other_bits_are_refused(swing: Path, tmp_path: Path) -> None:
     rewrite_log(swing.with_name("whole.mcap"), tmp_path / "changed.mcap", change)
     data = (tmp_path / "changed.mcap").read_bytes()
     (tmp_path / "killed.mcap").write_bytes(data[: 2 * len(data) // 3])
-    with pytest.raises(LogError, match="run again, it gives another position at .* run the experiment again"):
+    with pytest.raises(LogError, match="the re-run gives a different position at .* run the experiment again"):
         resume(tmp_path / "killed.mcap")
 
 

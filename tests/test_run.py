@@ -228,7 +228,7 @@ def test_ctrl_c_on_the_command_line_leaves_a_complete_log(command, tmp_path):
         process.kill()
     assert process.returncode == 130, errors
     assert "Traceback" not in errors
-    assert "interrupted: the log is complete up to there" in output
+    assert "interrupted: the log is complete up to this time" in output
     assert str(log) in output
     assert verify(log).identical
     with open_log(log) as opened:

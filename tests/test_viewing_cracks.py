@@ -63,7 +63,7 @@ def test_pictures_show_the_outside_lit_and_the_inside_dark(burst_log: Any) -> No
     plane = load_plane(burst_log, load_scene(burst_log))
     assert plane is not None and plane.scene.is_solid
     [mesh] = plane.scene.meshes
-    assert "Cells that a crack crosses are left out" in plane_text(plane) and "dark is the inside" in plane_text(plane)
+    assert "Cells crossed by a crack are omitted" in plane_text(plane) and "the inside is dark" in plane_text(plane)
     [surface] = visible_cells(burst_log.drawables)
     seen = plane.picture_coordinates(mesh, 0)
     # Rotated, not stretched.
@@ -83,7 +83,7 @@ def test_the_page_has_the_body_in_each_quantity_and_a_film(burst_log: Any, tmp_p
     page = report(burst_log, tmp_path / "page").read_text()
     assert 'class="film"' in page and "In space" in page and "coloured by mean plastic strain around the nodes" in page
     assert (tmp_path / "page" / "plane-surface_plastic_strain.png").is_file()
-    assert "chosen surface nodes in time" in page and "surface_nodes" not in page
+    assert "chosen surface nodes over time" in page and "surface_nodes" not in page
     # The absolute size is stated too, because for a free body the largest entry may itself be rounding.
     assert re.search(r"Residual of momentum: at most \S+ of the largest entry, 0\.0\d+ kg m/s", page)
     # Node numbers around a tube do not determine positions.

@@ -163,7 +163,7 @@ def test_a_log_of_velocities_alone_is_drawn_at_the_positions_at_the_start(tmp_pa
         html = report(log, tmp_path).read_text()
     for heading in ("x-t diagram", "Profiles at chosen times", "Histories of chosen grains"):
         assert heading in html
-    assert "positions at the start" in html
+    assert "at the initial positions" in html
 
 
 def test_failures_and_segments_stand_at_the_top_and_break_the_lines(tmp_path):

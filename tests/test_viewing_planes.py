@@ -102,7 +102,7 @@ def test_cells_that_never_move_are_drawn_without_a_word_on_displacements(tmp_pat
     words = next(row for row in found["caption"]["text"] if row is not None)[0]
     assert "isplacement" not in words and "isplacement" not in page.partition("Validity")[0]
     # The pressure is also drawn along x.
-    assert "Pressure along x (across)" in page and "chosen cells" in page and 'class="film"' in page
+    assert "Pressure along x (horizontal)" in page and "chosen cells" in page and 'class="film"' in page
 
 
 def test_cracks_lie_across_broken_links_while_their_ends_are_near():

@@ -156,7 +156,7 @@ def test_what_a_full_disk_leaves_of_a_run_can_be_read_and_recovered(tmp_path):
         assert not log.complete and not facts["complete"]
         assert facts["component"] == "oscillator" and facts["experiment"]["name"] == "oscillator/pushed"
         assert facts["experiment"]["duration"] == 2000.0 and facts["parameters"]["mass"] == 1.0
-        assert facts["report"] == {} and "cut off" in facts["damage"]
+        assert facts["report"] == {} and "truncated" in facts["damage"]
         kept = log.end_tick
     assert main(["recover", str(tmp_path / "a.mcap"), "-o", str(tmp_path / "whole.mcap")]) == 0
     with open_log(tmp_path / "whole.mcap") as whole:

@@ -1,4 +1,4 @@
-"""The command line: parses, calls, prints. One module holds a few related commands; `program` names them all."""
+"""The command line: one module per group of related commands; `program` lists all commands."""
 
 from .program import main
 

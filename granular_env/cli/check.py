@@ -1,4 +1,4 @@
-"""Validating without running: `check`, of an experiment, a plan, a study or a log."""
+"""Command `check`: validate an experiment, a plan, a study or a log without running it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from granular_env.terminal_text import printable_text, wrap_text
 @command("check")
 @click.argument(
     "file",
-    help="A TOML file, a name of `granular-env list`, or a log.",
+    help="A TOML file, a name from `granular-env list`, or a log.",
     type=ShippedName("experiments", "plans of sweeps", "studies"),
 )
 @json_option()
@@ -82,14 +82,14 @@ def _check_study(name: str, overrides: Overrides, allow_large: bool) -> Checked:
     methods, notes = [method.label for method in study.method], list[str]()
     facts = {"kind": "study", "name": study.name, "task": study.task.name, "budget": study.budget, "methods": methods}
     if ":" in study.task.name:
-        note = "the task is code of another package, which check does not import; `granular-env study` does"
-        return facts, f"{study.name}, task {study.task.name} as far as a file can be", [note]
+        note = "the task belongs to another package, whose code `check` does not import; `granular-env study` does"
+        return facts, f"{study.name}, task {study.task.name}, as far as the file alone can be checked", [note]
     problem, shape = prepare_study(study)
     for method in study.method:
         try:
             method.refuse_unless_installed()
         except MissingExtraError as error:
-            notes.append(f"not here: {error}; `granular-env study {shlex.quote(name)} --only METHOD` runs chosen methods")
+            notes.append(f"not possible: {error}; `granular-env study {shlex.quote(name)} --only METHOD` runs one method")
     facts |= {"control_steps": problem.steps, "numbers": shape.size}
     size = f"{problem.steps} control steps, {count_text(shape.size, 'number')} to choose"
     budget = f"{study.budget} control steps for each of {', '.join(methods)}"
@@ -100,7 +100,7 @@ def _check_log(path: str, allow_large: bool, as_json: bool) -> int:
     from granular_env.recording import open_log
 
     with open_log(path, allow_large=allow_large) as log:
-        # The verdict comes after all of it has been read: a damaged log is not called complete first.
+        # Read all variables before printing, so that a damaged log is not reported as complete.
         for name in log.variables:
             log.series(name)
         component, ticks = log.metadata["component"], log.end_tick - log.start_tick
@@ -113,6 +113,6 @@ def _check_log(path: str, allow_large: bool, as_json: bool) -> int:
                 f"{log.duration:g} s, {count_text(log.calls, 'call')} of step, {count_text(ticks, 'tick')}, "
                 f"{count_text(len(log.variables), 'variable')}, {size_text(log.size)}"
             )
-            state = "complete" if log.complete else "incomplete: `granular-env recover` makes it whole"
+            state = "complete" if log.complete else "incomplete: `granular-env recover` completes it"
             print(f"{path}: component {printable_text(component)}, {size}; {state}")
         return Status.DONE if log.complete else Status.DIFFERENT

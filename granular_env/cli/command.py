@@ -1,4 +1,4 @@
-"""Commands of the program: their help, how their arguments are read, and their exit status."""
+"""Commands of the program: help, exit status, and a decorator that makes a command of a function."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ class Status(IntEnum):
 
 MEANINGS = {
     Status.DONE: "done",
-    Status.DIFFERENT: "a verification found a difference, a file is not whole, or a task, an entry or a trial failed",
+    Status.DIFFERENT: "a verification found a difference, a file is incomplete, or a task, an entry or a trial failed",
     Status.ERROR: "an error, reported in one message",
-    Status.INCOMPLETE: "a verification of a log that is incomplete or holds no step",
-    Status.FAULT: "a fault of granular-env itself",
+    Status.INCOMPLETE: "a verification of a log that is incomplete or contains no step",
+    Status.FAULT: "an internal error of granular-env",
     Status.INTERRUPTED: "ended by Ctrl-C",
 }
 EXIT_STATUS = f"Exit status: {'; '.join(f'{status:d} {meaning}' for status, meaning in MEANINGS.items())}."
 
 
 class Command(click.Command):
-    """A command: the list of commands shows the first sentence of its docstring, whole."""
+    """A command with the complete first sentence of its docstring in the list of commands."""
 
     def get_short_help_str(self, limit: int = 45) -> str:
         """Return the first sentence of the help."""

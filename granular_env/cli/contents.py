@@ -1,4 +1,4 @@
-"""Commands for the package's contents: `list`, `describe`, and `new` to start from one of them."""
+"""Commands for the package's contents: `list`, `describe`, and `new`, which copies an item as a template."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ def list_shipped(as_json: bool) -> int:
         return 0
     for kind, entries in known.items():
         print(f"{kind}\n{align_columns(entries.items())}\n")
-    print(wrap_text("granular-env describe NAME tells more; granular-env run EXPERIMENT, sweep PLAN and study STUDY run one."))
+    print(wrap_text("Details: granular-env describe NAME. To run: granular-env run EXPERIMENT, sweep PLAN or study STUDY."))
     return 0
 
 
 @command("describe")
 @click.argument(
     "name",
-    help="A name of `granular-env list`, an environment such as Splitting-v1, or a TOML file.",
+    help="A name from `granular-env list`, an environment such as Splitting-v1, or a TOML file.",
     type=ANY_KIND,
 )
 @json_option()
@@ -71,13 +71,13 @@ def describe(name: str, as_json: bool, overrides: Overrides) -> int:
 
 
 def _interpret_kernels() -> None:
-    """Let this process run kernels as plain Python: the example of a component is built before its kernels were compiled."""
+    """Run the kernels of this process as plain Python, so that the example of a component is built without compilation."""
     if "numba" not in sys.modules:
         os.environ["NUMBA_DISABLE_JIT"] = "1"
 
 
 def _nested_overrides(overrides: Overrides) -> dict[str, Any]:
-    """Return what overrides set, as nested mappings; a component's parameters may be named as in a file, component.grains."""
+    """Return overrides as nested mappings; a component's parameters may have their names in a file, component.grains."""
     from granular_env.documents.overrides import set_key
 
     given: dict[str, Any] = {}
@@ -90,13 +90,13 @@ def _nested_overrides(overrides: Overrides) -> dict[str, Any]:
 @command("new")
 @click.argument(
     "template",
-    help="An experiment, plan or study to copy, a log whose experiment to write, or a component for all its parameters.",
+    help="Experiment, plan or study to copy, log with the experiment to copy, or component (writes all its parameters).",
     type=ANY_KIND,
 )
 @click.option("-o", "--out", metavar="FILE", type=FILE, help="The TOML file to write (default: print it).")
 @click.option("--force", is_flag=True, help="Replace the file if it exists.")
 def new(template: str, out: str | None, force: bool) -> int:
-    """Write a file to start from: of an experiment, a plan of a sweep or a study, and the data files that it names."""
+    """Write a template file of an experiment, a plan of a sweep or a study, with the data files that it names."""
     _interpret_kernels()
     from granular_env.documents import is_log
     from granular_env.experiments import templates

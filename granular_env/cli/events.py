@@ -1,4 +1,4 @@
-"""Events of a log: `events`, which says what broke, when, and by how much."""
+"""Command `events`: list the events of a log, with their times and exceeded limits."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ _MOST = 40
 @command("events")
 @click.argument("log", help="A log.", type=FILE)
 @click.option("--kind", metavar="KIND", help="Only events of this kind.")
-@click.option("--index", metavar="N", type=int, help="Only those of this link, cell, ...")
+@click.option("--index", metavar="N", type=int, help="Only events of this link, cell, ...")
 @click.option(
     "--nearest",
     "near",
     is_flag=True,
-    help="Run it again, and say how near it came where nothing happened; to this KIND alone, or at this N.",
+    help="Run the log again and print the nearest misses: the largest ratios to a limit without an event (KIND, N).",
 )
-@click.option("--all", "every", is_flag=True, help=f"List all of them, not only {_MOST}.")
+@click.option("--all", "every", is_flag=True, help=f"List all events, not only {_MOST}.")
 @json_option()
 @large_option()
 @component_option()
@@ -50,7 +50,7 @@ def events(
     allow_large: bool,
     components: dict[str, Any],
 ) -> int:
-    """Say what happened in a run, when, and which limit was passed; or how near it came."""
+    """List the events of a run, with their times and exceeded limits, or the nearest misses."""
     from granular_env.recording import open_log
     from granular_env.recording.event_places import event_table, listed_events, refuse_unknown_place
     from granular_env.recording.near_misses import find_near_misses, kinds_by_ratio
@@ -79,23 +79,23 @@ def events(
         print("events: none; the component of this log declares no kind of event")
     elif not every_event:
         asked = "" if kind is None and index is None else " of that kind or index"
-        further = ["--nearest says how near the run came"] if kinds_by_ratio(details) else []
-        print("\n".join([f"events: none{asked}; it would be one when", *_kind_descriptions(kinds), *further]))
+        further = ["--nearest prints how close the run came to an event"] if kinds_by_ratio(details) else []
+        print("\n".join([f"events: none{asked}; possible events are", *_kind_descriptions(kinds), *further]))
     else:
         shown = every_event if every else listed_events(found, earlier or [], _MOST)
         heads, rows = event_table(shown, opened)
         print(align_columns([tuple(heads), *(_table_cells(row) for row in rows)], ""))
         which = f"{len(shown)} of this log" if earlier and found else str(len(shown))
-        rest = "" if len(shown) == len(every_event) else f"; the first {which} are listed, --all lists the others too"
+        rest = "" if len(shown) == len(every_event) else f"; the first {which} are listed, --all lists all"
         told = event_summary(found, earlier or [], start)
         print("\n".join([f"{told}{rest}", *_kind_descriptions({event.kind: kinds[event.kind] for event in every_event})]))
     if kinds and earlier is None:
-        print(f"this log begins at {start:.9g} s; what happened before is known to its component, which cannot be made here")
+        print(f"this log begins at {start:.9g} s; earlier events are stored in its component, which cannot be built here")
     return Status.DONE
 
 
 def _near_miss_text(log: Log, ratios: list[EventRatio], kind: str | None) -> str:
-    """Return the lines of `--nearest` for people."""
+    """Return the output of `--nearest` as text."""
     from granular_env.recording.near_misses import kinds_by_ratio
 
     if not log.event_kinds:
@@ -104,9 +104,9 @@ def _near_miss_text(log: Log, ratios: list[EventRatio], kind: str | None) -> str
         return "\n".join(wrap_text(_near_miss_sentence(log, one)) for one in ratios)
     details = {name: detail for name, detail in log.event_details.items() if kind in (None, name)}
     if kinds_by_ratio(details):
-        return "nearest: none; whatever has a limit passed it"
+        return "nearest: none; every element with a limit exceeded it"
     what = "an event" if kind is None else printable_text(kind)
-    return f"nearest: not known; the component of this log has no output that says how near {what} is"
+    return f"nearest: unknown; the component of this log has no output with the ratio to the limit of {what}"
 
 
 def _near_miss_sentence(log: Log, ratio: EventRatio) -> str:
@@ -118,7 +118,7 @@ def _near_miss_sentence(log: Log, ratio: EventRatio) -> str:
     if not ratio.limited:
         return f"{what} has no limit: {kinds} cannot happen there"
     happened = "; ".join(f"{printable_text(one.kind)} happened there {_event_time_text(log, one)}" for one in ratio.events)
-    others = f"{count_text(ratio.passed, 'other')} passed it" if ratio.passed else "nothing passed it"
+    others = f"{count_text(ratio.passed, 'other')} exceeded it" if ratio.passed else "none exceeded it"
     limited = printable_text(ratio.nearest) or kinds
     return (
         f"{what} reached {ratio.ratio:.6g} of its limit at {ratio.time:.9g} s (limit of {limited}; "
@@ -143,18 +143,18 @@ def _near_miss_json(log: Log, ratios: list[EventRatio]) -> str:
 def _event_row(
     event: Event, step_size: float, details: Mapping[str, EventDetail], drawables: Sequence[Drawable]
 ) -> dict[str, Any]:
-    """Return an event for programs."""
+    """Return an event as JSON values."""
     place = _place_facts(event.index, details.get(event.kind), drawables)
     return {**dataclasses.asdict(event), "time": event.tick * step_size, **place}
 
 
 def event_summary(events: Sequence[Event], earlier: Sequence[Event], start: float) -> str:
-    """Return how many events there were of each kind.
+    """Return the number of events of each kind as text.
 
     Args:
-        events: those of a log, or of a run.
-        earlier: those before it.
-        start: where it begins [s].
+        events: events of a log, or of a run.
+        earlier: events before the log.
+        start: start of the log [s].
     """
     if not earlier:
         return f"{count_text(len(events), 'event')}: {_kind_counts(events)}"
@@ -173,7 +173,7 @@ def _table_cells(row: list[Any]) -> tuple[str, ...]:
 
 
 def _place_facts(index: int | None, detail: EventDetail | None, drawables: Sequence[Drawable]) -> dict[str, Any]:
-    """Return unit and place of events with an index, for programs."""
+    """Return unit and place of events with an index as JSON values."""
     from granular_env.recording.event_places import event_place
 
     place = event_place(index, detail, drawables)

@@ -15,7 +15,7 @@ from granular_env.terminal_text import printable_text
 
 
 def report_failure(command: click.Command | None, failure: BaseException) -> int:
-    """Write what ended a command in words; return its exit status."""
+    """Print the error that ended a command; return the exit status."""
     message, status = _failure_message(command, failure)
     if status is Status.FAULT:
         import traceback
@@ -29,7 +29,7 @@ def report_failure(command: click.Command | None, failure: BaseException) -> int
 
 
 def report_misuse(misuse: click.ClickException) -> int:
-    """Write the fault in the words of a command line, with its usage; return the exit status."""
+    """Print an error in the arguments of a command, with its usage; return the exit status."""
     text = io.StringIO()
     misuse.show(text)
     print("\n".join(map(printable_text, text.getvalue().rstrip("\n").split("\n"))), file=sys.stderr)
@@ -42,17 +42,17 @@ def _failure_message(command: click.Command | None, failure: BaseException) -> t
             faults = [str(_name_option(command, fault)) for fault in failure.faults]
             return "\n".join([*faults, *getattr(failure, "__notes__", ())]), Status.ERROR
         case MemoryError():
-            return "it asks for more memory than there is; ask for less", Status.ERROR
+            return "not enough memory; reduce the size of the model", Status.ERROR
         case KeyboardInterrupt():
             return "interrupted", Status.INTERRUPTED
         case OSError():  # a full disk behind standard output, too many open files, a folder that is gone
             where = f"{failure.filename!r}: " if failure.filename is not None else ""
             return f"{where}the system refused it: {failure.strerror or failure}", Status.ERROR
-    return "this is a fault of the program, not of what you gave; please report it with the lines above", Status.FAULT
+    return "this is an error in the program, not in your input; please report it with the lines above", Status.FAULT
 
 
 def _name_option(command: click.Command | None, fault: Fault) -> Fault:
-    """Return a fault of an argument with the option that gave it in its place; one of a document has a source."""
+    """Return a fault of an argument, located at the option that set it; faults of documents (with a source) are unchanged."""
     flags: dict[str | int | None, str] = {}
     for option in command.params if command else ():
         if isinstance(option, click.Option):
@@ -63,7 +63,7 @@ def _name_option(command: click.Command | None, fault: Fault) -> Fault:
 
 
 def discard_output() -> None:
-    """Throw away what Python would flush at exit, where standard output cannot be written."""
+    """Discard the output that Python would flush at exit, if standard output cannot be written."""
     try:
         sys.stdout.flush()
     except OSError:

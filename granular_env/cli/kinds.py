@@ -13,9 +13,9 @@ class Kind(NamedTuple):
     """A kind of document.
 
     Attributes:
-        words: what messages call it.
-        command: what runs it.
-        keys: a file of this kind has one of them.
+        words: name of the kind in messages.
+        command: command that runs a document of this kind.
+        keys: top-level keys, at least one of which is in each file of this kind.
     """
 
     words: str
@@ -28,7 +28,7 @@ KINDS = {
     "plans of sweeps": Kind("a sweep's plan", "sweep", ("experiment", "measure")),
     "studies": Kind("a study", "study", ("method", "task")),
 }
-"""Kind of document, as `package_contents.shipped_files` calls it -> its words, command and keys."""
+"""Kind of document, named as in `package_contents.shipped_files` -> its name in messages, command and keys."""
 
 
 def document_kind(name: str) -> str:

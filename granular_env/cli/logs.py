@@ -1,4 +1,4 @@
-"""Running on from a log: `replay`, `branch`, `recover`."""
+"""Commands that run or repair a log: `replay`, `branch`, `recover`."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ log_argument = click.argument("log", help="A log.", type=FILE)
 
 @command(
     "replay",
-    epilog="Exit status with --verify: 0 identical; 1 different; 2 it is no log, or cannot be run again; 3 incomplete, "
-    "since the log was not closed (what it holds agrees), or nothing was compared, since it holds no step.",
+    epilog="Exit status with --verify: 0 identical; 1 different; 2 not a log, or not reproducible; 3 incomplete, "
+    "because the log was not closed (its contents agree), or nothing was compared, because it contains no step.",
 )
 @log_argument
 @click.option("--verify", is_flag=True, help="Compare every hash, frame and snapshot bit for bit.")
-@json_option("No progress bar; print the result for programs.")
+@json_option("No progress bar; print the result as JSON.")
 @large_option()
 @component_option()
 def replay(log: str, verify: bool, as_json: bool, allow_large: bool, components: dict[str, Any]) -> int:
@@ -71,10 +71,10 @@ def _verify_log(log: str, as_json: bool, allow_large: bool, components: dict[str
 
 @command("branch")
 @log_argument
-@click.option("--at", metavar="T", type=float, required=True, help="Where to leave the log [s].")
-@set_option("An input from there on, such as input.left_force=100; the others go on as in the log.")
-@click.option("--until", metavar="T", type=float, help="Where to end [s] (default: where the log ends).")
-@click.option("--log", "-o", "out", metavar="PATH", type=FILE, help="Where to record it (default: a new file in logs/).")
+@click.option("--at", metavar="T", type=float, required=True, help="Start time of the branch [s].")
+@set_option("An input from this time on, such as input.left_force=100; other inputs continue as in the log.")
+@click.option("--until", metavar="T", type=float, help="End time [s] (default: the end of the log).")
+@click.option("--log", "-o", "out", metavar="PATH", type=FILE, help="The log to write (default: a new file in logs/).")
 @overwrite_option("Replace the branch's log if it exists.")
 @quiet_option("log")
 @large_option()
@@ -90,7 +90,7 @@ def branch(
     allow_large: bool,
     components: dict[str, Any],
 ) -> int:
-    """Continue from any instant of a log, with other inputs or the same."""
+    """Continue from any instant of a log, with the same or other inputs."""
     from granular_env.experiments.preparation import branch_inputs
     from granular_env.log_runs import run_branch
     from granular_env.recording import open_log
@@ -109,7 +109,7 @@ def branch(
 
 
 def _branch_time_text(requested: float, actual: float, step_size: float) -> str:
-    """Return when a log was left, in words; an instant between two ticks was moved to the nearest, which is said."""
+    """Return the start time of a branch as text, with a note if it was rounded to the nearest tick."""
     between = abs(requested / step_size - round(requested / step_size)) > 1e-6
     return f"{actual:.9g} s" + (f" (the step nearest to {requested:.9g} s)" if between else "")
 
@@ -120,7 +120,7 @@ def _branch_time_text(requested: float, actual: float, step_size: float) -> str:
 @overwrite_option("Replace OUT if it exists.")
 @large_option()
 def recover(log: str, out: str, overwrite: bool, allow_large: bool) -> int:
-    """Make a whole log of one whose program was killed."""
+    """Write a complete log with the intact part of a log whose program was killed."""
     from granular_env.recording import recover
 
     whole = recover(log, out, allow_large=allow_large, overwrite=overwrite)
@@ -130,5 +130,5 @@ def recover(log: str, out: str, overwrite: bool, allow_large: bool) -> int:
     print(f"lost: {lost['lost']} ({lost['bytes_lost']} bytes)")
     if ticks:
         return Status.DONE
-    print("nothing was recovered but the start: the log holds no step")
+    print("only the start was recovered: the log contains no step")
     return Status.DIFFERENT

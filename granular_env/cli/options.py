@@ -20,7 +20,7 @@ Overrides = tuple[Override, ...]
 
 
 class ShippedName(click.ParamType):
-    """A name that comes with the package, of some of the kinds of `granular-env list`, or a file."""
+    """The type of an argument: a shipped name of given kinds, or a file; the shell completes both."""
 
     name = "name"
 
@@ -28,7 +28,7 @@ class ShippedName(click.ParamType):
         self.kinds = kinds
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem[str]]:
-        """Complete the names, or files if no name begins so."""
+        """Return the completions: shipped names, or files if no name matches."""
         from granular_env.package_contents import shipped_overview
 
         known = shipped_overview()
@@ -41,7 +41,7 @@ ANY_KIND = ShippedName("components", "experiments", "plans of sweeps", "studies"
 
 
 def set_option(text: str) -> Decorator:
-    """Let the command take overrides, as `overrides`."""
+    """Add the option --set to a command, as the argument `overrides`."""
     return click.option(
         "--set",
         "overrides",
@@ -61,7 +61,7 @@ def _parse_overrides(ctx: click.Context, param: click.Parameter, texts: Sequence
 
 
 def quiet_option(product: str) -> Decorator:
-    """Let the command print nothing but the path of its product, as `quiet`."""
+    """Add the option --quiet to a command, as the argument `quiet`."""
     text = f"No progress bar; print only the {product}'s path."
     return click.option("--quiet", is_flag=True, callback=_silence_compiler, help=text)
 
@@ -72,34 +72,34 @@ def _silence_compiler(ctx: click.Context, param: click.Parameter, quiet: bool) -
     return quiet
 
 
-def json_option(text: str = "Print the result for programs.") -> Decorator:
-    """Let the command print JSON, as `as_json`."""
+def json_option(text: str = "Print the result as JSON.") -> Decorator:
+    """Add the option --json to a command, as the argument `as_json`."""
     return click.option("--json", "as_json", is_flag=True, help=text)
 
 
 def output_options(product: str) -> Decorator:
-    """Let the command print less, or JSON, as `quiet` or `as_json`."""
+    """Add the options --quiet and --json to a command, which exclude each other."""
 
     def decorate(body: Body) -> Body:
-        as_json = json_option("No progress bar; print the result for programs.")
+        as_json = json_option("No progress bar; print the result as JSON.")
         return quiet_option(product)(as_json(exclusive_options("quiet", "as_json")(body)))
 
     return decorate
 
 
 def overwrite_option(text: str) -> Decorator:
-    """Let the command replace what exists, as `overwrite`."""
+    """Add the option --overwrite to a command, as the argument `overwrite`."""
     return click.option("--overwrite", is_flag=True, help=text)
 
 
 def large_option(text: str = "Lift the limits on sizes that a log may declare.") -> Decorator:
-    """Let the command lift limits, as `allow_large`."""
+    """Add the option --allow-large to a command, as the argument `allow_large`."""
     return click.option("--allow-large", is_flag=True, help=text)
 
 
 def component_option() -> Decorator:
-    """Let the command use components of other packages, as `components`."""
-    text = "Use the installed component NAME of another package: a log does not load code of other packages."
+    """Add the option --component to a command, as the argument `components`."""
+    text = "Allow the component NAME of another installed package; a log alone never loads such code."
     return click.option("--component", "components", metavar="NAME", multiple=True, callback=_load_components, help=text)
 
 
@@ -112,7 +112,7 @@ def _load_components(ctx: click.Context, param: click.Parameter, names: Sequence
 
 
 def exclusive_options(*names: str) -> Decorator:
-    """Refuse two of these options together."""
+    """Refuse a command line with more than one of these options."""
 
     def decorate(body: Body) -> Body:
         @functools.wraps(body)

@@ -1,4 +1,4 @@
-"""The program `granular-env`: its commands, and how each of them ends."""
+"""The program `granular-env`: its commands and its entry point."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from granular_env.cli.command import EXIT_STATUS, Command, Status
 from granular_env.cli.failures import discard_output, report_failure, report_misuse
 
 PROGRAM = "granular-env"
-# Set by the shell script that `_GRANULAR_ENV_COMPLETE=bash_source granular-env` prints, to complete words: see click.
+# click's shell completion sets this variable; `_GRANULAR_ENV_COMPLETE=bash_source granular-env` prints its script.
 VARIABLE = "_GRANULAR_ENV_COMPLETE"
 COMMANDS: tuple[Command, ...] = (
     contents.list_shipped,
@@ -37,14 +37,14 @@ class Program(click.Group):
     """The group of the commands, in the order of their table."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Return the names."""
+        """Return the names of the commands."""
         return list(self.commands)
 
 
 program = Program(
     PROGRAM,
     COMMANDS,
-    help="Wave and fracture experiments in granular media: run, record, replay, branch, see.",
+    help="Wave and fracture experiments in granular media: run, record, replay, branch, view.",
     epilog=f"Begin with: granular-env list; granular-env run nesterenko-1983/3.4-piston\n\n{EXIT_STATUS}",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
@@ -55,7 +55,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command.
 
     Args:
-        arguments: those of the command line; of the process where there are none.
+        arguments: command-line arguments; default: the arguments of the process.
 
     Returns:
         The exit status, a `Status`.

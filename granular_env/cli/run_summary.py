@@ -1,4 +1,4 @@
-"""The result of a finished run, printed in words, or as JSON for programs."""
+"""Printing of the result of a run, as text or as JSON."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def print_result(result: RunResult, quiet: bool = False, as_json: bool = False) -> int:
-    """Print it; return the exit status of the command that ran it."""
+    """Print a result; return the exit status of the command."""
     if as_json:
         print(json.dumps(_result_facts(result), indent=2))
     elif not quiet:
@@ -39,7 +39,7 @@ def silence_own_warnings() -> warnings.catch_warnings:
 
 
 def _result_facts(result: RunResult) -> dict[str, Any]:
-    """Return it as JSON values; figures that nothing gave rise to are null."""
+    """Return a result as JSON values; figures without a value are null."""
     component = result.component
     found, earlier = _split_events(result)
     return {
@@ -60,7 +60,7 @@ def _result_facts(result: RunResult) -> dict[str, Any]:
 
 
 def _split_events(result: RunResult) -> tuple[list[Event], list[Event]]:
-    """Return the events of the run, and those that its component had before, such as before a branch."""
+    """Return the events of the run, and the earlier events of its component, such as those before a branch."""
     found = result.component.events()
     return [event for event in found if event.tick > result.start], [event for event in found if event.tick <= result.start]
 
@@ -70,7 +70,7 @@ def _finite_values(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _json_number(value: Any) -> Any:
-    """Return a number, or a list of those of a vector, with null for numbers that are not finite."""
+    """Return a number, or the components of a vector as a list, with None for numbers that are not finite."""
     if hasattr(value, "tolist"):
         return [_json_number(part) for part in value.tolist()]
     return value if math.isfinite(value) else None
@@ -85,7 +85,7 @@ def _print_summary(result: RunResult) -> None:
     if result.stopped_by is not None:
         print(f"stopped: {result.stopped_by}")
     if result.interrupted:
-        print("interrupted: the log is complete up to there" if result.log else "interrupted")
+        print("interrupted: the log is complete up to this time" if result.log else "interrupted")
     found, earlier = _split_events(result)
     if found or earlier:
         lists = f"; granular-env events {shlex.quote(str(result.log))} lists them" if result.log else ""
@@ -95,7 +95,7 @@ def _print_summary(result: RunResult) -> None:
     for text in (*result.warnings, *result.cautions):
         print(wrap_text(f"note: {printable_text(text)}"))
     for name, value in result.report.items():
-        # Some figures have no value, such as the pressure where nothing touched.
+        # Some figures have no value, such as the contact pressure without contacts.
         if not math.isnan(value):
             print(f"  {name}: {value:.4g}")
     if result.log is not None:

@@ -1,4 +1,4 @@
-"""Running an experiment: `run`."""
+"""Command `run`: run an experiment and record it, or resume an interrupted run."""
 
 from __future__ import annotations
 
@@ -31,27 +31,27 @@ from granular_env.output_files import valid_file_name
 @click.argument(
     "experiment",
     required=False,
-    help="A name of `granular-env list`, or a TOML file.",
+    help="A name from `granular-env list`, or a TOML file.",
     type=ShippedName("experiments"),
 )
 @set_option("Override any key, such as component.grains=500 or start.velocity.0=3.")
-@click.option("--log", "-o", metavar="PATH", type=FILE, help="Where to record it (default: a new file in logs/).")
+@click.option("--log", "-o", metavar="PATH", type=FILE, help="The log to write (default: a new file in logs/).")
 @click.option(
     "--resume",
     "resumed",
     metavar="LOG",
     type=FILE,
-    help="Go on with a run that was killed or interrupted, from its log, to its end; --log: in a log of its own.",
+    help="Resume a killed or interrupted run from its log (with --log PATH, in a new log).",
 )
 @click.option("--no-log", is_flag=True, help="Record nothing.")
 @overwrite_option("Replace the log if it exists.")
 @click.option("--hash-every", metavar="N", type=int, help="Hash the state every N ticks; 1 lets a verification name the tick.")
-@click.option("--live", is_flag=True, help="Show the run in rerun while it goes on.")
+@click.option("--live", is_flag=True, help="Show the run in rerun while it is computed.")
 @click.option(
     "--pace",
     metavar="SECONDS",
     type=float,
-    help="With --live: how long the run takes to watch (default: 10; 0: no longer than needed).",
+    help="With --live: least wall time of the run (default: 10; 0: as fast as possible).",
 )
 @large_option("With --resume: lift the limits on sizes that a log may declare.")
 @component_option()
@@ -78,7 +78,7 @@ def run(
 ) -> int:
     """Run an experiment and record it.
 
-    With --resume LOG alone the experiment is the log's; with an EXPERIMENT too, a log of another one is refused.
+    --resume LOG continues the experiment of the log. If an EXPERIMENT is also given, the log must belong to it.
     """
     if resumed is not None:
         return _resume_run(
@@ -110,9 +110,9 @@ def run(
 
 @contextmanager
 def log_target(requested: str | None, name: str, overwrite: bool) -> Iterator[tuple[Path, bool]]:
-    """Give where to record, and whether an existing file may be replaced.
+    """Yield the path of the log to write, and whether an existing file may be replaced.
 
-    Without a path it is the first of logs/<name>-1.mcap, -2, ... that does not exist, reserved by an empty file, which is
+    The default path is the first of logs/<name>-1.mcap, -2, ... that does not exist, reserved by an empty file, which is
     removed if nothing was recorded.
     """
     if requested:
@@ -132,7 +132,7 @@ def log_target(requested: str | None, name: str, overwrite: bool) -> Iterator[tu
 
 
 def _reserve_file(path: Path) -> bool:
-    """Create an empty file; return whether there was none."""
+    """Create an empty file; return False if the file exists."""
     try:
         path.touch(exist_ok=False)
     except FileExistsError:
@@ -155,7 +155,7 @@ def _resume_run(
     from granular_env.log_runs import resume
 
     if overrides and experiment is None:
-        raise click.UsageError("--set goes with an EXPERIMENT; --resume alone takes the experiment of the log as it is.")
+        raise click.UsageError("--set requires an EXPERIMENT; --resume alone uses the experiment of the log unchanged.")
     show = not quiet and not as_json
     with silence_own_warnings():
         result = resume(

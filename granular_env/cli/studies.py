@@ -1,4 +1,4 @@
-"""Searching for the best drive of a task: `study`."""
+"""Command `study`: search for the best drive of a task."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from granular_env.terminal_text import align_columns, align_table
 if TYPE_CHECKING:
     from granular_env.control.results import StudyResult
 
-# The first notes are printed.
+# Largest number of printed notes.
 _MOST_NOTES = 3
 
 
 @command("study")
 @click.argument(
-    "study", required=False, help="A name of `granular-env study --list`, or a TOML file.", type=ShippedName("studies")
+    "study", required=False, help="A name from `granular-env study --list`, or a TOML file.", type=ShippedName("studies")
 )
-@click.option("--list", "listing", is_flag=True, help="The studies that come with the package, and the tasks.")
-@click.option("-o", "--out", metavar="FOLDER", type=FOLDER, help="Where its results go (default: studies/NAME).")
+@click.option("--list", "listing", is_flag=True, help="List the shipped studies and the tasks.")
+@click.option("-o", "--out", metavar="FOLDER", type=FOLDER, help="Folder of the results (default: studies/NAME).")
 @set_option("Override any key, such as budget=100000, task.grains=30 or method.0.population=8.")
 @click.option("--only", metavar="METHOD", multiple=True, help="Run only this method (may be repeated).")
 @quiet_option("table")
 def study(study: str | None, listing: bool, out: str | None, overrides: Overrides, only: tuple[str, ...], quiet: bool) -> int:
-    """Let methods search for the best drive of a task, and compare them; a study that was interrupted continues."""
+    """Optimise the drive of a task by several methods and compare the results; an interrupted study continues."""
     if listing:
         return _list_studies()
     from granular_env.control.results import TABLE
@@ -39,7 +39,7 @@ def study(study: str | None, listing: bool, out: str | None, overrides: Override
     from granular_env.control.study import load_study
 
     if study is None:
-        hint = "`granular-env study --list` names those that come with the package"
+        hint = "`granular-env study --list` lists the shipped studies"
         raise ExperimentError("no study was named", hint=hint, at="study")
     refuse_other_kinds(study, "study")
     with silence_own_warnings():
@@ -57,7 +57,7 @@ def closing_text(result: StudyResult) -> str:
     lines.append("baselines: " + ", ".join(f"{name} {score.value:.6g}" for name, score in result.baselines.items()))
     lines += [f"note: {text}" for text in result.notes[:_MOST_NOTES]]
     if result.interrupted:
-        lines.append("interrupted: the finished trials are kept; the same command continues")
+        lines.append("interrupted: the finished trials are kept; repeat the command to continue")
     files = {"table": TABLE, "figure": FIGURE, "logs": "logs"}
     return "\n".join([*lines, *(f"{name}: {shlex.quote(str(result.folder / file))}" for name, file in files.items())])
 
@@ -68,5 +68,5 @@ def _list_studies() -> int:
 
     print(f"studies\n{align_columns(shipped_overview()['studies'].items())}\n")
     print(f"tasks\n{align_columns(environment_names().items())}\n")
-    print("granular-env new STUDY -o FILE.toml writes one to start from; granular-env study FILE.toml runs it.")
+    print("granular-env new STUDY -o FILE.toml writes a copy to edit; granular-env study FILE.toml runs it.")
     return Status.DONE

@@ -1,4 +1,4 @@
-"""One experiment at many values of its keys: `sweep`."""
+"""Command `sweep`: run one experiment for many values of its keys."""
 
 from __future__ import annotations
 
@@ -17,28 +17,28 @@ if TYPE_CHECKING:
 
 
 @command("sweep")
-@click.argument("plan", help="A plan of `granular-env list`, or a TOML file.", type=ShippedName("plans of sweeps"))
+@click.argument("plan", help="A plan from `granular-env list`, or a TOML file.", type=ShippedName("plans of sweeps"))
 @click.option(
     "-o",
     "--out",
     metavar="FOLDER",
     type=FOLDER,
-    help="Where results are kept (default: sweeps/ and the plan's name).",
+    help="Folder of the results (default: sweeps/ and the plan's name).",
 )
 @click.option(
     "--engine",
     type=click.Choice(("processes", "serial", "ray")),
     default="processes",
-    help="Where tasks run (default: processes).",
+    help="Engine that runs the tasks (default: processes).",
 )
-@click.option("--address", metavar="HOST:PORT", help="A Ray cluster (default: one of our own, on this machine).")
-@click.option("--workers", metavar="N", type=int, help="How many tasks at a time (default: one for each core).")
+@click.option("--address", metavar="HOST:PORT", help="Address of a Ray cluster (default: start one on this machine).")
+@click.option("--workers", metavar="N", type=int, help="Number of tasks run in parallel (default: one per core).")
 @click.option(
-    "--time-limit", metavar="SECONDS", type=float, help="End a task after this wall time; it is tried again next time."
+    "--time-limit", metavar="SECONDS", type=float, help="End a task after this wall time; repeating the command retries it."
 )
-@click.option("--part", metavar="I/N", default="0/1", help="Compute the tasks I, I + N, I + 2N, ... alone, for job arrays.")
-@click.option("--merge", is_flag=True, help="Compute nothing; write the table of the results of all parts.")
-@set_option("A key of the experiment, for every task, such as component.grains=500.")
+@click.option("--part", metavar="I/N", default="0/1", help="Compute only the tasks I, I + N, I + 2N, ..., for job arrays.")
+@click.option("--merge", is_flag=True, help="Only write the table of the results of all parts.")
+@set_option("Override a key of the experiment in every task, such as component.grains=500.")
 @large_option("Lift the limit on the number of tasks.")
 @output_options("table")
 def sweep(
@@ -56,7 +56,7 @@ def sweep(
     quiet: bool,
     as_json: bool,
 ) -> int:
-    """Run an experiment at many values of its keys, into one table; tasks that have a result are not run again."""
+    """Run an experiment for many values of its keys and write one table; tasks with a result are not repeated."""
     from granular_env.sweep import load_plan, open_sweep, run_sweep
     from granular_env.sweep.console import closing_text
     from granular_env.sweep.runner import results_folder

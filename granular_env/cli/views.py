@@ -1,4 +1,4 @@
-"""Looking at a log: `view` and `report`."""
+"""Commands that show a log: `view` and `report`."""
 
 from __future__ import annotations
 
@@ -15,15 +15,13 @@ from granular_env.components.errors import ParameterError
 
 @command("view")
 @log_argument
-@click.option("--web", is_flag=True, help="In the browser, served on this machine only.")
+@click.option("--web", is_flag=True, help="Show the log in the browser, served on this machine only.")
 @click.option("--save", metavar="RRD", type=FILE, help="Write a file for rerun instead.")
-@click.option("--screenshot", metavar="PNG", type=FILE, help="Write a picture instead; needs no screen.")
+@click.option("--screenshot", metavar="PNG", type=FILE, help="Write a picture instead, without a screen.")
 @click.option("--foxglove-layout", metavar="JSON", type=FILE, help="Write a layout for Foxglove instead, to import there.")
+@click.option("--exaggerate", metavar="F", type=float, help="Draw displacements F times larger (default: visibly large).")
 @click.option(
-    "--exaggerate", metavar="F", type=float, help="Draw displacements F times larger (default: so that one sees them)."
-)
-@click.option(
-    "--at", metavar="T", type=float, help="Instant of the screenshot [s] (default: the end if anything broke, else two thirds)."
+    "--at", metavar="T", type=float, help="Time of the screenshot [s] (default: the end of a run with events, else two thirds)."
 )
 @click.option("--colour", metavar="NAME", help="Colour by this recorded output, such as surface_plastic_strain.")
 @large_option()
@@ -39,12 +37,12 @@ def view(
     colour: str | None,
     allow_large: bool,
 ) -> int:
-    """Look at a log in rerun, or write what rerun or Foxglove show."""
+    """Show a log in rerun, or write a file for rerun or Foxglove."""
     from granular_env import viewing
     from granular_env.recording import open_log
 
     if at is not None and not screenshot:
-        raise ParameterError("is the instant of a screenshot", hint="give --screenshot PNG too", at="at")
+        raise ParameterError("applies to screenshots only", hint="give --screenshot PNG too", at="at")
     opened = open_log(log, allow_large=allow_large)
     try:
         if save:
@@ -64,10 +62,10 @@ def view(
 
 @command("report")
 @log_argument
-@click.option("-o", "--out", metavar="FOLDER", type=FOLDER, help="Where to write it (default: beside the log, by its name).")
-@click.option("--variables", metavar="NAME", multiple=True, help="A recorded output to show, repeatable (default: all).")
-@click.option("--indices", metavar="I", type=int, multiple=True, help="Whose histories, repeatable (default: up to five).")
-@click.option("--times", metavar="T", type=float, multiple=True, help="An instant of the profiles [s] (default: four).")
+@click.option("-o", "--out", metavar="FOLDER", type=FOLDER, help="Folder of the report (default: next to the log).")
+@click.option("--variables", metavar="NAME", multiple=True, help="Recorded output to show, repeatable (default: all).")
+@click.option("--indices", metavar="I", type=int, multiple=True, help="Element of the histories, repeatable (default: five).")
+@click.option("--times", metavar="T", type=float, multiple=True, help="Time of the profiles [s], repeatable (default: four).")
 @large_option()
 def report(
     log: str,

@@ -23,10 +23,10 @@ D = TypeVar("D", bound="Document")
 
 
 class Document(Table):
-    """Base of the models of whole files.
+    """Base class of the models of whole files.
 
     Attributes:
-        kind: its name in messages.
+        kind: name of the kind of document in messages.
         shelf: kind of shipped files, as in `shipped_files`.
     """
 

@@ -40,16 +40,16 @@ def find_file(source: Any, kind: str, shelf: str) -> Path:
     if os.path.isdir(path):
         raise ExperimentError("it is a folder", expected="a TOML file or a name of `granular-env list`", source=str(path))
     if path.suffix == ".toml":
-        hint = "paths are relative to the current folder; `granular-env list` names what is shipped"
+        hint = "paths are relative to the current folder; `granular-env list` lists all shipped names"
         raise ExperimentError("there is no such file", hint=hint, source=str(path))
     advice = nearest_name_hint(str(source), shipped)
-    raise ExperimentError(f"got {one_line(str(source), 60)}", expected="a shipped one's name or a file", hint=advice, at=kind)
+    raise ExperimentError(f"got {one_line(str(source), 60)}", expected="a shipped name or a file", hint=advice, at=kind)
 
 
 def read_data_file(path: Path) -> bytes:
     """Return the bytes of a CSV file named in a document; `ExperimentError` if it cannot be read."""
     try:
-        return read_limited_file(path, LARGEST_FILE, "thin the samples out", ExperimentError)
+        return read_limited_file(path, LARGEST_FILE, "reduce the number of samples", ExperimentError)
     except ExperimentError:
         raise
     except (OSError, ValueError) as error:
@@ -72,7 +72,7 @@ def nearest_name_hint(name: str, names: Iterable[str]) -> str:
     known_as = {one: one for one in names}
     known_as |= {one.rpartition("/")[2]: one for one in known_as}
     close = [name] if name in known_as else difflib.get_close_matches(name, known_as, n=1, cutoff=0.6)
-    return f"did you mean {known_as[close[0]]!r}?" if close else "`granular-env list` names all"
+    return f"did you mean {known_as[close[0]]!r}?" if close else "`granular-env list` lists all names"
 
 
 def read_toml(path: Path) -> dict[str, Any]:

@@ -45,7 +45,7 @@ def to_overrides(source: Any) -> tuple[Override, ...]:
 
 
 def set_key(content: dict[str, Any], override: Override) -> None:
-    """Set a key of a document; create tables on its path if necessary, also from a parameter that is a name.
+    """Set a key of a document; create missing tables on its path, and turn a name on its path into a table with this name.
 
     Raises:
         ExperimentError: the key leads into a value that is not a table, or past the end of a list.
@@ -111,7 +111,7 @@ def _parse_assignment(text: str) -> Override:
         parsed = {"value": value} if _BARE_WORD.fullmatch(value) else {}
     if parsed.keys() != {"value"}:
         advice = "write a number, a list, or a string in quotes"
-        raise _override_error(Override((), None, text), f"{one_line(value, 60)} is no TOML value; {advice}")
+        raise _override_error(Override((), None, text), f"{one_line(value, 60)} is not a TOML value; {advice}")
     return _make_override(key, parsed["value"], text)
 
 
@@ -122,7 +122,7 @@ def _make_override(key: Any, value: Any, text: str | None = None) -> Override:
     override = Override(parts, value, text or f"{key}={shown}")
     if not all(parts) or not parts:
         raise _override_error(
-            override, f"got the key {one_line(key)}, expected names with dots between them, such as component.grains"
+            override, f"got the key {one_line(key)}, expected names separated by dots, such as component.grains"
         )
     return override
 

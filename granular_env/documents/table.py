@@ -14,7 +14,7 @@ from granular_env.components.support.validation import validation_faults
 
 
 class Table(BaseModel):
-    """Base of all tables of a document: frozen, strict types, no unknown keys, finite numbers.
+    """Base class of all tables of a document: frozen, strict types, no unknown keys, finite numbers.
 
     The message for a missing field uses its description, or "advice" in its `json_schema_extra`.
     """
@@ -40,13 +40,13 @@ class Table(BaseModel):
 class TableChoice:
     """A marker for a union of tables selected by a key: ``Annotated[Triangle | Constant, TableChoice("profile")]``.
 
-    Each table declares its value as a Literal of this field.
+    Each table declares this key as a field whose type is a Literal with its value.
     """
 
     key: str
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Select the table first, so that only its faults are reported."""
+        """Validate only the selected table, so that only faults of this table are reported."""
         return core_schema.no_info_plain_validator_function(lambda given: self._select_table(given, get_args(source)))
 
     def _select_table(self, content: Any, tables: tuple[type[Table], ...]) -> Table:

@@ -26,7 +26,7 @@ def cost_note(ready: Prepared) -> str:
         return ""
     length, unit = next((pair for pair in _UNITS if seconds >= pair[0]), _UNITS[-1])
     duration = f"{seconds / length:.2g} {unit}"
-    return f"this takes about {duration} on this machine, and records up to {size_text(size)} before compression"
+    return f"the run takes about {duration} on this machine, and records up to {size_text(size)} before compression"
 
 
 def _seconds_per_tick(ready: Prepared) -> float:
@@ -55,9 +55,9 @@ def log_bytes(ready: Prepared) -> int:
 def announce_log_size(ready: Prepared, at_once: bool) -> None:
     """Print a note on a log of 10 MB or more if `at_once` is set; otherwise warn about a log of 200 MB or more."""
     size = log_bytes(ready)
-    note = f"the log takes up to {size_text(size)} before compression, and on the disk at most two thirds of that"
+    note = f"the log takes up to {size_text(size)} before compression, and at most two thirds of that on the disk"
     if size >= LARGE_LOG:
-        note += f"; {_LESS} for a smaller one"
+        note += f"; {_LESS} for a smaller log"
     if at_once and size >= NOTED_LOG:
         print(f"note: {note}", file=sys.stderr)
     elif size >= LARGE_LOG:

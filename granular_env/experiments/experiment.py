@@ -36,7 +36,7 @@ class ComponentTable(Table):
 
     model_config = ConfigDict(extra="allow")
 
-    type: str = Field(description="a catalogue name, such as 'chain'")
+    type: str = Field(description="name of the component's type, such as 'chain'")
 
     @property
     def parameters(self) -> dict[str, Any]:
@@ -63,7 +63,7 @@ class RecordTable(Table):
         default=None, gt=0.0, description="time between two frames of the outputs [s]; default: 160 to 400 frames"
     )
     variables: list[str] | None = Field(
-        default=None, description="names of the recorded outputs; default: the state, drawn outputs and numbers"
+        default=None, description="names of the recorded outputs; default: the state, drawn outputs and scalars"
     )
     hash_every: int | None = Field(
         default=None, ge=1, description="ticks between two hashes of the state; default: 4096", examples=[1]
@@ -88,10 +88,10 @@ class Experiment(Document):
     shelf: ClassVar[str] = "experiments"
 
     name: str = Field(min_length=1, max_length=200, description="name of the experiment in logs and reports")
-    description: str = Field("", description="the purpose and the result", examples=["a solitary wave at 5 m/s"])
+    description: str = Field("", description="purpose and result of the experiment", examples=["a solitary wave at 5 m/s"])
     source: str | None = Field(None, description="a citation")
     duration: float = Field(gt=0.0, description="simulated time from start to end [s]")
-    seed: int | None = Field(None, ge=0, lt=2**63, description="seed of components that draw random numbers", examples=[1])
+    seed: int | None = Field(None, ge=0, lt=2**63, description="seed of components that use random numbers", examples=[1])
     component: ComponentTable = Field(
         description="type and parameters of the component",
         examples=[{"type": "chain", "grains": 40}],
@@ -99,7 +99,7 @@ class Experiment(Document):
     )
     start: dict[str, Any] = Field(default_factory=dict, description="start values of state variables")
     input: dict[str, Input] = Field(
-        default_factory=dict, description="inputs of the component: numbers, lists, or profiles of time"
+        default_factory=dict, description="inputs of the component: numbers, lists, or time profiles"
     )
     stop: list[StopRule] = Field(
         default_factory=list, description="rules that end the run early", examples=[[{"variable": "position", "above": 1.0}]]

@@ -57,7 +57,7 @@ def _parse_pattern(value: Any) -> list[Any] | dict[str, Any]:
 class ProfileTable(Table):
     """A profile: the input as a function of time. The other keys depend on `profile`."""
 
-    profile: Any = Field(description="constant, triangle, half_sine, table, csv, piecewise or sum")
+    profile: Any = Field(description="kind of time profile: constant, triangle, half_sine, table, csv, piecewise or sum")
     pattern: Annotated[list[Any] | dict[str, Any], PlainValidator(_parse_pattern)] | None = Field(
         None,
         description="factor of each element of the input: a list, or a table {index: value or row}; default: 1",
@@ -66,7 +66,7 @@ class ProfileTable(Table):
     @classmethod
     def advice_for_unknown(cls, key: str, given: Mapping[str, Any]) -> str:
         """Return advice on setting one element of an input that a profile drives."""
-        return f"an element of a profile is set in its pattern: pattern[{key}]" if is_index(key) else ""
+        return f"set an element of a profile in its pattern: pattern[{key}]" if is_index(key) else ""
 
     def make_profile(self, folder: Path, unit: str) -> Profile:
         """Return the profile for an input with this unit; paths are relative to `folder`."""
@@ -77,7 +77,7 @@ class ConstantTable(ProfileTable):
     """`value` from `start` on."""
 
     profile: Literal["constant"] = "constant"
-    value: float = Field(description="the input's value, in its unit")
+    value: float = Field(description="value of the input, in the input's unit")
     start: float = Field(0.0, description="start time [s]")
 
 
@@ -85,7 +85,7 @@ class TriangleTable(ProfileTable):
     """A triangle from 0 to `peak` in `rise`, back to 0 at `duration`; with rise = 0 it falls from the peak."""
 
     profile: Literal["triangle"] = "triangle"
-    peak: float = Field(description="the greatest value, in the input's unit")
+    peak: float = Field(description="peak value, in the input's unit")
     duration: float = Field(description="length of the pulse [s]")
     rise: float = Field(0.0, description="time from 0 to the peak [s]")
     start: float = Field(0.0, description="start time [s]")
@@ -95,7 +95,7 @@ class HalfSineTable(ProfileTable):
     """Half a sine wave."""
 
     profile: Literal["half_sine"] = "half_sine"
-    peak: float = Field(description="the greatest value, in the input's unit")
+    peak: float = Field(description="peak value, in the input's unit")
     duration: float = Field(description="length of the pulse [s]")
     start: float = Field(0.0, description="start time [s]")
 
@@ -105,30 +105,32 @@ class SamplesTable(ProfileTable):
 
     profile: Literal["table"] = "table"
     times: list[float] = Field(description="increasing times [s]")
-    values: list[float] = Field(description="one for each time, in the input's unit")
-    after: float | Literal["hold"] = Field(0.0, description='the value after the last sample, or "hold"')
+    values: list[float] = Field(description="values at the sample times, in the input's unit")
+    after: float | Literal["hold"] = Field(0.0, description='value after the last sample, or "hold"')
 
 
 class CsvTable(ProfileTable):
     """A measured history in a CSV file."""
 
     profile: Literal["csv"] = "csv"
-    path: str = Field(min_length=1, pattern=r"^[^\x00]*$", description="the CSV file, relative to the experiment's")
-    time_column: str | int = Field(description="the time column's name, or its number from 0")
-    value_column: str | int = Field(description="the value column's name, or its number from 0")
-    time_unit: str | None = Field(None, description="s, ms, us, ns or sec, ...; or given in the CSV's header")
-    value_unit: str | None = Field(None, description="such as kN or mm/s, or V with a scale; or given in the CSV's header")
+    path: str = Field(min_length=1, pattern=r"^[^\x00]*$", description="path of the CSV file, relative to the experiment file")
+    time_column: str | int = Field(description="name of the time column, or its number from 0")
+    value_column: str | int = Field(description="name of the value column, or its number from 0")
+    time_unit: str | None = Field(None, description="unit of the times: s, ms, us, ns, sec, ...; default: from the CSV header")
+    value_unit: str | None = Field(
+        None, description="unit of the values: kN, V with a scale, ...; default: from the CSV header"
+    )
     delimiter: Literal[",", ";", "\t", " "] = Field(",", description="separator of the columns")
-    decimal: Literal[".", ","] = Field(".", description="the decimal mark")
+    decimal: Literal[".", ","] = Field(".", description="decimal mark")
     skip: int = Field(0, ge=0, description="number of lines to skip at the beginning, such as the preamble of an oscilloscope")
     gaps: Literal["refuse", "bridge"] = Field(
-        "refuse", description="gaps of over 10 median sampling steps: refuse them, or interpolate linearly"
+        "refuse", description="treatment of gaps of over 10 median sampling steps: refuse them, or interpolate linearly"
     )
     scale: float | None = Field(
         None, description="factor of the values: a number, or a sensor's calibration in the input's unit per volt; default: 1"
     )
-    offset_time: float = Field(0.0, description="added to the times [s]")
-    after: float | Literal["hold"] = Field(0.0, description='the value after the last sample, in SI, or "hold"')
+    offset_time: float = Field(0.0, description="offset added to the times [s]")
+    after: float | Literal["hold"] = Field(0.0, description='value after the last sample, in SI, or "hold"')
 
     def make_profile(self, folder: Path, unit: str) -> Profile:
         """See `Profile.from_csv`."""
@@ -142,7 +144,7 @@ class PiecewiseTable(ProfileTable):
     profile: Literal["piecewise"] = "piecewise"
     starts: list[float] = Field(description="start times of the pieces [s]", examples=[[0.0, 1e-4]])
     coefficients: list[list[float]] = Field(
-        description="for each piece: value, rate per second, ...", examples=[[[0.0, 5e4], [5.0]]]
+        description="coefficients of each piece: value, rate per second, ...", examples=[[[0.0, 5e4], [5.0]]]
     )
 
 
@@ -161,7 +163,7 @@ class SumTable(ProfileTable):
         for index, table in enumerate(profiles):
             if table.pattern is not None:
                 raise ParameterError(
-                    "got a pattern", expected="none in a part of a sum; give the sum one pattern", at=(index, "pattern")
+                    "got a pattern", expected="no pattern in a term of a sum; give the sum one pattern", at=(index, "pattern")
                 )
         return profiles
 

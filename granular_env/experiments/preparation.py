@@ -33,8 +33,8 @@ class Prepared:
 
     Attributes:
         experiment: the experiment.
-        component: in its start state.
-        inputs: of the first step, held afterwards.
+        component: the component in its start state.
+        inputs: inputs of the first step, held afterwards.
         ticks: length of the run in internal steps.
         stops: the stop rules on the component's ticks.
     """
@@ -51,7 +51,7 @@ def prepare_experiment(experiment: Experiment, has_trial_step: bool = True) -> P
 
     Args:
         experiment: the experiment to prepare.
-        has_trial_step: make one step with the inputs and reset, to find refusals that only a step detects.
+        has_trial_step: make one step with the inputs and reset, to find errors that only a step detects.
 
     Raises:
         ExperimentError: names file, table and key, the received and the expected value.
@@ -86,7 +86,7 @@ def reset_component(component: Component, experiment: Experiment) -> None:
     states = [v.name for v in component.variables.values() if v.state]
     for name in experiment.start:
         if name not in states:
-            came = "an output, but not of the state" if name in component.variables else "unknown"
+            came = "an output, but not a state variable" if name in component.variables else "unknown"
             raise ParameterError(came, hint=spelling_hint(name, states), at=("start", name))
     component.reset(seed=experiment.seed, **experiment.start)
 
@@ -142,8 +142,8 @@ def _complete_input(component: Component, variable: Variable, value: dict[str, A
     """Return an input with some elements given; the other elements keep the component's values."""
     at = ("input", variable.name)
     if isinstance(component.held_inputs[variable.name], CompiledProfile):
-        hint = f"set it as a whole, input.{variable.name}=..."
-        raise ParameterError("got some elements, but a profile of time drives this input", hint=hint, at=at)
+        hint = f"set the whole input, input.{variable.name}=..."
+        raise ParameterError("got single elements, but a time profile drives this input", hint=hint, at=at)
     array = start_array(at, value, variable.shape, component.get(variable.name))
     return array if variable.shape else float(array)
 
@@ -161,8 +161,8 @@ def _warn_if_cut_short(where: str, value: InputValue, duration: float) -> None:
     end = float(value.starts[-1]) if isinstance(value, Profile) else 0.0
     if duration < _SHORT_RUN * end:
         issue_warning(
-            f"{where}: the run ends at {duration:g} s, after {100.0 * duration / end:.2g} % of the signal, which goes on to "
-            f"{end:g} s; check the unit of its times and the duration"
+            f"{where}: the run ends at {duration:g} s, after {100.0 * duration / end:.2g} % of the signal, which ends at "
+            f"{end:g} s; check the unit of the signal's times, and the duration"
         )
 
 

@@ -29,7 +29,7 @@ class StopRule(Table):
 
     variable: str = Field(description="the watched output, or an element of it", examples=["velocity[99]"])
     reduce: Literal["max", "min", "any"] | None = Field(
-        None, description="how the elements of an array are combined; default: any"
+        None, description="reduction over the elements of an array; default: any"
     )
     above: float | None = Field(None, description="upper limit, in the variable's unit", examples=[1.0])
     below: float | None = Field(None, description="lower limit, in the variable's unit", examples=[0.0])
@@ -47,7 +47,7 @@ class StopRule(Table):
         except ParameterError as error:
             raise error.with_outer_location("variable") from None
         if self._element.index and self.reduce is not None:
-            raise ValueError(f"{self.variable} is one element, so there is nothing to reduce; leave reduce out")
+            raise ValueError(f"{self.variable} is one element, so there is nothing to reduce; omit reduce")
         return self
 
     @property
@@ -72,7 +72,7 @@ class StopRule(Table):
 
 
 class StopWatch:
-    """The stop rules of a run, on the ticks of its component."""
+    """The stop rules of a run, with their intervals in ticks of the component."""
 
     def __init__(self, rules: list[StopRule], component: Component, default_every: float | None) -> None:
         """Check the rules against the component's variables; `ParameterError` names the mismatch."""

@@ -57,10 +57,10 @@ def write_template(name: str, target: Path, force: bool = False, text: str = "")
     """Write a template file completely or not at all; replace nothing without `force`.
 
     Args:
-        name: of a template; the CSV files that an experiment names are copied next to the new file.
-        target: the file.
-        force: replace files.
-        text: its content, if not from a template.
+        name: name of a template; the CSV files of an experiment are copied next to the new file.
+        target: the file to write.
+        force: whether existing files may be replaced.
+        text: content of the file, if not from a template.
 
     Returns:
         The written files.
@@ -88,7 +88,7 @@ def logged_experiment(path: str, new_name: str | None = None) -> str:
         content = log.metadata.get("experiment")
     if not isinstance(content, dict):
         raise ExperimentError(
-            "a script recorded this log, it holds no experiment", hint="`granular-env new chain` begins one", source=str(path)
+            "the log contains no experiment (recorded by a script)", hint="use `granular-env new chain`", source=str(path)
         )
     return to_toml({**content, "name": new_name} if new_name else content)
 
@@ -108,10 +108,10 @@ def _component_template(name: str) -> str:
     step = component.step_size
     lines = [
         f"# An experiment with the component {name!r}: {first_sentence(kind.__doc__ or '')}",
-        '# Lines that begin with "# ", a key and "=" hold the default; take the mark away to change it. What is automatic is',
-        "# computed from the rest; write key = value to set it.",
+        '# Lines of the form "# key = value" show defaults; remove the "#" to change a value. Automatic values are computed',
+        "# from other parameters; write key = value to set them.",
         f'name = "my-{name}"',
-        'description = "what it shows"',
+        'description = "purpose and result"',
         _commented_line(f"duration = {_format_float(1000 * step)}", "s"),
         "",
         "[component]",
@@ -128,9 +128,9 @@ def _component_template(name: str) -> str:
     kept = [v.name for v in states]
     lines += [
         "",
-        _commented_line("# [[stop]]", "ends the run early; there may be several"),
+        _commented_line("# [[stop]]", "rule that ends the run early; several are allowed"),
         f'# variable = "{kept[0] if kept else "kinetic_energy"}"',
-        _commented_line("# above = 1.0", "or below; of an array one element, NAME[3], or reduce"),
+        _commented_line("# above = 1.0", "or below; for an array, an element NAME[3], or reduce"),
         "",
         "[record]",
         _commented_line(f"every = {_format_float(10 * step)}", "s between two frames"),
@@ -143,9 +143,9 @@ def _parameter_lines(model: type[BaseModel], example: Mapping[str, Any], table: 
     """Return the keys of a table of parameters, with the keys of its parts as tables below.
 
     Args:
-        model: of the table.
-        example: the keys that are set; other keys are comments with their defaults.
-        table: its name.
+        model: model of the table.
+        example: values of the keys to set; other keys are written as comments with their defaults.
+        table: name of the table.
     """
     lines: list[str] = []
     parts = parameter_tables(model)
@@ -178,9 +178,9 @@ def _profile_lines(variable: Variable, step: float, mark: str) -> list[str]:
     """Return the lines of an input with a time profile, each preceded by `mark`."""
     peak = _format_float(variable.nominal)
     lines = [
-        _commented_line(f"{mark}[input.{variable.name}]", f"{variable.unit}, {variable.description}: a profile of time, or"),
+        _commented_line(f"{mark}[input.{variable.name}]", f"{variable.unit}, {variable.description}: a time profile, or"),
         _commented_line(
-            "", f"in [input] {variable.name} = {_example_elements(variable, variable.nominal)}, held from the start"
+            "", f"in [input] {variable.name} = {_example_elements(variable, variable.nominal)}, constant from the start"
         ),
         _commented_line(f'{mark}profile = "half_sine"', "constant, triangle, half_sine, table, csv, piecewise, sum"),
         _commented_line(f"{mark}peak = {peak}", variable.unit),
@@ -188,7 +188,7 @@ def _profile_lines(variable: Variable, step: float, mark: str) -> list[str]:
     ]
     if variable.shape:
         some = _example_elements(variable, 1.0)
-        lines.append(_commented_line(f"{mark}pattern = {some}", "what each element gets of it; left out: all of it"))
+        lines.append(_commented_line(f"{mark}pattern = {some}", "factor of each element; default: 1"))
     return lines
 
 

@@ -24,9 +24,9 @@ class Place(NamedTuple):
     """The position of a segment in the log.
 
     Attributes:
-        segment: its number.
-        start: its first tick.
-        before: ticks of the whole log, and of its parents, before the segment.
+        segment: number of the segment.
+        start: first tick of the segment.
+        before: number of ticks in the log and its parents before the segment.
     """
 
     segment: int
@@ -34,7 +34,7 @@ class Place(NamedTuple):
     before: int
 
     def age(self, tick: int) -> int:
-        """Return the ticks of the whole log, and of its parents, before a tick of this segment."""
+        """Return the number of ticks in the log and its parents before a tick of this segment."""
         return self.before + tick - self.start
 
 
@@ -43,7 +43,7 @@ class Batch:
     """All data of a segment between two writes, or the observations of the current step.
 
     Attributes:
-        place: of the segment.
+        place: position of the segment in the log.
         first: tick before the first step.
         steps: alternating tick after each step and inputs set by the step.
         frames: (tick, one value for each recorded variable).
@@ -82,7 +82,7 @@ class Batch:
 
 
 class Profiles:
-    """Numbers of compiled profiles, `count` of which are in the log; a cached object keeps its number."""
+    """The numbering of compiled profiles, `count` of which are in the log; a cached profile keeps its number."""
 
     def __init__(self, count: int = 0) -> None:
         self._known: dict[int, tuple[CompiledProfile, int]] = {}
@@ -101,7 +101,7 @@ class Profiles:
         return known[1]
 
     def new_profiles(self) -> dict[str, np.ndarray]:
-        """Return the profiles not yet stored, concatenated, and position -> pattern of the profiles that have one."""
+        """Return the profiles not yet stored as concatenated arrays, and position -> pattern for profiles with a pattern."""
         profiles, self._new = self._new, []
         patterns = {f"pattern.{place}": p.pattern for place, p in enumerate(profiles) if p.pattern is not None}
         return patterns | {

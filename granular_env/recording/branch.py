@@ -1,4 +1,4 @@
-"""Branches: continuations of a log's component from any time with other inputs, or with the same inputs and bits."""
+"""Branches: continuations of a log from any time with other inputs, or with the same inputs and bitwise equal results."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Branch:
         parent: the log.
         segment, tick: position in the log.
         component: the component, to be stepped directly or by `run`.
-        remaining: tick -> inputs that the log set from there on.
+        remaining: tick -> inputs that the log sets from this position on.
     """
 
     parent: Log
@@ -61,10 +61,10 @@ class Branch:
         Args:
             log: path of the new log.
             inputs: values or profiles from here on, instead of the log's inputs.
-            until: end time on the component's clock [s]; default the end of the log's segment. Beyond it, the last inputs are
+            until: end time on the component's clock [s]; default: the end of the log's segment. Beyond it, the last inputs are
                 held.
-            every: as for `record`; default: the frame times of the parent.
-            variables: as for `record`; default: the variables of the parent.
+            every: time between frames, as for `record`; default: the frame times of the parent.
+            variables: recorded variables, as for `record`; default: the variables of the parent.
             overwrite: whether an existing file may be replaced.
 
         Returns:
@@ -83,7 +83,7 @@ class Branch:
         """Return the tick at which to stop, by default the end of the log's segment; `ParameterError` if it has passed."""
         end = self.segment.end if until is None else self.component.duration_ticks(until, "until")
         if end < self.component.tick:
-            raise ParameterError(f"got {until:g} s, the branch begins at {self.component.time:g} s", at="until")
+            raise ParameterError(f"got {until:g} s, but the branch begins at {self.component.time:g} s", at="until")
         if until is None:
             # The end of the log is untrusted; a requested end is the user's responsibility.
             check_work(end - self.component.tick, self.component, self.parent.limits)
@@ -105,7 +105,7 @@ class Branch:
             raise ParameterError("the branch's component has been stepped already", hint="take a new branch")
         component.checked_inputs(inputs)
         if os.path.exists(target) and os.path.samefile(target, self.parent.path):
-            raise ParameterError("it is the parent itself", hint="choose another name", source=f"log {str(target)!r}")
+            raise ParameterError("this file is the parent log", hint="choose another name", source=f"log {str(target)!r}")
         names = names_to_record(component, list(self.parent.variables) if variables is None else variables)
         if every is None:
             schedule = parse_schedule(header.get("options"))

@@ -29,10 +29,10 @@ from ..components.errors import Fault, LogError
 from ..components.support.memory_limits import refuse_excess_memory, total_memory
 from .records import PROFILE
 
-NOT_A_LOG = "an MCAP file but no log of granular-env, or its first record is lost"
+NOT_A_LOG = "an MCAP file that is not a log of granular-env, or whose first record is lost"
 _RECORD = struct.Struct("<BQ")
 _FOOTER_BYTES = _RECORD.size + 20 + len(MCAP0_MAGIC)
-_RECOVER = "`granular-env recover` saves what is intact"
+_RECOVER = "`granular-env recover` saves the intact part"
 # Limit on the decompressed size of a chunk [bytes], or fraction of the memory: our chunks are near 1 MB or hold one array.
 _CHUNK_BYTES, _CHUNK_SHARE = 256 << 20, 4
 # Limits on the records of a chunk, per byte in the file and independent of its size, because each record becomes an object.
@@ -49,7 +49,7 @@ class Limits:
     """Limits for a log; each check raises `LogError` with both numbers.
 
     Attributes:
-        path: of the log.
+        path: path of the log.
         lifted: whether the user trusts the origin of the log.
     """
 
@@ -64,7 +64,7 @@ class Limits:
     def check(self, what: str, value: int, limit: int) -> None:
         """Refuse a number beyond its limit, unless the limits are lifted."""
         if value > limit and not self.lifted:
-            hint = "pass allow_large=True (--allow-large) if you trust where it comes from"
+            hint = "pass allow_large=True (--allow-large) if you trust the origin of the log"
             raise LogError(f"{what} is {value}, the limit is {limit}", hint=hint, source=self.source)
 
     def check_chunk(self, size: int) -> None:
@@ -109,7 +109,7 @@ class Container:
 
     Attributes:
         path: the file.
-        size: its bytes.
+        size: size of the file [bytes].
         text_limit: limit on the JSON in a message [bytes]; None for no limit.
         complete: whether it ends in a summary.
         places: offset and length of each readable chunk [bytes].
@@ -172,11 +172,11 @@ class Container:
 
     def _find_chunks(self, scan: bool) -> None:
         if self.size == 0:
-            hint = "nothing was written to it, and there is nothing to recover"
+            hint = "nothing was written, so nothing can be recovered"
             raise LogError("the file is empty", hint=hint, source=self.limits.source)
         magic = len(MCAP0_MAGIC)
         if self._read_bytes(0, magic) != MCAP0_MAGIC:
-            raise LogError("no MCAP file", expected="a log of granular-env", source=repr(str(self.path)))
+            raise LogError("not an MCAP file", expected="a log of granular-env", source=repr(str(self.path)))
         try:
             header = next(self._mcap_records(magic))
         except _FAULTS:
@@ -224,7 +224,7 @@ class Container:
                     self._read_chunk(offset, end - offset)
                     self.places.append((offset, end - offset))
             except _FAULTS:
-                self.damage = f"the record at byte {offset} is cut off or not what was written"
+                self.damage = f"the record at byte {offset} is truncated or damaged"
                 self.bytes_lost = self.size - offset
                 return
             offset = end
@@ -252,9 +252,9 @@ class Container:
             # Allow one byte more than declared, which suffices to detect a decompression bomb.
             content = lz4.frame.LZ4FrameDecompressor().decompress(content, max_length=size + 1)
         elif chunk.compression:
-            raise ValueError("another compression than lz4")
+            raise ValueError("a compression other than lz4")
         if len(content) != size or zlib.crc32(content) != chunk.uncompressed_crc:
-            raise ValueError("other content than was written")
+            raise ValueError("content that does not match its checksum")
         number = offset = 0
         while offset < size:
             _, length = _RECORD.unpack_from(content, offset)
@@ -265,4 +265,4 @@ class Container:
         return replace(chunk, compression="", data=content)
 
     def _damage_error(self, what: str) -> LogError:
-        return LogError(Fault(received=f"{self.limits.source} is damaged: {what} is not what was written", hint=_RECOVER))
+        return LogError(Fault(received=f"{self.limits.source} is damaged: {what} is not as it was written", hint=_RECOVER))

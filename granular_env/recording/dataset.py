@@ -24,8 +24,8 @@ def make_dataset(log: Log) -> Any:
         own_times, values = log.series(name)
         times = own_times if times is None else times
         if not np.array_equal(times, own_times):
-            came = f"the frames of {name!r} are at other times than those of the variables before it"
-            raise LogError(came, hint="read each with series(name)", source=log.source)
+            came = f"the frames of {name!r} have other times than those of the preceding variables"
+            raise LogError(came, hint="read each variable with series(name)", source=log.source)
         attributes = {"units": variable.unit, "description": variable.description}
         data[name] = (["time", *_dimension_names(variable, sizes, log.variables)], values, attributes)
     coordinates: dict[str, Any] = {name: (name, np.arange(size), {"units": "1"}) for name, size in sizes.items()}

@@ -59,14 +59,14 @@ def parse_drawables(facts: Any, arrays: Mapping[str, np.ndarray], variables: Map
         variables: recorded variables by name; the outputs of a drawable must fit it.
     """
     if not isinstance(facts, list):
-        raise damage_error("it does not say what can be drawn", "header.drawables")
+        raise damage_error("the list of drawables is invalid", "header.drawables")
     found: list[Drawable] = []
     for place, texts in enumerate(facts):
         drawable = _parse_drawable(place, texts, arrays)
         if isinstance(drawable, Links) and not _has_ends(drawable, found):
-            raise damage_error("it joins points that there are not", _fault_location(place, "pairs"))
+            raise damage_error("it links points that do not exist", _fault_location(place, "pairs"))
         if (name := _unfit_output(drawable, variables)) is not None:
-            raise damage_error(f"{name!r} has another number of values", _fault_location(place))
+            raise damage_error(f"{name!r} has a wrong number of values", _fault_location(place))
         found.append(drawable)
     return tuple(found)
 
@@ -78,7 +78,7 @@ def _fault_location(number: int, *field: str) -> Location:
 def _parse_drawable(place: int, texts: Any, arrays: Mapping[str, np.ndarray]) -> Drawable:
     kind = _KINDS.get(str(texts.get("kind"))) if isinstance(texts, dict) else None
     if kind is None:
-        raise damage_error("it is of no known kind", _fault_location(place))
+        raise damage_error("the kind of the drawable is unknown", _fault_location(place))
     values: dict[str, Any] = {}
     for field in dataclasses.fields(kind):
         name = f"{place}.{field.name}"
@@ -91,11 +91,11 @@ def _parse_drawable(place: int, texts: Any, arrays: Mapping[str, np.ndarray]) ->
         else:
             sound = isinstance(value, str)
         if not sound:
-            raise damage_error("it is missing or of another type", _fault_location(place, field.name))
+            raise damage_error("it is missing or has a wrong type", _fault_location(place, field.name))
         values[field.name] = value
     drawable = kind(**values)
     if not _is_consistent(drawable):
-        raise damage_error("its arrays do not fit together", _fault_location(place))
+        raise damage_error("the shapes of its arrays do not match", _fault_location(place))
     return drawable
 
 

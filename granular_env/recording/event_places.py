@@ -20,7 +20,7 @@ class EventPlace:
     """The elements of an event, and their position.
 
     Attributes:
-        elements: their names, such as "automata 12 and 13" for a link.
+        elements: names of the elements, such as "automata 12 and 13" for a link.
         position: initial midpoint of the elements [m].
     """
 
@@ -32,9 +32,9 @@ def event_place(index: int | None, detail: EventDetail | None, drawables: Sequen
     """Return the place of events with an index; None if the kind of event has no drawable.
 
     Args:
-        index: of the events; None for none.
-        detail: details of the kind of event.
-        drawables: of the component.
+        index: index of the events; None without an index.
+        detail: details of the kind of event; None without details.
+        drawables: drawables of the component.
     """
     by_name = {one.name: one for one in drawables}
     drawn = by_name.get(detail.counts) if detail is not None else None
@@ -55,7 +55,7 @@ def event_place(index: int | None, detail: EventDetail | None, drawables: Sequen
 
 
 def listed_events(events: Sequence[Event], earlier: Sequence[Event], max_count: int) -> Sequence[Event]:
-    """Return at most `most` events for a table, from the log and before; if there are more, the first events of the log."""
+    """Return at most `max_count` events for a table: all events or, if there are more, the first events of the log."""
     every = [*earlier, *events]
     return every if len(every) <= max_count else (events or every)[:max_count]
 

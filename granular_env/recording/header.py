@@ -79,11 +79,11 @@ def parse_variable(facts: Mapping[str, Any]) -> Variable:
         is_sound = len(shape) <= 4 and all(type(extent) is int and 0 <= extent < 2**40 for extent in shape)
         is_sound &= all(isinstance(text, str) for text in (*texts, *axes)) and len(axes) in (0, len(shape))
         if not is_sound or texts[4] not in ("float64", "int64"):
-            raise damage_error("a variable has a shape, a text, a dtype or axes that none has", _VARIABLES)
+            raise damage_error("a variable has an invalid shape, text, dtype or axes", _VARIABLES)
         name, causality, unit, description, dtype = texts
         return Variable(name, causality, unit, shape, description, dtype, state=bool(facts["state"]), axes=axes)
     except (KeyError, TypeError) as error:
-        raise damage_error(f"a variable is described wrongly: {error}", _VARIABLES) from error
+        raise damage_error(f"the description of a variable is invalid: {error}", _VARIABLES) from error
 
 
 def header_table(value: Any) -> dict[str, Any]:
@@ -151,9 +151,9 @@ def parse_balance_names(facts: Any) -> tuple[BalanceNames, ...]:
             for one in facts
         ]
     except (KeyError, TypeError) as error:
-        raise damage_error(f"one is described wrongly: {error}", "header.balances") from error
+        raise damage_error(f"the description of a balance is invalid: {error}", "header.balances") from error
     if not all(isinstance(name, str) for one in found for name in (one.quantity, one.unit, *one.entries)):
-        raise damage_error("a name in them is no text", "header.balances")
+        raise damage_error("a name in a balance is not a string", "header.balances")
     return tuple(found)
 
 
@@ -178,7 +178,7 @@ def plain_json(name: str, value: Any) -> Any:
     try:
         return json.loads(json.dumps(value, allow_nan=False))
     except (TypeError, ValueError, RecursionError) as error:
-        raise ParameterError(str(error), hint="expected dicts, lists, texts, finite numbers", at=name) from None
+        raise ParameterError(str(error), hint="expected dicts, lists, strings and finite numbers", at=name) from None
 
 
 def make_metadata(header: Mapping[str, Any]) -> dict[str, str]:

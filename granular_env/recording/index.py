@@ -60,7 +60,7 @@ class Index:
         self._by_kind = [rows[rows[:, KIND] == kind] for kind in range(len(KINDS))]
         for name, own in zip(KINDS, self._by_kind, strict=True):
             if not np.array_equal(own[:, NUMBER], np.arange(len(own))) or (np.diff(own[:, SEGMENT]) < 0).any():
-                raise damage_error("records are missing, doubled or out of order", name, path)
+                raise damage_error("records are missing, duplicated or out of order", name, path)
         self.all_segments = self._find_segments()
         lived = [segment for segment in self.all_segments if segment.end > segment.start]
         self.segments = lived or self.all_segments[-1:]
@@ -82,22 +82,22 @@ class Index:
         bad |= (kind == HEADER) != (np.arange(len(rows)) == 0)
         is_long = count.sum(dtype=np.float64) >= _MOST_TICKS
         if bad.any() or is_long or not len(rows) or (np.diff(rows[:, CHUNK]) < 0).any():
-            raise damage_error("it does not describe a log", "index", self.path)
+            raise damage_error("the index does not describe a log", "index", self.path)
 
     def _find_segments(self) -> list[Segment]:
         starts = self.select_rows(SNAPSHOTS, START)
         if not np.array_equal(starts[:, SEGMENT], np.arange(len(starts))):
-            raise damage_error("that of the start of a segment is missing or doubled", "snapshots", self.path)
+            raise damage_error("the snapshot at the start of a segment is missing or duplicated", "snapshots", self.path)
         segments, elapsed = [], 0
         for number, start in enumerate(starts[:, FIRST].tolist()):
             steps = self.select_rows(STEPS, None, number)
             marks = np.concatenate([[start], steps[:, LAST]])
             if not np.array_equal(steps[:, FIRST], marks[:-1]):
-                raise damage_error(f"those of segment {number} are missing or do not follow one another", "steps", self.path)
+                raise damage_error(f"records of segment {number} are missing or not contiguous", "steps", self.path)
             segments.append(Segment(number, start, int(marks[-1]), elapsed))
             elapsed += int(marks[-1]) - start
         if elapsed >= _MOST_TICKS:
-            raise damage_error("it does not describe a log", "index", self.path)
+            raise damage_error("the index does not describe a log", "index", self.path)
         self._check_places(segments)
         return segments
 
@@ -105,12 +105,12 @@ class Index:
         """Refuse records of a segment without a start, or with ticks outside their segment."""
         numbers = self.rows[1:, SEGMENT]
         if (numbers < 0).any() or (numbers >= max(len(segments), 1)).any():
-            raise damage_error("a record belongs to a segment that has no start", "index", self.path)
+            raise damage_error("a record belongs to a segment without a start", "index", self.path)
         rows = self.rows[np.isin(self.rows[:, KIND], (FRAMES, HASHES, SNAPSHOTS, EVENTS))]
         if segments:
             begins, ends = np.array([(s.start, s.end) for s in segments])[rows[:, SEGMENT]].T
             if (rows[:, FIRST] < begins).any() or (rows[:, LAST] > ends).any():
-                raise damage_error("a record is of ticks outside of its segment", "index", self.path)
+                raise damage_error("a record has ticks outside its segment", "index", self.path)
 
 
 def find_index(container: Container) -> tuple[Index, Record | None]:
@@ -121,21 +121,21 @@ def find_index(container: Container) -> tuple[Index, Record | None]:
     """
     path, closing = str(container.path), _closing_record(container)
     if container.complete and closing is None:
-        raise damage_error("the file has an end, but no record says that it was closed", "incidents", path)
+        raise damage_error("the file has a summary but no closing record", "incidents", path)
     if container.complete and closing is not None:
         rows = closing.arrays.get("index")
         if rows is None or rows.dtype != np.int64 or rows.ndim != 2 or rows.shape[1] != len(COLUMNS):
-            raise damage_error("it has the wrong form", "index", path)
+            raise damage_error("the index has the wrong shape or dtype", "index", path)
         container.limits.check_records(len(rows), container.size)
         if len(rows) and rows[:, CHUNK].max() >= len(container.places):
-            raise damage_error("it names a chunk that is not there", "index", path)
+            raise damage_error("the index refers to a chunk that does not exist", "index", path)
         return Index(path, np.vstack([rows, [*closing.row, len(container.places) - 1]])), closing
     rows = np.array([(*record.row, chunk) for chunk, _, record in all_records(container)], dtype=np.int64)
     return Index(path, _complete_rows(rows.reshape(-1, len(COLUMNS)), closing is not None)), closing
 
 
 def _complete_rows(rows: np.ndarray, closed: bool) -> np.ndarray:
-    """Return the rows up to the last steps, plus the start of a segment after them; a kill may have truncated the rest."""
+    """Return the rows up to the last steps, and a segment start after them; later rows may be incomplete after a kill."""
     if closed:
         return rows
     written = np.flatnonzero(rows[:, KIND] == STEPS)

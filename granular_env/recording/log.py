@@ -184,7 +184,7 @@ class Log(RecordReader):
                 return found
         except (AttributeError, TypeError):
             pass
-        raise damage_error("it does not say what its events count", "header.event_details", self.path)
+        raise damage_error("the details of the kinds of events are invalid", "header.event_details", self.path)
 
     # -- frames -----------------------------------------------------------------------------------------------------
 
@@ -219,7 +219,7 @@ class Log(RecordReader):
         firsts = [self.log_tick(row[SEGMENT], row[FIRST]) for row in rows]
         place = int(np.searchsorted(firsts, tick, side="right")) - 1
         if place < 0:
-            raise ParameterError(f"got {time:g} s, there is no frame of {name!r} until then", at="time")
+            raise ParameterError(f"got {time:g} s, which is before the first frame of {name!r}", at="time")
         if tick > self.end_tick:
             raise self._outside_error(time)
         ticks, values = self.frames(rows[place], name)
@@ -260,7 +260,7 @@ class Log(RecordReader):
         rows = self.index.select_rows(SNAPSHOTS, None, segment.number)
         rows = rows[rows[:, FIRST] <= tick]
         if not len(rows):
-            raise damage_error(f"none at or before tick {tick}", "snapshots", self.path)
+            raise damage_error(f"no snapshot at or before tick {tick}", "snapshots", self.path)
         return self.read_snapshot(rows[np.argmax(rows[:, FIRST])])
 
     def segment_and_tick(self, time: float) -> tuple[Segment, int]:
@@ -282,8 +282,8 @@ class Log(RecordReader):
         component = self.new_component()
         if component.identity != self.header.get("identity"):
             raise LogError(
-                "its parameters do not give the identity it claims",
-                hint=f"they were changed, or it is from another version of {component.name!r} (see `replay --verify`)",
+                "the parameters do not match the identity stated in the log",
+                hint=f"they were changed, or another version of {component.name!r} recorded the log (see `replay --verify`)",
                 source=self.source,
             )
         if self.segments:
@@ -312,7 +312,7 @@ class Log(RecordReader):
 
     def _outside_error(self, time: float) -> ParameterError:
         first, last = self.start_tick * self.step_size, self.end_tick * self.step_size
-        return ParameterError(f"got {time:.12g} s, the log goes from {first:.12g} s to {last:.12g} s", at="time")
+        return ParameterError(f"got {time:.12g} s, but the log extends from {first:.12g} s to {last:.12g} s", at="time")
 
     def _tick_at(self, time: float) -> int:
         try:
@@ -336,5 +336,5 @@ class Log(RecordReader):
 
 def check_size(size: int, limits: Limits) -> None:
     """Refuse to read arrays larger than the limit, because the size in an untrusted log is arbitrary."""
-    limits.check("the size of what was asked for, in bytes,", size, _MOST_BYTES)
-    refuse_excess_memory(size, f"{limits.source}: what was asked for", LogError)
+    limits.check("the size of the requested data, in bytes,", size, _MOST_BYTES)
+    refuse_excess_memory(size, f"{limits.source}: the requested data", LogError)

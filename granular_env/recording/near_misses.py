@@ -24,13 +24,13 @@ class EventRatio:
     Attributes:
         kinds: kinds of events decided by the quantity.
         variable: output with the ratio; see `events.EventDetail.ratio`.
-        index: of the link, cell, ...
+        index: index of the link, cell, ...
         time: time of the largest ratio [s].
         ratio: decisive quantity divided by its limit; 1 is an event.
         passed: number of places at which such an event happened in the run or before the log.
         instants: number of examined times: frames, ends of segments, and a thousand more.
         all_instants: number of all times: the start, and the end of each internal step.
-        nearest: the nearest of `kinds`; "" if the component does not provide it.
+        nearest: the kind of event closest to its limit; "" if the component does not provide it.
         limited: False if there is no limit at this place, so that the event cannot happen.
         events: events at this place, of `kinds` and others, including those before the log.
     """
@@ -59,7 +59,7 @@ def find_near_misses(log: Log, index: int | None = None, kind: str | None = None
 
     Args:
         log: an open log; it is run again.
-        index: of a link, cell, ...; default: the nearest element without such an event.
+        index: index of a link, cell, ...; default: the nearest element without such an event.
         kind: only the output that decides this kind of event.
 
     Returns:
@@ -70,7 +70,7 @@ def find_near_misses(log: Log, index: int | None = None, kind: str | None = None
         ParameterError: no output has this index.
     """
     component = log.component()
-    # A parent need not have all outputs of its parts.
+    # A coupled component may lack outputs of its parts.
     decided = kinds_by_ratio(component.event_details)
     kinds = {name: decided[name] for name in decided if name in component.variables and kind in (None, *decided[name])}
     sizes = {name: int(np.prod(component.variables[name].shape)) for name in kinds}
@@ -97,7 +97,7 @@ def find_near_misses(log: Log, index: int | None = None, kind: str | None = None
                 if len(found.kinds) > 1:
                     found.nearest = component.nearest_kind(found.variable, found.index)
     if searches and not instants:
-        raise LogError("it holds no step, so nothing can be said", at="steps", source=log.source)
+        raise LogError("the log contains no step, so there are no near misses", at="steps", source=log.source)
     for found, _ in searches:
         found.instants, found.all_instants = instants, sum(one.end - one.start + 1 for one in log.segments)
         found.limited = component.has_limit(found.variable, found.index)

@@ -87,9 +87,9 @@ class RecordReader:
         if not isinstance(step_size, float) or not 0.0 < step_size < math.inf:
             raise LogError(f"the log's header has step_size {step_size!r}", expected="seconds")
         if type(elapsed) is not int or not 0 <= elapsed < 2**53:
-            raise damage_error("it does not say how old the parent was", "header.elapsed")
+            raise damage_error("the age of the parent is missing or invalid", "header.elapsed")
         if not isinstance(recorded, list) or not isinstance(inputs, list):
-            raise damage_error("it does not say what was recorded", "header.variables")
+            raise damage_error("the list of recorded variables is invalid", "header.variables")
         self.step_size, self.elapsed = step_size, elapsed
         self.variables: dict[str, Variable] = {v.name: v for v in map(parse_variable, recorded)}
         self.input_variables: dict[str, Variable] = {v.name: v for v in map(parse_variable, inputs)}
@@ -111,7 +111,7 @@ class RecordReader:
         """Kind -> description of the possible events."""
         kinds = self.header.get("event_kinds")
         if not isinstance(kinds, dict) or not all(isinstance(text, str) for text in kinds.values()):
-            raise damage_error("it does not say what can happen", "header.event_kinds", self.path)
+            raise damage_error("the list of possible events is invalid", "header.event_kinds", self.path)
         return kinds
 
     # -- rows and times ---------------------------------------------------------------------------------------------
@@ -137,7 +137,7 @@ class RecordReader:
         names = list(self.variables)
         if name not in names:
             hint = spelling_hint(str(name), names)
-            raise ParameterError(f"got {one_line(name)}", expected="a variable that was recorded", hint=hint, at="variable")
+            raise ParameterError(f"got {one_line(name)}", expected="a recorded variable", hint=hint, at="variable")
         rows = self.rows(FRAMES)
         return rows[rows[:, DETAIL] == names.index(name)]
 
@@ -152,7 +152,7 @@ class RecordReader:
             record = decode_record(entries[place].message.data, int(row[KIND]), self.container.text_limit)
         if record_kind(entries[place].topic) != record.kind or record.row != tuple(row[:CHUNK].tolist()):
             raise LogError(
-                "it names another record than there is", hint="the file was put together", at="index", source=self.source
+                "it refers to a different record", hint="parts of the file were replaced", at="index", source=self.source
             )
         return record
 
@@ -192,11 +192,11 @@ class RecordReader:
         """Return the snapshot of an index row."""
         data = self.read_record(row).arrays.get("snapshot")
         if data is None or data.dtype != np.uint8 or data.ndim != 1:
-            raise damage_error("one has the wrong form", "snapshots", self.path)
+            raise damage_error("a snapshot has the wrong form", "snapshots", self.path)
         with self.name_file_in_errors():
             snapshot = Snapshot.from_bytes(data.tobytes(), self.container.text_limit)
         if snapshot.tick != row[FIRST]:
-            raise damage_error(f"one is of tick {snapshot.tick}, its place says {row[FIRST]}", "snapshots", self.path)
+            raise damage_error(f"tick {snapshot.tick} differs from tick {row[FIRST]} in the index", "snapshots", self.path)
         if not set(self.input_variables) <= snapshot.inputs.keys():
-            raise damage_error("one lacks an input", "snapshots", self.path)
+            raise damage_error("a snapshot lacks an input", "snapshots", self.path)
         return snapshot

@@ -35,7 +35,7 @@ _WAKE_BYTES, _WAIT_BYTES = 4 << 20, 64 << 20
 
 
 class Recorder:
-    """See `record`. Use it as a context manager, or call `close`.
+    """Recorder of a component, created by `record`; it is a context manager, or is ended by `close`.
 
     Attributes:
         path: path of the log.
@@ -57,11 +57,11 @@ class Recorder:
 
         Args:
             component: the component to record.
-            writer: of the log.
+            writer: writer of the log.
             names: the variables of each frame.
             schedule: times of frames, hashes and snapshots.
             preview: collects the frames for stock viewers.
-            place: of the segment that a reset ends, or that is continued.
+            place: position of the segment that a reset ends, or that is continued.
             profiles: number of compiled profiles in the log.
             key: for a continued segment, the tick of the last snapshot in the log.
         """
@@ -76,7 +76,7 @@ class Recorder:
         # Whether steps need no inspection: no events, and no array inputs, whose size counts.
         self._is_plain = not self._has_events and not any(self._inputs.values())
         self._writer, self._profiles, self._continued_key = writer, Profiles(profiles), key
-        # The lock protects the queue of batches, the last of which grows, and their size.
+        # The lock protects the queue of batches (the last batch grows) and their total size.
         self._lock, self._wake = threading.Lock(), threading.Event()
         self._written = threading.Condition(self._lock)
         self._batches = [Batch(place=place)]
@@ -113,9 +113,9 @@ class Recorder:
     def _log_state_text(self) -> str:
         """Return a sentence with the path of the log and the time up to which it contains the run."""
         if not self._writer.is_published:
-            return f"log: what stood at {str(self.path)!r} is kept"
+            return f"log: the existing file {str(self.path)!r} is kept"
         if self._error is not None:
-            return f"log: {str(self.path)!r} is incomplete; `granular-env recover` makes it whole"
+            return f"log: {str(self.path)!r} is incomplete; `granular-env recover` completes it"
         end = self._message_time(self._batches[-1].place, self._tick) * 1e-9
         return f"log: {str(self.path)!r} is complete until {end:.9g} s"
 

@@ -55,7 +55,7 @@ class Record:
     """A message of the exact content.
 
     Attributes:
-        kind: one of the numbers above.
+        kind: kind of the record, one of the constants above.
         detail: for frames the number of the variable, for snapshots START, KEY or END, for incidents CLOSED or 0.
         segment: number of the segment.
         first, last: first and last tick.
@@ -121,18 +121,18 @@ def decode_record(data: bytes, kind: int, text_limit: int | None = None) -> Reco
     if kind == FRAMES:
         fields = _packed_fields(data)
         if len(fields) != 3 or any(len(field) % 8 for field in fields):
-            raise LogError("a message is not laid out as granular-env writes it", hint=DAMAGED)
+            raise LogError("a message does not have the layout that granular-env writes", hint=DAMAGED)
         place, ticks, values = fields[0].view("<i8").tolist(), fields[1].view("<i8"), fields[2].view("<f8")
         arrays = {"ticks": ticks, "values": values}
     else:
         block = next(iter(_packed_fields(data)), np.zeros(0, np.uint8))
         content, arrays = unpack(block.data, text_limit)
         if not isinstance(content, dict) or content.get("kind") != KINDS[kind]:
-            raise LogError("a message is of another kind", hint=f"{DAMAGED}, or was put together from others", at=KINDS[kind])
+            raise LogError("a message has the wrong kind", hint=f"{DAMAGED}, or combines parts of several logs", at=KINDS[kind])
         place, header = content.get("place"), content.get("content")
     whole = isinstance(place, list) and len(place) == len(_PLACE) and all(type(x) is int and -1 <= x < 2**62 for x in place)
     if not whole or not isinstance(header, dict):
-        raise damage_error("a message does not say where in the log it belongs", KINDS[kind])
+        raise damage_error("the position of a message in the log is invalid", KINDS[kind])
     return Record(kind, *place, header, arrays)  # type: ignore[misc]
 
 
@@ -172,7 +172,7 @@ def _packed_fields(data: bytes) -> list[np.ndarray]:
                 break
         offset = begin + length
         if tag != len(found) + 1 << 3 | 2 or offset > len(data):
-            raise LogError("a message is not laid out as granular-env writes it", hint=DAMAGED)
+            raise LogError("a message does not have the layout that granular-env writes", hint=DAMAGED)
         found.append(view[begin:offset])
     return found
 

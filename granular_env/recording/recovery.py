@@ -51,7 +51,7 @@ def recover(
     source, target = to_path(path), to_path(out)
     with Log(source, allow_large, scan=True) as log:
         if os.path.exists(target) and os.path.samefile(source, target):
-            raise ParameterError("it is the damaged log itself", hint="choose another name", source=f"log {str(target)!r}")
+            raise ParameterError("this file is the damaged log", hint="choose another name", source=f"log {str(target)!r}")
         writer = LogWriter(target, overwrite, is_hidden=True)
         try:
             copy_records(log, writer, len(log.index.rows))
@@ -103,7 +103,7 @@ class Continuation:
 
     Attributes:
         log: the original log.
-        component: in the state at the last kept tick.
+        component: the component in its state at the last kept tick.
         changes: tick -> inputs to set from there on.
         kept: number of kept records, from the front; the last contains steps.
         key: tick of the last kept snapshot.
@@ -149,8 +149,8 @@ def make_continuation(log: Log) -> Continuation:
     """
     rows, (segment, *others) = log.index.rows, log.index.all_segments
     if others:
-        came = f"its component was reset or put back {len(others)} times on the way"
-        raise LogError(came, hint="branch off it instead: granular-env branch", source=log.source)
+        came = f"its component was reset or restored {len(others)} times during the run"
+        raise LogError(came, hint="start a branch from it instead: granular-env branch", source=log.source)
     recovered = any(incident.get("incident") == "recovered" for incident in log.incidents)
     kept = int(np.flatnonzero(rows[:, KIND] == STEPS)[-1]) + 1
     keys, tick = rows[:kept][rows[:kept, KIND] == SNAPSHOTS], int(rows[kept - 1, LAST])
@@ -160,7 +160,7 @@ def make_continuation(log: Log) -> Continuation:
         Comparison(log, component, segment, Verification(str(log.path), log.complete)).run(snapshot, tick)
     except Difference as error:
         time = f"{error.tick * log.step_size:.9g} s"
-        came = f"run again, it gives another {error.variable} at {time}: it was changed, or another version recorded it"
+        came = f"the re-run gives a different {error.variable} at {time}: the log was changed, or another version recorded it"
         raise LogError(came, hint="run the experiment again", source=log.source) from error
     held = log.snapshot(segment, log.start_tick).inputs
     changes = {at: inputs for at, inputs in log.step_history(segment).input_changes(held) if at >= tick}

@@ -27,7 +27,7 @@ _WORK = 10**14
 def check_work(ticks: int, component: Component, limits: Limits) -> None:
     """Refuse to run more internal steps than about a day's work, because the number in an untrusted log is arbitrary."""
     limits.check("the number of ticks", ticks, _TICKS)
-    limits.check("the number of ticks times the words of the state", ticks * max(component.state_bytes // 8, 1), _WORK)
+    limits.check("the number of ticks times words of the state", ticks * max(component.state_bytes // 8, 1), _WORK)
 
 
 def restore_snapshot(component: Component, snapshot: Snapshot) -> None:
@@ -72,8 +72,8 @@ def load_component_class(name: Any, components: Mapping[str, type[Component]] | 
         return components[name]
     if not isinstance(name, str) or name not in built_in_names():
         raise LogError(
-            f"the log is of a component {name!r}, which is not one of ours ({', '.join(built_in_names())})",
-            hint=f"if you trust it, pass components={{{name!r}: ...}}, its class (--component {name})",
+            f"the log is of a component {name!r}, which is not part of granular-env ({', '.join(built_in_names())})",
+            hint=f"if you trust it, pass its class, components={{{name!r}: ...}} (--component {name})",
             at="header.component",
         )
     return component_class(name)

@@ -75,7 +75,7 @@ def parse_schedule(options: Any) -> Schedule:
     if not isinstance(options, dict) or options.keys() != lowest.keys() or not all(
         type(options[name]) is int and options[name] >= low for name, low in lowest.items()
     ):  # fmt: skip
-        raise damage_error("it does not say when frames were taken", "header.options")
+        raise damage_error("the schedule of the frames is missing or invalid", "header.options")
     return Schedule(**options)
 
 
@@ -96,8 +96,8 @@ def least_snapshot_interval(words: int, work: int) -> int:
     """Return the least number of ticks between snapshots: 4096, or fewer for costly ticks.
 
     Args:
-        words: of the state.
-        work: words advanced in a tick, counted for every step of a part.
+        words: number of words of the state.
+        work: number of words advanced in a tick, counted for every step of a part.
     """
     wanted = max(_SNAPSHOT_WORK, _SNAPSHOT_STEPS * words)
     return min(_SNAPSHOT_TICKS, max(1, round(wanted / max(work, 1))))

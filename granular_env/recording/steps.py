@@ -43,7 +43,7 @@ class StepHistory:
         return zip(np.diff(self.marks).tolist(), found, strict=True)
 
     def input_changes(self, start_inputs: Mapping[str, Held]) -> list[tuple[int, dict[str, Held]]]:
-        """Return (tick, inputs) for each step that changed the bits of an input; `held` are the inputs at the start."""
+        """Return (tick, inputs) for each step that changed the bits of an input after the start of the segment."""
         found: dict[int, dict[str, Held]] = {}
         for name, (places, values) in self.sets.items():
             before: Held | None = start_inputs.get(name)
@@ -58,7 +58,7 @@ class StepHistory:
 
 
 def _bit_key(value: Held) -> Any:
-    """Return an object that is equal for equal bits (numbers other than zero as they are)."""
+    """Return a key that is equal for equal bits; numbers other than zero are their own keys."""
     return value if type(value) is float and value else (type(value), input_word(value))
 
 
@@ -79,7 +79,7 @@ def parse_steps(
     for record in records:
         durations = _record_array(record, "durations", np.int64)
         if len(durations) != record.count or (durations < 1).any() or int(durations.sum()) != record.last - record.first:
-            raise damage_error(f"those from tick {record.first} to {record.last} do not add up", "steps")
+            raise damage_error(f"the steps from tick {record.first} to {record.last} do not add up to this interval", "steps")
         _add_profiles(record, profiles, step_size)
         for name, places, values in _parse_inputs(record, inputs, profiles):
             parts = sets.setdefault(name, ([], []))
@@ -108,7 +108,7 @@ def _parse_inputs(
         sound = sound and np.isfinite(values).all() and (np.diff(places) > 0).all() and 0 <= places[0]
         sound = sound and places[-1] < record.count and numbers.min() >= -1 and numbers.max() < len(profiles)
         if not sound or any(profiles[number].shape != shape for number in set(numbers.tolist()) if number >= 0):
-            raise damage_error(f"the input {span} is not what was written", ("steps", name))
+            raise damage_error(f"the input {span} is invalid", ("steps", name))
         plain = iter(values.tolist() if shape == () else [make_read_only(value.copy()) for value in values])
         yield name, places, [profiles[number] if number >= 0 else next(plain) for number in numbers.tolist()]
 
@@ -120,11 +120,11 @@ def _add_profiles(record: Record, profiles: list[CompiledProfile], step_size: fl
         _record_array(record, "profile_coefficients", np.float64),
     )
     if record.header.get("profiles_before") != len(profiles):
-        raise damage_error("profiles are missing, doubled or out of order", "steps")
+        raise damage_error("profiles are missing, duplicated or out of order", "steps")
     pieces = number = 0
     for place, (rows, columns) in enumerate(shapes.tolist()):
         if rows < 1 or columns < 1 or pieces + rows > len(ticks) or number + rows * columns > len(coefficients):
-            raise damage_error(f"profile {len(profiles)} is not what was written", "steps")
+            raise damage_error(f"profile {len(profiles)} is invalid", "steps")
         part = coefficients[number : number + rows * columns].reshape(rows, columns)
         try:
             pattern = record.arrays.get(f"pattern.{place}")
@@ -132,14 +132,14 @@ def _add_profiles(record: Record, profiles: list[CompiledProfile], step_size: fl
                 raise LogError(f"a pattern has the dtype {pattern.dtype}", expected="float64")
             profiles.append(CompiledProfile(step_size, ticks[pieces : pieces + rows], part, pattern))
         except GranularError as error:
-            raise damage_error(f"profile {len(profiles)} is not what was written: {error}", "steps") from error
+            raise damage_error(f"profile {len(profiles)} is invalid: {error}", "steps") from error
         pieces, number = pieces + rows, number + rows * columns
 
 
 def _record_array(record: Record, name: str, dtype: type, dimensions: int = 1) -> np.ndarray:
     array = record.arrays.get(name)
     if array is None or array.dtype != dtype or array.ndim != dimensions:
-        raise damage_error(f"a record has no proper {name!r}", "steps")
+        raise damage_error(f"a record has no valid array {name!r}", "steps")
     return array
 
 

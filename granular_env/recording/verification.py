@@ -78,8 +78,8 @@ class Verification:
         summary = {
             "identical": f"{size} compared bit for bit",
             "different": f"{size if self.ticks else kinds} agree{'' if self.complete else '; the log was not closed'}",
-            "incomplete": f"the log was not closed; what it holds agrees bit for bit: {size}",
-            "nothing was compared": f"the log holds no call of step{'' if self.complete else '; the log was not closed'}",
+            "incomplete": f"the log was not closed; its contents agree bit for bit: {size}",
+            "nothing was compared": f"the log contains no call of step{'' if self.complete else '; the log was not closed'}",
         }
         lines = [f"{self.outcome}: {summary[self.outcome]}", *self.notes]
         if self.variable is None and self.incidents:
@@ -151,7 +151,7 @@ def verify(
         if component.identity != log.header.get("identity"):
             result.variable = result.variable or "identity"
             result.notes.append(
-                "the log's parameters do not give the identity that it claims: they were changed, or the program was"
+                "the log's parameters do not match the identity stated in it: the parameters or the program were changed"
             )
         if result.variable is not None:
             result.notes += _foreign_facts(log.header)
@@ -193,7 +193,7 @@ class Comparison:
         """Run from a snapshot of the segment to a tick.
 
         Args:
-            start: of the segment; its identity is not compared.
+            start: snapshot of the segment; its identity is not compared.
             end: the tick to reach; later records are not compared.
             report: called after each piece with the tick.
 
@@ -220,7 +220,7 @@ class Comparison:
             advance_to_tick(self._component, changes, tick, report)
         except StepError as error:
             at = round(error.time / self._component.step_size)
-            reason = f"the re-run broke down where the log went on: {error}"
+            reason = f"the re-run failed at a step that succeeded in the log: {error}"
             raise Difference(error.variable, at, error.index, reason) from error
 
     def _comparisons(self, start: int, end: int) -> list[Iterator[tuple[Any, ...]]]:
@@ -276,7 +276,7 @@ class Comparison:
 
     def _check_snapshot(self, tick: int, row: np.ndarray) -> None:
         snapshot, mine = self._log.read_snapshot(row), self._component.save()
-        reason = f"the snapshot at {tick * self._log.step_size:.12g} s does not hold what the re-run gives"
+        reason = f"the snapshot at {tick * self._log.step_size:.12g} s differs from the state of the re-run"
         for name, value in mine.inputs.items():
             if name not in snapshot.inputs or input_word(snapshot.inputs[name]) != input_word(value):
                 raise Difference(name, tick, None, reason)
@@ -301,7 +301,7 @@ class Comparison:
             self.agreed["events"] = int(rows[place - 1, 0]) if place else start
             raise Difference("events", int(rows[place, 0]))
         if len(repeated) > count:
-            raise Difference("events", int(repeated[count, 0]), None, "the re-run has events that the log does not hold")
+            raise Difference("events", int(repeated[count, 0]), None, "the re-run has events that are not in the log")
 
     def _restore_snapshot(self, snapshot: Snapshot) -> None:
         """Restore a snapshot even if parameters have changed, because the first difference is of interest."""

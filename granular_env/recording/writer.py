@@ -1,4 +1,4 @@
-"""Writing the file of a log: one writer per file, whole chunks, and an index of all messages."""
+"""Writer of the file of a log: one writer per file, complete chunks, and an index of all messages."""
 
 from __future__ import annotations
 
@@ -170,8 +170,8 @@ class LogWriter:
         try:
             yield
         except (OSError, ValueError) as error:
-            rest = "What was written until then can be opened, and `granular-env recover` makes it a complete log"
-            hint = f"{write_error_hint(error)}. {rest if self.is_published else 'What stood there is kept'}"
+            rest = "The part written so far can be opened, and `granular-env recover` completes it"
+            hint = f"{write_error_hint(error)}. {rest if self.is_published else 'The existing file is kept'}"
             reason = getattr(error, "strerror", None) or str(error)
             self._failed = LogError(f"log {str(self.path)!r} cannot be written any more: {reason}", hint=hint)
             self.abandon()
@@ -201,7 +201,7 @@ def _create_file(path: Path, overwrite: bool, is_hidden: bool) -> tuple[IO[bytes
         with open(target, "rb") as file:
             head = file.read(len(MCAP0_MAGIC))
         if head and head != MCAP0_MAGIC:
-            came = "what stands there is no log, and only a log is replaced"
+            came = "the existing file is not a log, and only logs are replaced"
             raise ParameterError(came, hint="choose another name", source=source)
         older = _lock_file(open(target, "r+b"), path)
         return (_lock_file(open(part, "xb"), path), part, older) if head else (older, None, None)

@@ -47,7 +47,7 @@ class Curve:
 
 
 def pick_with_extremes(values: FloatArray, max_count: int = MAXIMUM_CURVE_POINTS) -> npt.NDArray[np.int64]:
-    """Return indices of at most `most` samples: the first, last, smallest and largest sample of each interval.
+    """Return indices of at most `max_count` samples: the first, last, smallest and largest sample of each interval.
 
     No peak is lost, and samples that are too dense to be drawn fill a band.
     """
@@ -64,7 +64,7 @@ class InputCurves:
 
     Attributes:
         variable: the input.
-        curves: of the active elements, or of the extremes; one curve if all elements are always equal.
+        curves: curves of the active elements, or of the extremes; one curve if all elements are always equal.
         acting: number of active elements.
         is_summary: whether the curves are extremes over many elements.
     """
@@ -138,7 +138,7 @@ Drawer = Callable[[str, Callable[[FloatArray], float]], Curve]
 
 
 def _curve_maker(log: Any, variable: Variable, intervals: Sequence[InputInterval]) -> Drawer:
-    """Return a function that draws the curve of one number, chosen by a function of the input's elements (as one row)."""
+    """Return a function that makes the curve of one number of an input, which it picks from the elements as one row."""
     samples = [one.sample_ticks() for one in intervals]
     every = (tick + one.shift for own, one in zip(samples, intervals, strict=True) for tick in own)
     ticks = np.fromiter(every, dtype=np.int64)
@@ -170,7 +170,7 @@ def _flat_values(value: Held) -> FloatArray:
 
 
 def _extreme_curves(variable: Variable, acting: npt.NDArray[np.bool_], draw: Drawer) -> Iterator[Curve]:
-    """Yield the largest and the smallest of all elements; for vectors those of each active component."""
+    """Yield the curves of the largest and the smallest element; for vectors, of each active component."""
     names = component_names(variable)
     for column, name in enumerate(names):
         part = slice(column, None, len(names))

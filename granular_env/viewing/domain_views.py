@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 
 
 class Views:
-    """The views of a domain that adds none (base class).
+    """Base class of the views of a domain; it adds no view.
 
     Args:
         motion: a whole run, or the first frame of a live run.
-        scales: of the generic scene.
+        scales: scales of the generic scene.
         begin: start of a live run [s].
         end: end of a live run [s]; None if unknown.
     """
@@ -55,9 +55,9 @@ class Views:
         Args:
             recording: rerun's recording.
             motion: the frames.
-            scales: of the generic scene.
+            scales: scales of the generic scene.
             positions: drawn positions of the particles, shape (frames, n, 3) [m].
-            colours: of the particles, shape (frames, n, 3).
+            colours: colours of the particles, shape (frames, n, 3).
             when: rerun's time columns.
         """
 

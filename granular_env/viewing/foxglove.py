@@ -79,8 +79,8 @@ def _number_names(log: Log) -> dict[str, list[str]]:
         if any(topic == ABOUT_TOPIC for topic, _ in entries):
             return found
     raise LogError(
-        "it has no preview for stock viewers: it was not closed, or an older version wrote it",
-        hint="`granular-env recover` makes a log that has one",
+        "the log has no preview for stock viewers: it was not closed, or an older version wrote it",
+        hint="`granular-env recover` writes a log with a preview",
         source=f"log {str(log.path)!r}",
     )
 

@@ -10,13 +10,13 @@ from .viewpoint import viewpoint_text
 def picture_sentences(scene_data: SceneData) -> list[str]:
     """Return the sentences, independent of the viewer."""
     links = [one for motion in scene_data.motions for one in motion.links]
-    sentences = [f"Seen {viewpoint_text(scene_data.viewpoint)}; dark is the inside."] if scene_data.is_solid else []
+    sentences = [f"Seen {viewpoint_text(scene_data.viewpoint)}; the inside is dark."] if scene_data.is_solid else []
     if any(motion.rotation is not None for motion in scene_data.motions):
-        sentences.append("A spoke shows how each is turned.")
+        sentences.append("Spokes show the rotation of the particles.")
     if any(mesh.whole is not None for mesh in scene_data.meshes):
-        sentences.append("Cells that a crack crosses are left out.")
+        sentences.append("Cells crossed by a crack are omitted.")
     if links:
-        sentences.append("A broken link is a short line across, while its two ends are near.")
+        sentences.append("A broken link is drawn as a short line across it while its two ends are close.")
     if any(len(one.pairs) > MOST_LINES for one in links):
-        sentences.append("Links that hold are not drawn: they would hide the colours.")
+        sentences.append("Intact links are not drawn, because they would hide the colours.")
     return sentences

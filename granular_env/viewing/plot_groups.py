@@ -31,7 +31,7 @@ def make_plots(scene_data: SceneData) -> list[Plot]:
         curves = _changing_curves(scene_data, residuals)
         # The axis of a small residual would have a single label, which shows no scale.
         largest = max((np.abs(curve.values).max() for curve in curves if len(curve.values) > 1), default=0.0)
-        title = f"{words} residual [{balance.unit}]: the error of the numerics"
+        title = f"{words} residual [{balance.unit}]: numerical error"
         balances.append(Plot(f"{title}; at most {largest:.2g}" if largest else title, balance.residual, curves))
     outputs = [curve for name, curve in scene_data.curves.items() if name not in known]
     found = [*balances[:2], *_unit_plots("Inputs", scene_data.inputs.values()), *_unit_plots("Outputs", outputs), *balances[2:]]
@@ -39,7 +39,7 @@ def make_plots(scene_data: SceneData) -> list[Plot]:
 
 
 def select_plots(scene_data: SceneData, max_count: int) -> list[Plot]:
-    """Return the plots that get a pane: at most `most`, and none that stays zero in a finished run."""
+    """Return the plots that get a pane: at most `max_count`, and none that stays zero in a finished run."""
     return [plot for plot in make_plots(scene_data) if not _is_quiet(plot) or len(plot.curves[0].values) < 2][:max_count]
 
 

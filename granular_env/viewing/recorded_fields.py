@@ -53,7 +53,7 @@ def coloured_drawables(log: Any, colour: str | None) -> tuple[Drawable, ...]:
     known = colouring_outputs([one for one in log.drawables if not is_hidden(one, log.drawables)], recorded)
     if colour is not None and colour not in known:
         raise ParameterError(
-            f"{colour!r} was not recorded, or it is not one value for each node, cell or point of a drawable",
+            f"{colour!r} was not recorded, or does not have one value per node, cell or point of a drawable",
             hint=f"this log can be coloured by {', '.join(known) or 'nothing'}", at="colour",
         )  # fmt: skip
     found: list[Drawable] = []
@@ -250,4 +250,4 @@ def _axis_labels(variable: Variable, surplus: int | None, every: int, point: str
     notes = {0: "0 is the left end", 1: f"i is left of {point} i", -1: f"i is right of {point} i"}
     numbers = notes.get(surplus, "numbered from 0") if surplus is not None else "numbered from 0"
     label = f"{place} ({numbers})"
-    return place, label if every == 1 else f"{label}; each {every}th is shown"
+    return place, label if every == 1 else f"{label}; every {every}th is shown"

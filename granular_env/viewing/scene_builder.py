@@ -68,7 +68,7 @@ class SceneSource(NamedTuple):
 
     Attributes:
         component: the name of the component.
-        variables: by name.
+        variables: variables by name.
         drawables: drawables of the component.
         has: whether an output can be read.
         frames: returns the frames of an output; a larger `size` (numbers per frame) gives fewer frames.
@@ -303,13 +303,13 @@ def _to_vectors(displacement: FloatArray | None) -> FloatArray | None:
 def _scene_notes(log: Any, scene_data: SceneData) -> Iterator[str]:
     motion, recorded = scene_data.motion, recorded_outputs(log)
     if not log.complete:
-        yield "The log is incomplete: the run was interrupted, what was written until then is shown."
+        yield "The log is incomplete because the run was interrupted; the recorded part is shown."
     if motion is None and visible_points(log.drawables):
         yield "The motion of the particles was not recorded; record displacements to see them."
     if scene_data.unmoved_shapes:
-        yield f"Drawn at the positions at the start, as no displacements were recorded: {', '.join(scene_data.unmoved_shapes)}."
+        yield f"Drawn at the initial positions, because no displacements were recorded: {', '.join(scene_data.unmoved_shapes)}."
     if motion is not None and motion.every > 1:
-        yield f"Only each {motion.every}th of {motion.total} particles is shown, without links."
+        yield f"Only every {motion.every}th of {motion.total} particles is shown, without links."
     # Links do not break without events.
     for one in log.drawables if motion is not None and log.event_kinds else ():
         if isinstance(one, Links) and one.state and not is_hidden(one, log.drawables):
@@ -322,7 +322,7 @@ def _scene_notes(log: Any, scene_data: SceneData) -> Iterator[str]:
             missing = f"neither {cells.displacement} nor {cells.field} was recorded"
             yield f"The {cells.name} is not drawn: {missing}, or it is too large."
         if cells.state and cells.state not in recorded:
-            yield f"{cells.state} was not recorded: cracks of the {cells.name} are not seen. Record it as well."
+            yield f"{cells.state} was not recorded: cracks of the {cells.name} are not shown. Record it as well."
 
 
 def _colour_notes(log: Any, drawn: Sequence[Drawable], scene_data: SceneData) -> Iterator[str]:

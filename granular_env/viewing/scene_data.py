@@ -29,7 +29,7 @@ class LinkFrames:
     """Links between the particles of a `Motion`, in its frames.
 
     Attributes:
-        name: such as "links".
+        name: name of the links, such as "links".
         pairs: indices of the particles, shape (m, 2).
         state: 0 for an unlinked pair, shape (frames, m).
         state_name: name of the output with the state.
@@ -61,7 +61,7 @@ class Motion:
         cuts: indices of the first frames of later segments.
         is_plane: whether they lie, or can move, in two dimensions; otherwise they are a row along x.
         links: between the particles; empty if particles are left out.
-        name: such as "grains".
+        name: name of the particles, such as "grains".
         rotation: angles of the particles, shape (frames, n) [rad]; None if they were not recorded.
     """
 
@@ -90,12 +90,12 @@ class MeshFrames:
     """Cells in some frames of a run.
 
     Attributes:
-        name: such as "grid".
+        name: name of the cells, such as "grid".
         times: shape (frames,) [s].
         ticks: shape (frames,).
         nodes: initial positions, shape (n, 3) [m].
         connectivity: nodes of each cell in cyclic order, shape (m, k).
-        displacement: of the nodes, shape (frames, n, 3) [m]; zeros if it was not recorded.
+        displacement: displacements of the nodes, shape (frames, n, 3) [m]; zeros if not recorded.
         field: values that colour the nodes or cells, shape (frames, n) or (frames, m); None if not recorded.
         field_variable: name, unit and meaning of the field.
         located: whether the displacements were recorded.
@@ -139,7 +139,7 @@ class ProfileFrames:
     """A field along a line in some frames of a run.
 
     Attributes:
-        name: of the drawable.
+        name: name of the drawable.
         times: shape (frames,) [s].
         ticks: shape (frames,).
         coordinate: shape (n,) [m].
@@ -160,10 +160,10 @@ class SceneData:
     """The displayed data of a run: moving shapes and curves.
 
     Attributes:
-        title: of the run.
+        title: title of the run.
         motions: particles.
         meshes: cells.
-        inputs: by name; for an array the curves of its active elements or of its extremes.
+        inputs: input name -> curves; for an array, the curves of its active elements or of its extremes.
         profiles: fields along a line; only for a log, whose ranges are known.
         remark: sentences of the domain on pictures of the component; "" for none.
         conclusions: sentences on the state at the end of the run.
@@ -178,7 +178,7 @@ class SceneData:
     inputs: dict[str, Curve] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     balances: tuple[BalanceNames, ...] = ()
-    """The names of the curves behind each balance; a vector has one curve for each axis."""
+    """The names of the curves of each balance; a vector has one curve for each axis."""
     profiles: tuple[ProfileFrames, ...] = ()
     remark: str = ""
     conclusions: tuple[str, ...] = ()

@@ -34,8 +34,8 @@ class ColourScale:
     """A colour scale for one output, or for several outputs of one unit.
 
     Attributes:
-        names: of the outputs.
-        unit: of all of them.
+        names: names of the outputs.
+        unit: unit of the outputs.
         limit: magnitude at the ends of the colour scale.
         has_sign: whether any value is negative.
         is_exceeded: whether some values exceed the limit.
@@ -111,7 +111,7 @@ class Scales:
     def stretch_text(self) -> str:
         """The displacement factor as text for titles."""
         if not self.settled:
-            return "larger than they are (how much: see the text)"
+            return "magnified (factor: see the text)"
         return "true to scale" if self.exaggeration == 1.0 else f"{self.exaggeration:g} x larger"
 
     def value_colours(self, variable: Variable, values: FloatArray | None, count: int) -> npt.NDArray[np.uint8]:

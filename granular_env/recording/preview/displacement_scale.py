@@ -21,7 +21,7 @@ _NEARLY = 1.1
 def common_exaggeration(
     points: Iterable[tuple[FloatArray, FloatArray, FloatArray]], cells: Iterable[tuple[FloatArray, FloatArray]]
 ) -> float:
-    """Return one factor for all displacements, for which particles do not pass one another and nodes stay near.
+    """Return one display factor for all displacements, at which particles do not pass one another and nodes stay close.
 
     Args:
         points: reference (n, 3), radius (n,) and displacement (frames, n, 3) of points [m].
@@ -54,7 +54,7 @@ def choose_exaggeration(reference: FloatArray, radius: FloatArray, displacement:
 
 
 def _overlap_limit(reference: FloatArray, radius: FloatArray, displacement: FloatArray) -> float:
-    """Return the factor at which the first pair of neighbours overlaps too far, from their approach along their axis."""
+    """Return the largest factor at which no pair of neighbours overlaps too far, from the approach along their axis."""
     if np.ptp(reference[:, 1:], axis=0).any():
         from scipy.spatial import KDTree
 

@@ -80,7 +80,7 @@ class Preview:
 
     Args:
         title: title of the log.
-        drawables: of the component; drawables without recorded outputs are omitted.
+        drawables: drawables of the component; those without recorded outputs are omitted.
         variables: recorded variables by name.
     """
 
@@ -117,7 +117,7 @@ class Preview:
         unit = _clock_unit(max(self._rows[-1][0], self._pictures[-1][0]) - start)
         text = [
             self._title, "", f"Slow clock: 1 s here = {unit / 1e9:.3g} s simulated.",
-            "Simulated time: the timeline message_publish_time, and the messages' time stamps.", "",
+            "Simulated time is on the timeline message_publish_time and in the time stamps of the messages.", "",
         ]  # fmt: skip
         clouds, found = _Clouds(self._drawables, self._pictures), []
         text += [*clouds.about_lines(self._units), ""]
@@ -177,7 +177,7 @@ class _Clouds:
 
     def about_lines(self, units: Mapping[str, str]) -> list[str]:
         """Return the lines of ``/about``."""
-        lines = [f"Displacements are {self._factor:g} x as large as they are."] if self._drawables else []
+        lines = [f"Displacements are multiplied by {self._factor:g}."] if self._drawables else []
         for one in self._drawables:
             name = "" if isinstance(one, Links) else one.colour if isinstance(one, Points) else one.field
             if name:

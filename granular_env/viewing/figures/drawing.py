@@ -95,7 +95,7 @@ def to_svg(figure: Figure, name: str, dots_per_inch: int = 150) -> str:
 
     Args:
         figure: the figure to draw.
-        name: of the figure, unique in the page.
+        name: name of the figure, unique in the page.
         dots_per_inch: resolution of embedded pictures.
     """
     buffer = io.StringIO()
@@ -168,7 +168,7 @@ def nearest_frames(times: FloatArray, instants: FloatArray) -> npt.NDArray[np.in
     long run therefore appear as stripes, not as a run at rest in between.
 
     Args:
-        times: of the frames, ascending, shape (frames,) [s].
+        times: times of the frames, ascending, shape (frames,) [s].
         instants: ascending, shape (n,) [s].
     """
     frames = np.searchsorted(0.5 * (times[1:] + times[:-1]), instants, side="right")

@@ -88,7 +88,7 @@ def load_plane(
 
     Args:
         log: an open log.
-        scene_data: of the whole log; it sets the displacement factor and the colour scales.
+        scene_data: scene data of the whole log, which set the displacement factor and the colour scales.
         times: times of the pictures [s]; default: four times that include the first event.
         colour: a recorded output that colours the shapes, with a scale for these times.
 
@@ -229,8 +229,8 @@ def _shade_colours(colours: FloatArray, corners: FloatArray) -> FloatArray:
     """Return colours lit from the eye; the inside of the body, visible through gaps, is dark.
 
     Args:
-        colours: of the cells, shape (m, 3).
-        corners: of each cell in picture coordinates, shape (m, k, 3).
+        colours: colours of the cells, shape (m, 3).
+        corners: corners of each cell in picture coordinates, shape (m, k, 3).
     """
     normal = area_vectors(corners)
     length = np.maximum(np.sqrt((normal * normal).sum(axis=1)), 1e-300)
@@ -257,7 +257,7 @@ def exaggeration_text(plane: Plane) -> str:
     """Return sentences on the drawn displacements; "" if they are true to scale."""
     sentences = [] if plane.scales.exaggeration == 1.0 else [f"Displacements drawn {plane.scales.exaggeration:g} x larger."]
     if still := plane.scene.unmoved_shapes:
-        sentences.append(f"Drawn at the places of the start, as no displacements were recorded: {', '.join(still)}.")
+        sentences.append(f"Drawn at the initial positions, because no displacements were recorded: {', '.join(still)}.")
     return " ".join(sentences)
 
 

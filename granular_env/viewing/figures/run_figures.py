@@ -61,7 +61,7 @@ def draw_fields(
         kind: "space-time" (x-t diagram), "profiles" (along the places at given times) or "histories" (of given places).
         times: times of the profiles [s]; default: four, evenly spaced.
         indices: places of the histories; default: up to five, evenly spaced among those that the wave reached.
-        valid_until: as of `SceneData`; histories mark it.
+        valid_until: end of validity [s], as in `SceneData`; histories mark it.
 
     Raises:
         ParameterError: a time outside the recorded span, or an unknown place.
@@ -202,7 +202,7 @@ def plot(
         log: an open log.
         variable: a recorded output, or an input. Scalars and inputs of a few numbers are drawn as curves over time for every
             kind; the components of vectors are drawn one above the other.
-        kind: of an array: "space-time", "profiles" (at `times`) or "histories" (of `indices`).
+        kind: figure of an array: "space-time", "profiles" (at `times`) or "histories" (of `indices`).
         times: times of the profiles [s]; default: four, evenly spaced.
         indices: elements of the histories; default: up to five that changed.
 
@@ -225,4 +225,4 @@ def plot(
         fields = load_fields(log, variable, FRAMES)
         return draw_fields([one for one in fields if one.values.any()] or fields[:1], kind, times, indices)
     known = ", ".join([*recorded, *log.input_variables])
-    raise ParameterError(f"{variable!r} was not recorded", hint=f"this log holds {known}", at="variable")
+    raise ParameterError(f"{variable!r} was not recorded", hint=f"this log contains {known}", at="variable")

@@ -45,12 +45,10 @@ class ReportChoice:
         known = [*arrays, *(name for name in recorded_outputs(log) if name not in arrays)]
         if unknown := [name for name in self.variables or () if name not in known]:
             raise ParameterError(
-                f"{unknown[0]!r} was not recorded", hint=f"this log holds {', '.join(known) or 'none'}", at="variables"
+                f"{unknown[0]!r} was not recorded", hint=f"this log contains {', '.join(known) or 'none'}", at="variables"
             )
         if (self.times is not None or self.indices is not None) and not any(map(self.is_chosen, arrays)):
-            raise ParameterError(
-                "none of the variables is a recorded array", hint="leave times and indices out", at="variables"
-            )
+            raise ParameterError("none of the variables is a recorded array", hint="omit times and indices", at="variables")
 
     def is_chosen(self, name: str) -> bool:
         """Return whether to show a variable."""
@@ -80,12 +78,12 @@ def draw_report(
     drawn |= _balance_figures(scene_data)
     if curves := [one for one in _active_curves(scene_data, "outputs") if choice.is_chosen(one.name)]:
         figure = run_figures.draw_curve_panels(curves, scene_data.valid_until)
-        drawn["outputs"] = CaptionedFigure("Outputs", figure, "Outputs in time; those that stay 0 are left out.")
+        drawn["outputs"] = CaptionedFigure("Outputs", figure, "Outputs over time; outputs that stay 0 are omitted.")
     drawn |= _input_figures(log, scene_data)
     if choice.variables is None and (happened := log.events()):
         span = log.start_tick * log.step_size, log.start_tick * log.step_size + log.duration
         figure = run_figures.draw_event_counts([(event.tick * log.step_size, event.kind) for event in happened], span)
-        drawn["events"] = CaptionedFigure("Events", figure, "Number of events in each hundredth of the run, by their kind.")
+        drawn["events"] = CaptionedFigure("Events", figure, "Number of events of each kind in each hundredth of the run.")
     return scene_data, drawn
 
 
@@ -139,8 +137,8 @@ def _array_figures(log: Any, scene_data: SceneData, name: str, choice: ReportCho
     across = _axis_text(field)
     if not is_vector and (is_asked or field.coordinate is not None or not is_plane_filling(log.drawables, field.total)):
         words = (
-            f"{title} {across} (across) at every instant (up): red is positive, blue negative, nearly white 0. "
-            "Where there is no frame the diagram is grey."
+            f"{title} {across} (horizontal) over time (vertical): red is positive, blue is negative, near white is 0. "
+            "Times without a frame are grey."
         )
         figure = run_figures.draw_fields(fields, "space-time")
         drawn[f"{stem}space-time"] = CaptionedFigure("x-t diagram" if is_main else title, figure, words)
@@ -151,7 +149,7 @@ def _array_figures(log: Any, scene_data: SceneData, name: str, choice: ReportCho
     things = _plural_noun(log, field)
     figure = run_figures.draw_fields(fields, "histories", None, choice.indices, scene_data.valid_until)
     heading = f"Histories of chosen {things}" if is_main else f"{title}: histories"
-    words = f"{title} of chosen {things} in time. By default they are evenly spaced among those that changed."
+    words = f"{title} of chosen {things} over time, by default evenly spaced among those that changed."
     drawn[f"{stem}histories"] = CaptionedFigure(heading, figure, words)
     return drawn
 
@@ -170,9 +168,7 @@ def _balance_figures(scene_data: SceneData) -> dict[str, CaptionedFigure]:
     drawn = {}
     for balance in scene_data.balances:
         if (figure := run_figures.draw_balance(scene_data, balance.quantity)) is not None:
-            words = (
-                f"{_figure_title(balance.quantity)} since the reset; below, the residual, which is the error of the numerics."
-            )
+            words = f"{_figure_title(balance.quantity)} since the reset; below, the residual, which is the numerical error."
             drawn[f"balance-{balance.quantity}"] = CaptionedFigure("Balances", figure, words)
     return drawn
 
@@ -188,7 +184,7 @@ def _input_figures(log: Any, scene_data: SceneData) -> dict[str, CaptionedFigure
     scalars = {name for name, one in log.input_variables.items() if one.shape == ()}
     if curves := [one for one in _active_curves(scene_data, "inputs") if one.name in scalars]:
         drawn["inputs"] = CaptionedFigure(
-            "Inputs", run_figures.draw_curve_panels(curves), "Inputs in time; those that stay 0 are left out."
+            "Inputs", run_figures.draw_curve_panels(curves), "Inputs over time; inputs that stay 0 are omitted."
         )
     for name in log.input_variables:
         acted = None if name in scalars else load_input_curves(log, name)
@@ -198,7 +194,7 @@ def _input_figures(log: Any, scene_data: SceneData) -> dict[str, CaptionedFigure
         drawn[f"inputs-{name}"] = CaptionedFigure("Inputs", run_figures.draw_curve_panels(moving), _input_text(acted))
         if acted.is_summary and not is_plane_filling(log.drawables, acted.variable.shape[0]):
             fields = [one for one in load_fields(log, name, run_figures.FRAMES) if one.values.any()]
-            words = f"{_figure_title(name)} {_axis_text(fields[0])} (across) at every instant (up)."
+            words = f"{_figure_title(name)} {_axis_text(fields[0])} (horizontal) over time (vertical)."
             drawn[f"inputs-{name}-space-time"] = CaptionedFigure("Inputs", run_figures.draw_fields(fields, "space-time"), words)
     return drawn
 
@@ -213,8 +209,12 @@ def _input_text(acted: InputCurves) -> str:
         words += f" In brackets: {', '.join(counted)}."
     size = math.prod(variable.shape)
     if len(acted.curves) == 1 and acted.acting == size:
-        return f"{words} It is the same for all {size} elements."
-    shown = "the curves are the largest and the least of all" if acted.is_summary else "those that stay 0 are left out"
+        return f"{words} All {size} elements have the same value."
+    shown = (
+        "the curves are the maximum and the minimum over all elements"
+        if acted.is_summary
+        else "elements that stay 0 are omitted"
+    )
     return f"{words} {acted.acting} of {size} elements act; {shown}."
 
 

@@ -20,7 +20,7 @@ from ..scene_data import SceneData
 from . import tables
 from .figures import CaptionedFigure, ReportChoice, draw_report
 
-_FILM_WORDS = "The run as a film: choose an instant on the time axis below (the arrow keys go through them), or play."
+_FILM_WORDS = "Film of the run: choose an instant on the time axis below (arrow keys step through the instants), or play."
 
 
 def report(

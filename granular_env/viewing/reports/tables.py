@@ -42,7 +42,7 @@ def balance_table(scene_data: SceneData) -> Markup:
             sentences.append(f"Residual of {balance.quantity.replace('_', ' ')}: {part}.")
     if not rows:
         return parts.paragraph("No balance was recorded.")
-    sentences.append("Residuals are the errors of the numerics.")
+    sentences.append("Residuals are numerical errors.")
     table = parts.table(["entry", "unit", "start", "end", "largest magnitude"], rows)
     return table + parts.paragraph(" ".join(sentences))
 
@@ -51,14 +51,14 @@ def incident_sentences(log: Any) -> list[str]:
     """Return a sentence for each incident other than a step, and one on the segments if there are several."""
     sentences = [text for incident in log.incidents if (text := _incident_sentence(incident))][:_MOST_INCIDENTS]
     if (count := len(log.segments)) > 1:
-        why = "the component was reset, restored or put back in between"
-        sentences.append(f"The log has {count} segments, laid end to end in time: {why}.")
+        why = "the component was reset, restored or returned to an earlier state between them"
+        sentences.append(f"The log has {count} segments, concatenated in time: {why}.")
     return sentences
 
 
 def _incident_sentence(incident: Mapping[str, Any]) -> str | None:
     undone = incident.get("undone_ticks")
-    after = f"; internal steps of it that had been written and were undone: {undone}" if undone else ""
+    after = f"; internal steps written to the log and then undone: {undone}" if undone else ""
     message = ": ".join(str(incident[key])[:_LONGEST_MESSAGE] for key in ("kind", "message") if incident.get(key))
     return {
         "recovered": f"Recovered from another log; lost: {str(incident.get('lost'))[:_LONGEST_MESSAGE]}.",
@@ -78,11 +78,11 @@ def event_section(log: Any) -> Markup:
     start = f"{log.start_tick * log.step_size:.9g} s"
     sentences = ["; ".join(f"{kind}: {text}" for kind, text in kinds.items()) + "."]
     if earlier is None:
-        sentences.append(f"This log begins at {start} without the events before.")
+        sentences.append(f"This log begins at {start}; earlier events are unknown.")
     elif earlier:
         counts = Counter(event.kind for event in earlier).most_common()
         words = ", ".join(f"{count} x {kind}" for kind, count in counts)
-        sentences.append(f"Of these events {len(found)} are in this log, {len(earlier)} before it begins at {start}: {words}.")
+        sentences.append(f"Of these, {len(found)} are in this log and {len(earlier)} precede its start at {start}: {words}.")
     shown = listed_events(found, earlier or [], _MOST_EVENTS)
     if not shown:
         return parts.paragraph(f"No events. {' '.join(sentences)}")
@@ -142,7 +142,7 @@ def experiment_section(log: Any) -> Markup:
     if not isinstance(content, dict) or "component" not in content:
         return Markup()
     text = to_toml(content)
-    words = "The experiment as it was run, as a file for the command granular-env run; data files that it names are not here."
+    words = "The recorded experiment as a file for the command granular-env run, without the data files that it names."
     return parts.paragraph(words) + parts.preformatted(text)
 
 
@@ -162,7 +162,7 @@ def replay_commands(log: Any) -> Markup:
     commands = [
         f"granular-env replay {path} --verify      # run it again and compare every recorded bit",
         f"granular-env branch {path} --at {middle:.12g}      # continue from there, with other inputs",
-        f"granular-env view {path}      # look at it in rerun",
+        f"granular-env view {path}      # show it in rerun",
     ]
     words = parts.paragraph("This page did not verify the log; the first command does.")
     return words + parts.preformatted("\n".join(commands))

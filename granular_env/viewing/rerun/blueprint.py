@@ -34,8 +34,8 @@ def make_blueprint(scene_data: SceneData, scales: Scales | None, views: Views | 
     Args:
         scene_data: the scene.
         scales: None if nothing is drawn in space.
-        views: of the component's domain; None without particles.
-        duration: of the run [s], which sets the playback speed; None for a running simulation.
+        views: views of the component's domain; None without particles.
+        duration: simulated time of the run [s], which sets the playback speed; None for a running simulation.
     """
     shown: list[Any] = [rrb.TextDocumentView(origin="caption", name="What you see")]
     scalars = select_plots(scene_data, _SHOWN_PLOTS_ALONE if scales is None else _SHOWN_PLOTS)

@@ -17,7 +17,7 @@ _MARKUP = str.maketrans({character: f"\\{character}" for character in "\\`*_{}[]
 
 
 def escape_markdown(text: str) -> str:
-    """Return text from a log without markdown syntax."""
+    """Return text from a log with escaped markdown syntax."""
     return " ".join(str(text).split()).translate(_MARKUP)
 
 
@@ -36,7 +36,7 @@ def make_caption(scene_data: SceneData, scales: Scales | None, views: Views | No
         names = ", ".join(escape_markdown(one.variable.name.replace("_", " ")) for one in scene_data.profiles)
         words.append(f"**Curves along x:** {names}, at the instant of the cursor; a line marks 0.")
     if any(scene_data.named_curves(balance.entries) for balance in scene_data.balances):
-        words.append("**Plots.** Balances since the reset. Their residuals are the errors of the numerics.")
+        words.append("**Plots.** Balances since the reset. Their residuals are numerical errors.")
     # A single sample (live run) does not show whether an input acts.
     inputs = scene_data.inputs.values()
     if inputs and not any(curve.values.any() or len(curve.values) < 2 for curve in inputs):
@@ -80,7 +80,7 @@ def _exaggeration_text(scene_data: SceneData, scales: Scales) -> str:
         return "**Displacements are true to scale** as well."
     words = f"**Displacements are drawn {scales.exaggeration:g} x larger than they are.**"
     if scene_data.motions:
-        words += " The overlaps you see are stretched by the same factor."
+        words += " The drawn overlaps are stretched by the same factor."
     return words + ("" if scales.settled else " Factor and limits are adjusted during the run.")
 
 

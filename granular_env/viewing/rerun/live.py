@@ -113,7 +113,7 @@ class LiveViewer:
 
         Args:
             component: the component to show.
-            title: of the scene; default: the component's name.
+            title: title of the scene; default: the component's name.
             web: serve the web viewer on 127.0.0.1 and print its address, instead of opening a window.
             save: write the frames to this .rrd file, instead of opening a viewer.
             exaggerate: factor of the drawn displacements; by default automatic, and reduced as the wave grows.
@@ -131,7 +131,7 @@ class LiveViewer:
         self._pacing = Pace()
         if pace is not None:
             if duration is None:
-                raise ParameterError("missing", expected="the simulated time [s] that `pace` seconds show", at="duration")
+                raise ParameterError("missing", expected="the simulated time [s] shown during `pace`", at="duration")
             self._pacing = Pace(positive_number("duration", duration) / component.step_size / positive_number("pace", pace))
         self._elapsed, self._last_tick, self._sent_tick, self._working = 0, 0, -1, True
         self._drawn_at = -math.inf

@@ -23,7 +23,7 @@ from granular_env.components.errors import GranularError
 
 LOCALHOST = "127.0.0.1"
 NEEDED = (
-    "a picture without a screen needs Vulkan in software, which is not complete on this machine; run `make system-packages` "
+    "a picture without a screen requires software Vulkan, which is incomplete on this machine; run `make system-packages` "
     "as root (Debian, Ubuntu), or: apt-get install mesa-vulkan-drivers libvulkan1 libegl1 libgl1-mesa-dri libxkbcommon-x11-0 "
     "libx11-xcb1 libxcursor1 libxi6"
 )

@@ -172,7 +172,7 @@ def send_mesh(
         recording: rerun's recording.
         mesh: the frames.
         positions: drawn positions of the nodes, shape (frames, n, 3) [m].
-        colours: of the nodes or of the cells, shape (frames, n or m, 3).
+        colours: colours of the nodes or of the cells, shape (frames, n or m, 3).
         when: rerun's time columns.
     """
     frames = len(positions)

@@ -42,7 +42,7 @@ def save_rrd(
 
     Args:
         log: an open log.
-        path: of the .rrd file; an existing file is replaced.
+        path: path of the .rrd file; an existing file is replaced.
         exaggerate: factor of the displacements, which the scene states; by default the wave is visible and particles do not
             pass one another.
         progress: show a bar, or call this with the completed fraction.
@@ -97,8 +97,8 @@ def view(log: Any, web: bool = False, exaggerate: float | None = None, colour: s
     Args:
         log: an open log.
         web: serve the web viewer on 127.0.0.1 and print its address.
-        exaggerate: as in `save_rrd`.
-        colour: as in `save_rrd`.
+        exaggerate: factor of the displacements, as in `save_rrd`.
+        colour: output that colours the shapes, as in `save_rrd`.
 
     Raises:
         MissingExtraError, GranularError: rerun is not installed, or cannot start (no screen).
@@ -130,8 +130,8 @@ def screenshot(
         png: path of the picture.
         at: time shown [s]; by default the end of a run with events, two thirds of any other run.
         size: width and height of the viewer's window [points].
-        exaggerate: as in `save_rrd`.
-        colour: as in `save_rrd`.
+        exaggerate: factor of the displacements, as in `save_rrd`.
+        colour: output that colours the shapes, as in `save_rrd`.
 
     Raises:
         MissingExtraError: rerun is not installed.
@@ -167,7 +167,7 @@ def _repeat_request(viewer: RerunProcess, request: Callable[[], Any]) -> Any:
         except Exception as error:  # rerun raises several types
             viewer.require_alive()
             if time.monotonic() > deadline:
-                raise viewer.viewer_error(f"gave no picture: {error}") from error
+                raise viewer.viewer_error(f"returned no picture: {error}") from error
             time.sleep(0.2)
 
 
