@@ -50,7 +50,7 @@ class Problem:
         self._make = load_environment_factory(name, folder)
         self.env = self._make_env(**self._arguments)
         if math.isinf(self.env.deadline):
-            raise ParameterError("got none", expected="a number of control steps: episodes have to end", at="deadline")
+            raise ParameterError("got none", expected="a number of control steps (episodes must end)", at="deadline")
         self.steps, self.duration = int(self.env.deadline), self.env.duration
         self.entries = self.env.actuator.size
         rate = self.env.actuator.rate
@@ -64,8 +64,8 @@ class Problem:
         refuse_unknown_arguments(self._make, arguments)
         env = getattr(made := self._make(**arguments), "unwrapped", made)
         if not isinstance(env, ComponentEnv):
-            hint = "name what returns ComponentEnv(component, task)"
-            raise ParameterError(f"it makes {one_line(made)}", expected="a ComponentEnv", hint=hint, at="name")
+            hint = "name a function that returns ComponentEnv(component, task)"
+            raise ParameterError(f"it returns {one_line(made)}", expected="a ComponentEnv", hint=hint, at="name")
         return env
 
     def with_options(self, **options: Any) -> Problem:
@@ -88,7 +88,7 @@ class Problem:
         return self._simulate_episodes(len(drives), seeds, lambda step, observations: actions[:, step])
 
     def policy_return(self, policy: Callable[[npt.NDArray[Any]], npt.NDArray[Any]], seeds: Sequence[int]) -> tuple[float, int]:
-        """Return the same for a policy that maps observations (environments, size) to actions (environments, entries)."""
+        """Return mean return and simulated control steps of a policy: observations (environments, size) -> actions."""
         values, steps = self._simulate_episodes(1, seeds, lambda step, observations: policy(observations))
         return float(values[0]), int(steps[0])
 
@@ -175,7 +175,7 @@ def load_environment_factory(name: str, folder: Path | None = None) -> Callable[
         return import_object(load_environments()[registered].entry_point)
     if ":" not in name:
         hint = spelling_hint(
-            name, list(environment_names()), "one of your own is 'module:name' of a function that makes its environment"
+            name, list(environment_names()), "for your own task, give 'module:name' of a function that returns its environment"
         )
         raise ParameterError(f"got {name!r}", expected="the name of a task", hint=hint, at="name")
     if folder is not None and str(folder) not in sys.path:

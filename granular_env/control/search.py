@@ -137,5 +137,5 @@ class Search:
 
     def _refuse_unless_finite(self, what: str, value: float) -> None:
         if not math.isfinite(value):
-            received = f"after {self.spent} control steps: the {what} is {value}"
-            raise ExperimentError(received, expected="a finite number", hint="look at the task's parameters")
+            received = f"the {what} is {value} after {self.spent} control steps"
+            raise ExperimentError(received, expected="a finite number", hint="check the task's parameters")

@@ -135,7 +135,7 @@ class ChainRows:
         chain = self.components[k]
         if chain.is_observed:
             raise ParameterError(
-                "a component of a batch is recorded", hint="restore its state in a single environment", at="record"
+                "a component of the batch is being recorded", hint="restore its state in a single environment", at="record"
             )
         if chain.has_profile_input:
             raise ParameterError("an input follows a profile", hint="continue in a single environment", at="state")

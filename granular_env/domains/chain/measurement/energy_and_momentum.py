@@ -69,7 +69,7 @@ def energy_ratio(history: History, begin: float | None = None, end: float | None
     potential = potential_energy(history)[window]
     if not (potential > 0.0).all():
         at = float(history.time[window][int(np.argmin(potential))])
-        raise ParameterError(f"begin, end: no contact is pressed at {at:g} s", expected="a window in which energy is stored")
+        raise ParameterError(f"begin, end: no contact is compressed at {at:g} s", expected="a window with stored energy")
     ratio = kinetic_energy(history, piston)[window] / potential
     mean = float(ratio.mean())
     least, greatest = float(ratio.min()), float(ratio.max())
@@ -90,7 +90,7 @@ def momentum_carried_off(history: History, time: float | None = None) -> float:
     start = float(momentum(history)[0])
     scale = float((np.abs(history.velocity[0]) * history.mass).sum())
     if not abs(start) > 1e-12 * scale:
-        raise ParameterError("the chain has no momentum at its first frame, of which a part could be carried off", at="history")
+        raise ParameterError("the chain has no momentum in its first frame to compare with", at="history")
     own = history.mass * history.velocity[frame] * np.sign(start)
     return float(-own[own < 0.0].sum() / abs(start))
 

@@ -70,7 +70,7 @@ def front_speed(history: History, above: float, first: int, last: int, direction
     seen = arrivals(history, above, direction)
     for name, grain in (("first", first), ("last", last)):
         if np.isnan(seen[grain]):
-            raise ParameterError(f"the front above {above:g} m/s does not reach grain {grain}", hint="look longer", at=name)
+            raise ParameterError(f"the front above {above:g} m/s does not reach grain {grain}", hint="run longer", at=name)
     if not (last - first) * direction_sign(direction) > 0.0 or not seen[last] > seen[first]:
         raise ParameterError(f"first, last: got {first} and {last}", expected="two grains that the front reaches in this order")
     return float(abs(history.position[last] - history.position[first]) / (seen[last] - seen[first]))
@@ -118,10 +118,10 @@ def pressure_ratio(history: History, grain: int, near: int | None = None, direct
     found = crests(history.time, force[:, place], 0.5 * largest) if largest > 0.0 else []
     after = history.time > found[0].time if found else np.zeros(0, dtype=bool)
     if not after.any():
-        raise ParameterError(f"the force behind grain {grain} has no maximum in this history", hint="look longer", at="grain")
+        raise ParameterError(f"the force behind grain {grain} has no maximum in this history", hint="run longer", at="grain")
     mean = float(force[after, settled].mean())
     if not mean > 0.0:
         raise ParameterError(
-            f"no force settles behind that grain after {found[0].time:g} s", expected="a driven chain", at="near"
+            f"the contact behind this grain carries no force after {found[0].time:g} s", expected="a driven chain", at="near"
         )
     return PressureRatio(found[0].height, mean)

@@ -58,7 +58,7 @@ class Watch:
     def history(self) -> History:
         """Return the history so far, as a copy."""
         if self._component is None:
-            raise ParameterError("it has seen no chain yet", hint="let it look on: chain.observe(watch)", at="watch")
+            raise ParameterError("it has not observed a chain yet", hint="attach it with chain.observe(watch)", at="watch")
         time = np.array(self._ticks) * self._component.step_size
         frames = {name: np.array([frame[i] for frame in self._frames]) for i, name in enumerate(self._variables)}
         return make_history(self._component, time, **frames)

@@ -145,7 +145,7 @@ def _matching_crest(history: History, values: np.ndarray, wave: Wave) -> Crest:
         found = [c for c in found if c.time <= wave.time] or found
         if found:
             return max(found, key=lambda c: (c.time, c.height))
-    raise ParameterError(f"the contact behind grain {wave.grain} is not pressed at {wave.time:g} s", at="wave")
+    raise ParameterError(f"the contact behind grain {wave.grain} is not compressed at {wave.time:g} s", at="wave")
 
 
 def energy_of(history: History, wave: Wave) -> float:
@@ -215,6 +215,6 @@ def phase_shifts(
     for name, waves in zip(("history", "reference"), seen, strict=True):
         if not waves:
             raise ParameterError(
-                f"no wave above {above:g} m/s passes grain {grain}", hint="lower the threshold or look longer", at=name
+                f"no wave above {above:g} m/s passes grain {grain}", hint="lower the threshold or run longer", at=name
             )
     return [Shift(old.time - new.time, new.amplitude / old.amplitude - 1.0) for new, old in zip(*seen, strict=False)]

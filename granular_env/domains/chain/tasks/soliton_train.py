@@ -59,8 +59,8 @@ class SolitonTrainTask(WaveTask):
         self.waves, self.amplitude, self.spacing, self.front = waves, amplitude, spacing, front
         mass, stiffness, rest = hertz_constants(self.name, chain)
         if rest > 0.0:
-            came = "waves of many heights have one shape only in a chain without it"
-            raise ParameterError(came, hint="take PulseForming-v1", at="precompression")
+            came = "waves of different heights share one shape only without precompression"
+            raise ParameterError(came, hint="use PulseForming-v1", at="precompression")
         shapes, speeds = wave_shapes(mass, stiffness, 0.0, np.ones(1))
         self.speed = float(speeds[0])
         names = [f"{what}_{w + 1}" for w in range(waves) for what in ("amplitude", "place", "speed")]
@@ -70,7 +70,7 @@ class SolitonTrainTask(WaveTask):
         self.constants = WaveTarget(horizon, end.duration, unit, positive_number("window", window), np.zeros(0), shapes)
         least = 2.0 * half_width(shapes, 0)
         if waves > 1 and spacing[0] < least:
-            hint = "nearer waves lie over each other"
+            hint = "waves at smaller distances overlap"
             raise ParameterError(f"got {spacing}", expected=f"{least:g} grains or more", hint=hint, at="spacing")
         for place in (front[0] - (waves - 1) * spacing[1], front[1]):
             refuse_crowded_waves(shapes, np.array([[amplitude[0], place, 0.0]]), self.grains, "front")
@@ -204,7 +204,7 @@ def make_soliton_train(
     count, gaps, first = whole_number("waves", waves, 1, 16), parse_range("spacing", spacing), parse_range("front", front)
     last = chain.parameters.grains - 1
     if first[0] - (count - 1) * gaps[1] < 0.0 or first[1] > last:
-        expected = f"places up to {last} that leave room for {count} waves with up to {gaps[1]:g} grains between them"
+        expected = f"places up to {last} that leave space for {count} waves at distances of up to {gaps[1]:g} grains"
         raise ParameterError(f"got {one_line(front)}", expected=expected, at="front")
     heights = parse_range("amplitude", amplitude)
     task = partial(SolitonTrainTask, end=end, waves=count, amplitude=heights, spacing=gaps, front=first, window=window)

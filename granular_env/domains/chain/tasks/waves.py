@@ -1,4 +1,4 @@
-"""Wanted solitary waves: shapes, distance of a chain's state from them in the energy norm, and drives that generate them.
+"""Target solitary waves: shapes, distance of a chain's state from them in the energy norm, and drives that generate them.
 
 A goal has rows (amplitude, place, speed): largest grain velocity [m/s], place of the crest at the deadline (a real number,
 the first grain is 0), and speed [grains/s]. Before the deadline, the target crest is behind its place by speed x time left,
@@ -218,7 +218,7 @@ def distance_objective(goal: FloatArray, shapes: FloatArray, energy: float, dura
             where the final distance of a misplaced wave has none.
     """
     constants = np.concatenate([[energy, len(goal) // COLUMNS, duration, way], goal, shapes])
-    text = "square of the distance to the wanted waves at the end, in the energy norm, over their energy"
+    text = "final squared distance from the wanted waves in the energy norm, divided by their energy"
     return Objective(_add_to_sums, single_sum_value, _pullback, constants, description=text)
 
 
@@ -266,7 +266,7 @@ def _precompressed_wave(constant: float, rest_overlap: float, amplitude: float) 
     if amplitude_excess(low) > 0.0 or amplitude_excess(high) < 0.0:
         raise ParameterError(
             f"got {amplitude:g} m/s",
-            expected=f"1e-2 to 1e7 times {unit:.3g} m/s in a chain of this precompression",
+            expected=f"1e-2 to 1e7 times {unit:.3g} m/s at this precompression",
             at="amplitude",
         )
     height = float(exponential(brentq(amplitude_excess, low, high, xtol=1e-13)))  # type: ignore[arg-type]
@@ -407,7 +407,7 @@ def refuse_early_waves(shapes: FloatArray, waves: FloatArray, duration: float, s
             front = place[np.flatnonzero(ahead / ahead[0] > _PART)[-1]]
             # At the start this point must be left of the first grain's left side.
             least = math.floor((wave[PLACE] + front + 0.5) / (wave[SPEED] * duration)) + 1
-            arrival = f"a wave of {wave[AMPLITUDE]:g} m/s needs them from the left end to grain {wave[PLACE]:g}"
+            arrival = f"a wave of {wave[AMPLITUDE]:g} m/s needs this many to travel from the left end to grain {wave[PLACE]:g}"
             refuse_early_deadline(steps, least, duration, arrival, name)
 
 
@@ -428,15 +428,15 @@ def refuse_crowded_waves(shapes: FloatArray, waves: FloatArray, grains: int, nam
         low, high = half - 0.5, grains - 0.5 - half
         if not low <= place <= high:
             raise ParameterError(
-                f"a wave at grain {place:g} hangs over the end of the chain",
+                f"a wave at grain {place:g} extends beyond the end of the chain",
                 expected=f"{low:g} to {high:g}",
-                hint="give another place, or more grains",
+                hint="choose another place, or more grains",
                 at=name,
             )
     for (place, half), (other, other_half) in zip(kept, kept[1:], strict=False):
         if other - place < half + other_half:
             raise ParameterError(
-                f"waves at grains {place:g} and {other:g} lie over each other",
-                expected=f"{half + other_half:g} grains between them or more",
+                f"waves at grains {place:g} and {other:g} overlap",
+                expected=f"a distance of at least {half + other_half:g} grains",
                 at=name,
             )
