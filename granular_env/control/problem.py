@@ -27,14 +27,14 @@ class Problem:
     """A task in the form used by studies.
 
     Args:
-        name: of the environment: ``pulse-forming``, ``granular_env/PulseForming-v1``, or ``module:name`` of a factory.
-        arguments: of the environment.
+        name: name of the environment: ``pulse-forming``, ``granular_env/PulseForming-v1``, or ``module:name`` of a factory.
+        arguments: arguments of the environment.
         folder: folder in which modules are searched first.
 
     Attributes:
         stage: keyword arguments of the task's smooth objective; None for the defaults.
         steps: control steps of an episode.
-        duration: of a control step [s].
+        duration: duration of a control step [s].
         entries: numbers in an action.
         rate: the environment's limit of the action's change per control step, or None.
         gradient_runs: cost of an objective with its gradient, in forward runs; 0 without gradients.

@@ -45,7 +45,7 @@ def run_study(
 
     Args:
         source: a shipped study's name, the path of a TOML file, the content of one, or a loaded study.
-        folder: of the results; default: ``studies/`` and the study's name.
+        folder: folder of the results; default: ``studies/`` and the study's name.
         overrides: keys to set, as in `load_study`.
         progress: whether to show a bar for every trial, or a function to call with the completed fraction.
         problem: the task, if it is not the environment of the study.

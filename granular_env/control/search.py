@@ -28,8 +28,8 @@ class Search:
     Args:
         problem: the task.
         shape: map from points to drives.
-        seed: of the method's random numbers.
-        seeds: of the episodes in which points are evaluated.
+        seed: seed of the method's random numbers.
+        seeds: seeds of the episodes that evaluate points.
         budget: largest number of simulated control steps.
         watch: called with the search after each evaluation.
 

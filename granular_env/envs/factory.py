@@ -82,7 +82,7 @@ def refuse_early_deadline(deadline: int | None, least: int, duration: float, rea
     Args:
         deadline: control steps of an episode.
         least: control steps until the earliest arrival.
-        duration: of a control step [s].
+        duration: duration of a control step [s].
         reason: reason for this number of steps.
         at: argument at fault.
 

@@ -77,8 +77,8 @@ class Sensors:
 
         Args:
             read: returns an output by name, with a leading axis.
-            memories: of the environments, see `EnvState`.
-            goals: in units of their scales, shape (environments, goal), or (goal,) for one environment.
+            memories: memories of the environments (`EnvState.memory`).
+            goals: goals in units of their scales, shape (environments, goal), or (goal,) for one environment.
         """
         seen = np.empty((len(memories), self.size + len(self.goal) + self.clock), np.float32)
         limit = math.inf if self.noise else self.limit  # noise comes before the clipping

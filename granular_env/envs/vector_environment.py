@@ -134,7 +134,7 @@ class ComponentVectorEnv(SyncVectorEnv):
 
         Args:
             seed: environment i gets seed + i, or entry i of a list.
-            options: as for the single environment.
+            options: options of the single environment's `reset`.
         """
         self._update_environments()
         _, infos = super().reset(seed=seed, options=options)

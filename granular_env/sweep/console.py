@@ -26,7 +26,7 @@ def sweep_progress(title: str, size: int, known_count: int, progress: Progress) 
     """Show a progress bar with done and failed tasks, their rate, and the remaining time.
 
     Args:
-        title: of the bar.
+        title: title of the bar.
         size: number of tasks.
         known_count: number of tasks that already have a result.
         progress: whether to show it, or a function to call instead.

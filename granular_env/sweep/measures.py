@@ -48,10 +48,10 @@ class FinishedRun(NamedTuple):
     """A finished run, from which measures are taken.
 
     Attributes:
-        component: at the end of the run.
+        component: component at the end of the run.
         report: figures of the report.
         times: sampling times [s].
-        history: of the domain's observer, see `Domain.watch`; None without one.
+        history: history of the domain's observer, see `Domain.watch`; None without one.
     """
 
     component: Component
@@ -66,7 +66,7 @@ class Reading:
 
     Attributes:
         kind: final, start, max, min, mean, time of max, time of min.
-        element: of a variable; without an index a scalar, or all elements.
+        element: element of a variable, or a whole variable (no index).
         absolute: whether to use the magnitude.
     """
 
@@ -142,7 +142,7 @@ class EventMeasure:
     """The number of events of one kind, or the time of the first event.
 
     Attributes:
-        kind: of the events.
+        kind: kind of the events.
         is_first: whether to return the time of the first event [s] (NaN without events).
     """
 
@@ -167,7 +167,7 @@ class Measurement:
     """A measurement of the component's domain, with the selection of a number.
 
     Attributes:
-        name: of the function.
+        name: name of the function.
         take: name of the number; "" for the domain's first.
         which: index among several waves, in the function's order; negative values count from the last.
         arguments: arguments of the function.
@@ -240,7 +240,7 @@ class RunObserver(Observer):
     Args:
         measures: column name -> measure.
         every: sampling interval [s]; None for each internal step.
-        duration: of the run [s], so that a history that exceeds the memory is refused in advance.
+        duration: duration of the run [s], so that a history that exceeds the memory is refused in advance.
     """
 
     def __init__(self, measures: Mapping[str, Measure], every: float | None, duration: float) -> None:

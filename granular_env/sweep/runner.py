@@ -52,7 +52,7 @@ def run_sweep(
 
     Args:
         plan: a shipped plan's name, the path of a TOML file, or the content of one.
-        folder: of the results; default ``sweeps/`` and the plan's name.
+        folder: folder of the results; default ``sweeps/`` and the plan's name.
         engine: "processes", "serial" or "ray".
         workers: number of concurrent tasks; default: the number of cores.
         address: HOST:PORT of a Ray cluster; default: RAY_ADDRESS, or a temporary cluster on this machine.

@@ -34,7 +34,7 @@ class Description(BaseModel):
         keys: column -> its value in each task: the varying keys of the experiment, then the number of the sample.
         measures: columns of the measures.
         units: column -> SI unit.
-        hashes: of the tasks.
+        hashes: hashes of the tasks.
     """
 
     model_config = ConfigDict(strict=True, frozen=True)

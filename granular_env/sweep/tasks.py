@@ -33,7 +33,7 @@ class Workload(NamedTuple):
     Attributes:
         job: the part that all tasks share.
         keys: column -> its value in each task: keys of the grid, keys of the samples, number of the sample.
-        tasks: in the plan's order; samples vary fastest, then the last key of the grid.
+        tasks: tasks in the plan's order; samples vary fastest, then the last key of the grid.
     """
 
     job: Job

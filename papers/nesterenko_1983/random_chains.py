@@ -33,7 +33,7 @@ def random_chain(smallest: float, grains: int, seed: int, left: str, **given: fl
     Args:
         smallest: R0 [mm].
         grains: number of grains.
-        seed: of the sample.
+        seed: seed of the sample.
         left: "piston", or "free" for two moving grains.
         given: radii stated in the paper [m], such as ``grain_25=7.8e-4``.
     """

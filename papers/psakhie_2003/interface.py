@@ -24,7 +24,7 @@ def noisy_block(scheme: str, step: float, ticks: int, smaller: int = 1, micro_st
 
     Args:
         scheme: scheme for the nodes of the interface.
-        step: of the grid [s].
+        step: step of the grid [s].
         ticks: number of steps.
         smaller: n, the ratio of cell size to automata size.
         micro_steps: steps of the automata per grid step.

@@ -39,14 +39,14 @@ class ChainRows:
     A single chain has no axis of chains: outputs keep their own shapes, and scalars stay scalars.
 
     Args:
-        chains: of equal size, law and integrator.
+        chains: chains of equal size, law and integrator.
         is_batch: whether to copy the chains into one array; otherwise there is one chain, which keeps its memory.
 
     Attributes:
         components: the chains.
         tables: their tables, shape (chains, rows, width).
-        displacement: of the grains, shape (chains, grains) [m]; a read-only view.
-        velocity: likewise [m/s].
+        displacement: displacements of the grains, shape (chains, grains) [m]; a read-only view.
+        velocity: velocities of the grains, in the same form [m/s].
     """
 
     def __init__(self, chains: Sequence[Chain], is_batch: bool = False) -> None:

@@ -55,7 +55,7 @@ def central_differences(
     """Return the directional derivative from central differences with decreasing steps, extrapolated (Ridders 1982).
 
     Args:
-        objective: as for `value_and_grad`.
+        objective: objective, as for `value_and_grad`.
         chain: the driven chain in its start state; it is not changed.
         drive: shape (steps, 2).
         direction: name (as in `value_and_grad`) -> change, in the shape of its gradient.

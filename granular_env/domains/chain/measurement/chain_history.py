@@ -33,12 +33,12 @@ class History:
         mass: shape (n,) [kg].
         stiffness: k of F = k overlap^p, shape (n + 1,), 0 where there is no contact [N/m^p]; p = 1.5 for spheres.
         rest_overlap: overlap in the reference configuration, shape (n + 1,), negative for a gap [m].
-        position: of the grains in the reference configuration, shape (n,) [m].
+        position: positions of the grains in the reference configuration, shape (n,) [m].
         displacement: shape (T, n) [m]; None if unknown.
         piston: mask of the grains with a prescribed velocity, shape (n,), bool.
         recorded_overlap: shape (T, n + 1) [m], if known without the displacement.
         recorded_force: shape (T, n + 1) [N], if contact forces were recorded.
-        law: of the contacts.
+        law: law of the contacts.
         law_constants: further constants of the law for each contact, such as dissipation, shape (n + 1, k); None if none.
     """
 
@@ -229,9 +229,9 @@ def forces_and_energies(
     Args:
         law: the contact law.
         stiffness: shape (n + 1,), 0 without a contact.
-        constants: of the law in addition to the stiffness, shape (n + 1, k).
+        constants: constants of the law in addition to the stiffness, shape (n + 1, k).
         overlap: shape (T, n + 1), 0 without a contact [m].
-        velocity: of the grains, shape (T, n) [m/s].
+        velocity: velocities of the grains, shape (T, n) [m/s].
     """
     table, places = np.zeros((layout.FREE_ROW, layout.row_width(len(stiffness) - 1))), slice(0, len(stiffness))
     table[layout.STIFFNESS, places] = stiffness

@@ -56,9 +56,9 @@ def energy_ratio(history: History, begin: float | None = None, end: float | None
     The virial theorem gives (p + 1)/2 for F = k d^p: 1.25 for Hertz's law.
 
     Args:
-        history: of a chain, with overlaps.
-        begin: of the window [s]; default the first frame.
-        end: of the window [s]; default the last frame.
+        history: history of a chain, with overlaps.
+        begin: start of the window [s]; default the first frame.
+        end: end of the window [s]; default the last frame.
         piston: whether the kinetic energy of a piston counts.
 
     Raises:
@@ -80,7 +80,7 @@ def momentum_carried_off(history: History, time: float | None = None) -> float:
     """Return the momentum of the grains that move backwards, as a fraction of the initial momentum (section 3.1).
 
     Args:
-        history: of a chain with non-zero initial momentum.
+        history: history of a chain with non-zero initial momentum.
         time: time of the measurement [s]; default the last frame.
 
     Raises:

@@ -20,7 +20,7 @@ def arrivals(history: History, above: float, direction: Direction = "right") -> 
     A grain above the threshold in the first frame gets the time of that frame.
 
     Args:
-        history: of a chain.
+        history: history of a chain.
         above: velocity threshold, greater than 0 [m/s].
         direction: the sign of the velocities that count.
 
@@ -57,7 +57,7 @@ def front_speed(history: History, above: float, first: int, last: int, direction
     """Return the mean speed of the front between two grains, in the reference configuration [m/s].
 
     Args:
-        history: of a chain.
+        history: history of a chain.
         above: velocity threshold that defines the front [m/s].
         first: grain at the start of the path.
         last: grain at the end of the path.
@@ -81,7 +81,7 @@ class PressureRatio:
     """The first maximum of a front, and the settled force behind it.
 
     Attributes:
-        first_maximum: of the contact force at the front, p_m [N].
+        first_maximum: first maximum of the contact force at the front, p_m [N].
         settled: mean contact force near the driven end, p_c [N].
     """
 
@@ -101,7 +101,7 @@ def pressure_ratio(history: History, grain: int, near: int | None = None, direct
     forces is the ratio of pressures.
 
     Args:
-        history: of a chain, with overlaps.
+        history: history of a chain, with overlaps.
         grain: grain at which the front's first maximum is measured.
         near: grain whose rear contact gives the settled force; default the second from the driven end.
         direction: direction in which the front runs.

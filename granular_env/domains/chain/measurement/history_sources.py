@@ -33,8 +33,8 @@ def make_history(
         time: shape (T,) [s].
         velocity: shape (T, n) [m/s].
         displacement: shape (T, n) [m].
-        overlap: as the chain's variable, shape (T, n + 1) [m].
-        contact_force: as the chain's variable, shape (T, n + 1) [N].
+        overlap: variable of the chain, shape (T, n + 1) [m].
+        contact_force: variable of the chain, shape (T, n + 1) [N].
     """
     chain = chain_geometry(component)
     parameters: Any = component.parameters
@@ -58,7 +58,7 @@ def history(log: Log, segment: int | None = None) -> History:
     """Return the history in a log of a chain: its frames, and the geometry derived from its parameters.
 
     Args:
-        log: as returned by `ge.open_log`.
+        log: log opened by `ge.open_log`.
         segment: number of the run, from 0; resets and restores during recording divide a log into several runs.
 
     Raises:

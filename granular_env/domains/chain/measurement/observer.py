@@ -103,7 +103,7 @@ def observe(chain: Component, duration: float, every: float, **inputs: Any) -> H
         chain: the chain; afterwards its state is that after ``chain.step(duration, **inputs)``.
         duration: a whole number of internal steps [s].
         every: time between two frames, a whole number of internal steps [s].
-        **inputs: of the step: numbers or profiles.
+        **inputs: inputs of the step (numbers or profiles).
 
     Raises:
         ParameterError: not a chain, a time that is not a whole number of steps, an invalid input, or too many frames.

@@ -31,7 +31,7 @@ class Wave:
         duration: time for which the velocity exceeds half the amplitude [s]; NaN if it does not fall below half.
         width: duration x speed, full width at half the amplitude [m].
         begin: time of the minimum of the velocity before the crest, or of its last sample that is not positive [s].
-        end: likewise after the crest [s].
+        end: time of the corresponding minimum or sample after the crest [s].
     """
 
     grain: int
@@ -53,7 +53,7 @@ def waves_at(
     A wave is a maximum of the grain's velocity, as in the pulse counts of Nesterenko (1983), sections 3.1 to 3.4.
 
     Args:
-        history: of a chain.
+        history: history of a chain.
         grain: the first is 0.
         above: smallest amplitude that counts, greater than 0 [m/s].
         separation: two maxima are separate waves if the velocity between them falls below this fraction of the lower
