@@ -119,7 +119,7 @@ def _observed_elements(observe: Any, component: Component, task: Task) -> Iterat
             continue
         shape, where = component.variables[name].shape, f"observe.{name}"
         if not shape:
-            raise ParameterError(f"got {one_line(places)}", expected=f'"{_EVERYTHING}" for a single number', at=where)
+            raise ParameterError(f"got {one_line(places)}", expected=f'"{_EVERYTHING}" as {name} is a number', at=where)
         listed = places if isinstance(places, Iterable) else [places]
         indices = [whole_number(where, place, -shape[0], shape[0] - 1) % shape[0] for place in listed]
         if not indices:

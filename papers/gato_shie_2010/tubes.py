@@ -199,9 +199,9 @@ def reach_history(log: Any) -> tuple[FloatArray, FloatArray]:
 # The columns of a table of outcomes.
 HEAD = ("outcome", "reach along", "reach around", "at one place", "pieces", "valid until")
 REACH = (
-    "Reach along: from the first place of a crack along the tube to the last. Reach around: the part of the circumference over "
-    "which cracks lie, wherever along the tube. At one place: the largest part that they take at one place along it. Valid "
-    "until: when a cross-section has grown by more than half; the gas of one-way coupling loads the wall as if it had not."
+    "Reach along: distance between the first and the last crack along the tube. Reach around: fraction of the circumference "
+    "over which cracks extend, at any axial position. At one place: the largest cracked fraction at one axial position. Valid "
+    "until: time at which a cross-section has grown by more than half, which one-way coupling neglects."
 )
 
 
