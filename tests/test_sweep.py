@@ -99,7 +99,10 @@ FAULTS = {
     "version": (plan(version=2), r"version: got 2, expected 1"),
     "unknown key": (plan(grids={}), "grids: unknown; did you mean 'grid'"),
     "key of the experiment": (plan(duration=1.0), r"duration: unknown; keys of the experiment belong in \[set\]"),
-    "no such measure": (plan(measure={"a": "maximum velocity"}), "measure.a: got 'maximum velocity', expected such as"),
+    "no such measure": (
+        plan(measure={"a": "maximum velocity"}),
+        "measure.a: got 'maximum velocity', expected a measure such as",
+    ),
     "unknown variable": (plan(measure={"a": "max velocty"}), "^plan: measure.a: got 'velocty'.* did you mean 'velocity'"),
     "array": (plan(measure={"a": "final velocity"}), r"6 elements; give an index, such as velocity\[-1\]"),
     "unknown parameter": (plan(set={"component.graisn": 5}), "plan: component.graisn: unknown; did you mean 'grains'"),

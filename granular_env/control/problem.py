@@ -83,7 +83,7 @@ class Problem:
     # -- batches ----------------------------------------------------------------------------------------------------------
 
     def returns(self, drives: FloatArray, seeds: Sequence[int]) -> tuple[FloatArray, npt.NDArray[np.int64]]:
-        """Return mean returns over the episodes, and control steps simulated, (members,); drives (members, steps, entries)."""
+        """Return mean returns and simulated control steps, both (members,), for drives of shape (members, steps, entries)."""
         actions = np.repeat(drives, len(seeds), axis=0)
         return self._simulate_episodes(len(drives), seeds, lambda step, observations: actions[:, step])
 

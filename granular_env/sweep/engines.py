@@ -61,7 +61,7 @@ class Engine:
         """Return the result of a finished task.
 
         Raises:
-            LostError: its process or its node ended.
+            TaskLostError: its process or its node ended.
             SweepError: its worker refuses to compute.
         """
         return self._computer.compute(handle)

@@ -240,7 +240,7 @@ class RunObserver(Observer):
     Args:
         measures: column name -> measure.
         every: sampling interval [s]; None for each internal step.
-        duration: duration of the run [s], so that a history that exceeds the memory is refused in advance.
+        duration: duration of the run [s], to refuse a history that would exceed the memory.
     """
 
     def __init__(self, measures: Mapping[str, Measure], every: float | None, duration: float) -> None:

@@ -33,7 +33,7 @@ def check_objective(objective: Objective, chain: Chain, *, steps: int = 8, toler
     Args:
         objective: the objective to check.
         chain: a chain of the objective's size and law; it is not changed.
-        steps: control steps of the imagined run; its first, second and last are checked.
+        steps: number of control steps of a hypothetical run; its first, second and last are checked.
         tolerance: largest accepted error relative to the derivative.
 
     Returns:

@@ -111,7 +111,7 @@ def _wave_speed(
         return [one.time for one in found if one.height >= _SAME_WAVE * crest.height]
 
     def arrival_time(found: list[Crest], lead: int) -> float:
-        """Return the time of the same crest at a neighbour, if `lead` more crests than here have passed it by now; else NaN."""
+        """Return the time of this crest at a neighbour; NaN unless exactly `lead` more crests have passed the neighbour."""
         others = crest_times(found)
         passed = sum(time < crest.time for time in others)
         return others[number] if passed == number + lead and number < len(others) else math.nan

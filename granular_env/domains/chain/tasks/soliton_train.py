@@ -119,12 +119,12 @@ class SolitonTrainTask(WaveTask):
         return goal.reshape(-1)
 
     def objective(self, component: Chain, steps: int, *, goal: FloatArray | None = None) -> Objective:
-        """Return the distance from the demanded waves after the last control step, which is minus the return.
+        """Return the distance from the requested waves after the last control step, which is minus the return.
 
         Args:
             component: the driven chain.
             steps: control steps.
-            goal: the demanded waves, as returned by `sample_goal` or `parse_goal`; default: the goal of seed 0.
+            goal: the requested waves, as returned by `sample_goal` or `parse_goal`; default: the goal of seed 0.
         """
         demanded = self.sample_goal(np.random.default_rng(0)) if goal is None else goal
         squares = float(np.sum(demanded[AMPLITUDE::COLUMNS] ** 2))
@@ -132,12 +132,12 @@ class SolitonTrainTask(WaveTask):
         return distance_objective(demanded, self.constants.shapes, energy, self.end.duration)
 
     def baselines(self) -> Mapping[str, Policy]:
-        """Return the policy "nothing", and the drive of the demanded waves passing the left end."""
+        """Return the policy "nothing", and the drive of the requested waves passing the left end."""
         return {"nothing": Constant(0.0), "theory": PassingTrain(self)}
 
 
 class PassingTrain:
-    """Action of the missing grains on the left end while the requested waves pass: goal read from ``info``, then open-loop.
+    """Open-loop drive by the missing grains on the left as the waves of the goal pass; ``info`` provides the goal.
 
     Args:
         task: task with the goal.
@@ -148,7 +148,7 @@ class PassingTrain:
         self.reset()
 
     def reset(self) -> None:
-        """Discard the last demand, so that the next demand is read."""
+        """Discard the last goal, so that the next goal is read."""
         self.step, self.drive = 0, np.zeros(0)
 
     def __call__(self, observation: Any, info: Mapping[str, Any]) -> FloatArray:
