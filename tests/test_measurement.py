@@ -238,7 +238,7 @@ def test_other_arguments_that_do_not_fit() -> None:
         measurement.front_speed(history, 0.5, 10, 5)
     with pytest.raises(ParameterError, match="reference: no wave above 0.1 m/s passes grain 10"):
         measurement.phase_shifts(history, travelling([(0.01, 2.0, 5.0)]), 10, 0.1)
-    with pytest.raises(ParameterError, match="no momentum in its first frame"):
+    with pytest.raises(ParameterError, match="momentum of the chain in its first frame is zero"):
         measurement.momentum_carried_off(still())
     with pytest.raises(ParameterError, match="has no maximum in this history"):
         measurement.pressure_ratio(history, 10)

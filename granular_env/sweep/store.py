@@ -75,7 +75,7 @@ class Store:
         try:
             folder.mkdir(parents=True, exist_ok=True)
             self._journal = (folder / self._name).open("a+b")
-            lock_file(self._journal, SweepError(busy, hint="wait for its end, or choose another folder", source=named))
+            lock_file(self._journal, SweepError(busy, hint="wait until it ends, or choose another folder", source=named))
             if self._journal.seek(0, os.SEEK_END):
                 self._journal.seek(-1, os.SEEK_END)
                 if self._journal.read() != b"\n":  # a kill truncated the last line

@@ -24,9 +24,9 @@ class Gradient(MethodTable):
     needs_gradient: ClassVar[bool] = True
 
     type: Literal["gradient"] = "gradient"
-    begin: str = Field(default="", description="name of the baseline used as first and central start; default: none")
+    begin: str = Field(default="", description="baseline used as first start and centre of the others; default: none")
     start: float = Field(
-        default=0.0, ge=-1.0, le=1.0, description="value of all knots at the centre of the starts (if no begin)"
+        default=0.0, ge=-1.0, le=1.0, description="value of all knots at the centre of the starts (unless begin is set)"
     )
     spread: float = Field(default=0.3, ge=0.0, description="half-width of the random starts, as a fraction of highest - lowest")
     draws: int | None = Field(

@@ -90,7 +90,7 @@ def momentum_carried_off(history: History, time: float | None = None) -> float:
     start = float(momentum(history)[0])
     scale = float((np.abs(history.velocity[0]) * history.mass).sum())
     if not abs(start) > 1e-12 * scale:
-        raise ParameterError("the chain has no momentum in its first frame to compare with", at="history")
+        raise ParameterError("the momentum of the chain in its first frame is zero", at="history")
     own = history.mass * history.velocity[frame] * np.sign(start)
     return float(-own[own < 0.0].sum() / abs(start))
 
