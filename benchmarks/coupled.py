@@ -58,8 +58,8 @@ def measure(side: int = 300, rounds: int = 11) -> Iterator[Figure]:
         yield Figure(
             f"share of the coupling in a tick, {cells} cells and {automata.count} automata, {kind}", 100.0 * share, "%",
             at_most=100.0 * MOST_SHARE,
-            note=f"{each['coupled'] / (cells + count):.0f} ns a cell or step of an automaton; alone {each['grid'] / cells:.0f} "
-            f"a cell, {each['automata'] / count:.0f} a step of an automaton",
+            note=f"{each['coupled'] / (cells + count):.0f} ns per cell or automaton step; alone {each['grid'] / cells:.0f} "
+            f"per cell, {each['automata'] / count:.0f} per automaton step",
         )  # fmt: skip
 
 

@@ -44,6 +44,6 @@ def measure(cells: int = 1520, triad_words: int = 100_000, rounds: int = 11) -> 
         seconds = float(np.median(times["gas"])) / (ticks * cells)
         word = float(np.median(times["triad"])) / (moves * triad_words)
         yield Figure(
-            f"gas, {reaction}, cells and steps a second", 1e-6 / seconds, "M/s", at_least=WANTED,
-            note=f"{1e9 * seconds:.0f} ns a cell and step, {seconds / word:.0f} words of a triad in the cache",
+            f"gas, {reaction}, cell steps per second", 1e-6 / seconds, "M/s", at_least=WANTED,
+            note=f"{1e9 * seconds:.0f} ns per cell step, {seconds / word:.0f} words of a triad in the cache",
         )  # fmt: skip

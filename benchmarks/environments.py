@@ -64,11 +64,11 @@ def _rates(times: dict[str, np.ndarray], steps: int) -> Iterator[Figure]:
     rate = COUNT * steps / float(np.median(times["batch"]))
     best = COUNT * steps / float(np.min(times["batch"]))
     what = f"{COUNT} environments x {GRAINS} grains x 12 forces"
-    yield Figure(f"{what}, million control steps a second", rate / 1e6, "M/s", at_least=1.5, note=f"best {best / 1e6:.2f} M/s")
+    yield Figure(f"{what}, million control steps/s", rate / 1e6, "M/s", at_least=1.5, note=f"best {best / 1e6:.2f} M/s")
     part = median_ratio(times["physics"], times["batch"])
-    yield Figure("the same / bare calls of the integrator", part, at_least=0.5)
+    yield Figure("the same / direct calls of the integrator", part, at_least=0.5)
     yield Figure(
-        "the same / SyncVectorEnv of the single one", steps * median_ratio(times["sync"], times["batch"]), at_least=10.0
+        "the same / SyncVectorEnv of single environments", steps * median_ratio(times["sync"], times["batch"]), at_least=10.0
     )
 
 

@@ -21,13 +21,13 @@ CHAINS: dict[str, dict[str, Any]] = {
     "PEFRL, pressed": {},
     "PEFRL, viscous": {"law": {"name": "viscous", "dissipation": 10.0}},
     "PEFRL, Kuwabara-Kono": {"law": {"name": "kuwabara_kono", "dissipation": 1e4}},
-    "leapfrog, pressed": {"integrator": "leapfrog"},
+    "leapfrog, precompressed": {"integrator": "leapfrog"},
     "PEFRL, power 1.4": {"law": {"name": "power", "exponent": 1.4}, "contact_stiffness": 6e9},
 }
 
 
 def measure(steps: int = 512, rounds: int = 21, chains: tuple[str, ...] = tuple(CHAINS)) -> Iterator[Figure]:
-    """Measure value and gradient by drive, radii, stiffness and load for 64 grains and three steps per control step."""
+    """Measure value and gradient (drive, radii, stiffness, load) for 64 grains and three steps per control step."""
     for name in chains:
         chain = _chain(**CHAINS[name])
         objective, drive = total(chain, velocity(-1).at_end()), _drive(steps)
@@ -39,7 +39,7 @@ def measure(steps: int = 512, rounds: int = 21, chains: tuple[str, ...] = tuple(
             rounds,
         )
         runs = median_ratio(times["gradient"], times["plain"])
-        note = f"4 wanted; a plain run takes {np.median(times['plain']) * 1e3:.2f} ms"
+        note = f"target: 4; a plain run takes {np.median(times['plain']) * 1e3:.2f} ms"
         yield Figure(f"value and gradient / plain runs, {name}", runs, at_most=_AT_MOST, note=note)
     yield from _memory(steps // 2)
 

@@ -76,7 +76,7 @@ def measure(
         nodes = len(grid.mesh.nodes)
         rate = ticks * nodes / float(np.median(times["grid"])) / 1e6
         yield Figure(
-            f"grid / triad, bytes a second, {nodes} nodes", moved * median_ratio(times["triad"], times["grid"]),
+            f"grid / triad, bytes per second, {nodes} nodes", moved * median_ratio(times["triad"], times["grid"]),
             at_least=WANTED if side == max(sides) else None,
             note=f"{rate:.1f} M node updates/s, {tick_bytes(grid) / nodes:.0f} bytes each",
         )  # fmt: skip

@@ -59,5 +59,5 @@ def _compare_with_roof(
     part = evaluations / (repeats * roof.LENGTH)
     fractions = {name: part * median_ratio(times[name], times["chain"]) for name in ("plain", "eight wide")}
     rate = evaluations / float(np.median(times["chain"]))
-    note = f"{fractions['plain']:.2f} of a plain loop, {fractions['eight wide']:.2f} of one eight wide; {rate:.2g}/s"
+    note = f"{fractions['plain']:.2f} of a plain loop, {fractions['eight wide']:.2f} of a loop with eight lanes; {rate:.2g}/s"
     return Figure(what, min(fractions.values()), at_least=WANTED.get(grains) if judged else None, note=note)

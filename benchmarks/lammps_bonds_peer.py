@@ -31,7 +31,7 @@ def measure(side: int = 100, ticks: int = 100, rounds: int = 9) -> Iterator[Figu
     linked, breakable = _specimen(side), _specimen(side, criterion=_NEVER)
     peer = _Bonds(linked)
     wanted = len(linked.get("linked"))
-    yield Figure("LAMMPS's bonds less our pairs", float(peer.count() - wanted), "", at_most=0.0, note=f"{wanted} pairs")
+    yield Figure("LAMMPS's bonds minus our pairs", float(peer.count() - wanted), "", at_most=0.0, note=f"{wanted} pairs")
     runs = {
         "lammps": lambda: peer.run(ticks),
         "linked": lambda: linked._advance_state(ticks),
@@ -40,10 +40,10 @@ def measure(side: int = 100, ticks: int = 100, rounds: int = 9) -> Iterator[Figu
     times = time_interleaved(runs, rounds)
     left = peer.count()
     peer.close()
-    yield Figure("LAMMPS's bonds after the runs, less those before", float(abs(left - wanted)), "", at_most=0.0)
+    yield Figure("change of the number of LAMMPS's bonds in the runs", float(abs(left - wanted)), "", at_most=0.0)
     cost = {name: float(np.median(found)) / (ticks * linked.count) * 1e9 for name, found in times.items()}
     for name, what in (("linked", "automata that cannot break"), ("breakable", "automata that can break")):
-        note = f"{cost['lammps']:.3g} ns a step and particle (in space) against {cost[name]:.3g} ns (in a plane)"
+        note = f"{cost['lammps']:.3g} ns per particle step (in space) against {cost[name]:.3g} ns (in a plane)"
         yield Figure(
             f"LAMMPS's bonds / {what}, per step, N = {linked.count}", median_ratio(times["lammps"], times[name]), note=note
         )

@@ -31,7 +31,7 @@ def measure(grains: int = 1000, ticks: int = 2000, rounds: int = 9) -> Iterator[
     each = {"lammps": ticks, "leapfrog": 20 * ticks, "pefrl": 20 * ticks}
     cost = {name: float(np.median(times[name])) / (count * grains) * 1e9 for name, count in each.items()}
     for name, what in (("pefrl", "force evaluation of the default chain"), ("leapfrog", "step of the leapfrog chain")):
-        note = f"{cost['lammps']:.3g} ns against {cost[name]:.3g} ns a grain"
+        note = f"{cost['lammps']:.3g} ns against {cost[name]:.3g} ns per grain"
         yield Figure(
             f"LAMMPS / ours, per {what}, N = {grains}",
             20.0 * median_ratio(times["lammps"], times[name]),
@@ -49,7 +49,7 @@ def _agreement(peer: _Lammps, verlet: Any, ticks: int) -> Figure:
     verlet.restore(start)
     front = int(np.flatnonzero(own > 0.01 * chains.SPEED).max())
     note = f"both after {ticks} steps of {verlet.step_size:g} s, the wave at grain {front}; two forms of Verlet's scheme"
-    return Figure("LAMMPS and ours, largest difference of velocity, in v0", apart, "", at_most=1e-3, note=note)
+    return Figure("largest velocity difference between LAMMPS and ours, in v0", apart, "", at_most=1e-3, note=note)
 
 
 class _Lammps:

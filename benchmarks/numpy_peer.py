@@ -1,4 +1,4 @@
-"""The same integrator in plain NumPy."""
+"""The default integrator in plain NumPy, for comparison."""
 
 from __future__ import annotations
 

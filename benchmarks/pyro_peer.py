@@ -37,12 +37,12 @@ def measure(cells: int = 400, rows: int = 40, rounds: int = 3) -> Iterator[Figur
     ours, start = sod_tube(cells)
     ours.step(_END)
     ticks = ours.tick
-    yield Figure("our error of Sod's density", density_error(ours.centres, ours.get("density"), ours.time), "", at_most=2e-3)
+    yield Figure("our density error (Sod)", density_error(ours.centres, ours.get("density"), ours.time), "", at_most=2e-3)
     with _quiet():
         peer = _Sod(cells, rows)
         steps = peer.run()
     yield Figure(
-        "pyro's error of Sod's density", density_error(ours.centres, peer.density(), peer.time), "", note=f"{steps} steps"
+        "pyro's density error (Sod)", density_error(ours.centres, peer.density(), peer.time), "", note=f"{steps} steps"
     )
 
     def back_to_start() -> None:
@@ -56,9 +56,9 @@ def measure(cells: int = 400, rows: int = 40, rounds: int = 3) -> Iterator[Figur
         "pyro": float(np.median(times["pyro"])) / (steps * cells * rows) * 1e9,
         "ours": float(np.median(times["ours"])) / (ticks * cells) * 1e9,
     }
-    note = f"{cost['pyro']:.3g} ns a cell and step (in the plane, {rows} rows) against {cost['ours']:.3g} ns"
+    note = f"{cost['pyro']:.3g} ns per cell step (in the plane, {rows} rows) against {cost['ours']:.3g} ns"
     each = ticks / (steps * rows)
-    yield Figure(f"pyro / ours, per cell and step, {cells} cells", each * median_ratio(times["pyro"], times["ours"]), note=note)
+    yield Figure(f"pyro / ours, per cell step, {cells} cells", each * median_ratio(times["pyro"], times["ours"]), note=note)
 
 
 def sod_tube(cells: int) -> tuple[Any, Any]:

@@ -52,8 +52,8 @@ def _measure_step(path: Path, steps: int, rounds: int) -> Figure:
     cost = float(np.median(times["recorded"] - times["plain"])) / steps * 1e6
     opening = float(np.median(times["recorded"] - np.array(inside[1:]))) * 1e3
     bare = float(np.median(times["plain"])) / steps * 1e6
-    note = f"{steps} steps of {bare:.2f} us each unrecorded; opening and closing, {opening:.0f} ms in all, are part of it"
-    return Figure("cost of a recorded step, 100 grains, a new input each", cost, "us", at_most=5.0, note=note)
+    note = f"{steps} steps of {bare:.2f} us each unrecorded; including opening and closing ({opening:.0f} ms in total)"
+    return Figure("cost of recording a step, 100 grains, new input at each step", cost, "us", at_most=5.0, note=note)
 
 
 def _measure_shares(path: Path, grains: int, steps: int, rounds: int) -> Iterator[Figure]:
@@ -87,5 +87,5 @@ def _measure_shares(path: Path, grains: int, steps: int, rounds: int) -> Iterato
         bare = times[f"{name}, unrecorded"]
         share, seconds = 100.0 * (1.0 - median_ratio(bare, times[name])), float(np.median(bare))
         a_frame = float(np.median(times[name] - bare)) / frames * 1e3
-        note = f"{frames} frames in {steps} steps, {seconds:.1f} s unrecorded; {a_frame:.1f} ms a frame, a log of {size:.0f} MB"
+        note = f"{frames} frames in {steps} steps, {seconds:.1f} s unrecorded; {a_frame:.1f} ms per frame, log of {size:.0f} MB"
         yield Figure(f"recording's share of a run {name}, {grains} grains", share, "%", at_most=5.0, note=note)

@@ -45,7 +45,7 @@ def _measure_driven_chain(path: Path, steps: int, rounds: int) -> Figure:
             for force in forces:
                 chain.step(left_force=force)
 
-    return _compare_verification(live, path, rounds, f"the same, 100 grains, {steps} steps with a new input each")
+    return _compare_verification(live, path, rounds, f"the same, 100 grains, {steps} steps with a new input at each step")
 
 
 def _compare_verification(live: Call, path: Path, rounds: int, what: str) -> Figure:

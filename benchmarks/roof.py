@@ -56,7 +56,7 @@ def _store_eight_roots(typing, values, roots, place):
 
 @numba.njit
 def vector_roots(values, roots, repeats):
-    """Compute the same with eight roots per vector; the length must be a multiple of eight."""
+    """Compute the square roots of all values, eight per vector; the length must be a multiple of eight."""
     for _ in range(repeats):
         for i in range(np.uint64(0), np.uint64(values.size), np.uint64(8)):
             _store_eight_roots(values, roots, i)  # pyright: ignore[reportCallIssue]

@@ -112,17 +112,17 @@ def measure(along: int = 101, around: int = 128, triad_words: int = 4_000_000, r
         operations = (_OF_NEIGHBOUR * len(seen.nodes) + _OF_POINT * len(seen.kind)) / nodes
         computing = operations * operation
         yield Figure(
-            f"solid, {name}, nodes and ticks a second", 1e-6 / seconds, "M/s", at_least=WANTED, note=f"{1e9 * seconds:.0f} ns",
+            f"solid, {name}, node updates per second", 1e-6 / seconds, "M/s", at_least=WANTED, note=f"{1e9 * seconds:.0f} ns",
         )  # fmt: skip
         yield Figure(
-            f"solid, {name}, part of the roof", 100.0 * max(moving, computing) / seconds, "%",
+            f"solid, {name}, fraction of the roof", 100.0 * max(moving, computing) / seconds, "%",
             at_least=None if notch else 100.0 * LEAST_PART,
-            note=f"memory: {words_moved(tube):.0f} words of a triad outside the cache, {1e9 * moving:.0f} ns; arithmetic: "
+            note=f"memory: {words_moved(tube):.0f} words of a triad that exceeds the cache, {1e9 * moving:.0f} ns; arithmetic: "
             f"{operations:.0f} products and sums from the first-level cache, {1e9 * computing:.0f} ns",
         )  # fmt: skip
         taken = type(tube).memory_needed(tube.parameters) / nodes
         yield Figure(
-            f"solid, {name}, bytes a node", taken, "B", at_most=ALLOWED_BYTES, note="tables, state and its copy, scratch"
+            f"solid, {name}, bytes per node", taken, "B", at_most=ALLOWED_BYTES, note="tables, state and copy, scratch"
         )
     yield _two_threads(loaded_tube(along, around, "thermoviscoplastic"), rounds)
 

@@ -33,9 +33,9 @@ def measure(
         steady = {engine: times[engine] - times[f"{engine} begins"] for engine in ("serial", "processes")}
         each = float(np.median(steady["serial"])) / tasks * 1e3
         start = float(np.median(times["processes begins"] - times["serial begins"]))
-        note = f"{tasks} tasks of {each:.0f} ms, once the processes are there, which takes {start:.1f} s"
+        note = f"{tasks} tasks of {each:.0f} ms, after starting the processes, which takes {start:.1f} s"
         yield Figure(
-            f"{_WORKERS} processes against one after the other",
+            f"{_WORKERS} processes / sequential execution",
             median_ratio(steady["serial"], steady["processes"]),
             at_least=1.7,
             note=note,
@@ -47,9 +47,7 @@ def measure(
             wall=True,
             uncounted=uncounted,
         )
-        note = (
-            f"{least_tasks} of {float(np.median(times['serial'])) / least_tasks * 1e3:.2f} ms, starting the processes included"
-        )
+        note = f"{least_tasks} of {float(np.median(times['serial'])) / least_tasks * 1e3:.2f} ms, including process start"
         yield Figure(f"{_WORKERS} processes, the smallest tasks", median_ratio(times["serial"], times["processes"]), note=note)
 
 

@@ -77,7 +77,7 @@ def main() -> dict[str, float]:
     numbers = {"wall": mean_returned_energy(make_absorption(), make_absorption().task.baselines()["nothing"])}
     numbers["free end, last grain caught"] = free_end_energy()
     constant, numbers["best linear dashpot"] = best_dashpot(1.0, 20.0, 500.0)
-    numbers["its constant [N s/m]"] = constant
+    numbers["its damping constant [N s/m]"] = constant
     for action in ("piston", "force"):
         env = make_absorption(action=action)
         numbers[f"matched {action}"] = mean_returned_energy(env, env.task.baselines()["theory"])

@@ -21,7 +21,7 @@ def main() -> dict[str, float]:
             total, count, over = total + float(reward), count + 1, terminated or truncated
     return {
         "return": total,
-        "closeness to the wanted 5 m/s": info["closeness"],
+        "closeness to the target of 5 m/s": info["closeness"],
         "control steps": count,
         "identical": ge.verify("episode.mcap").identical,
     }

@@ -17,7 +17,7 @@ GRAVITY = 9.81  # m/s^2
 
 
 class BallParameters(Parameters):
-    """A ball over a floor."""
+    """Parameters of the ball."""
 
     mass: float = Field(0.1, gt=0.0, description="mass", json_schema_extra={"unit": "kg"})
     restitution: float = Field(0.8, ge=0.0, le=1.0, description="speed after / before", json_schema_extra={"unit": "1"})
@@ -25,7 +25,7 @@ class BallParameters(Parameters):
 
 
 class Ball(ge.Component):
-    """Falls freely; a bounce keeps a part of the speed."""
+    """Ball in free fall; a bounce keeps a fraction of its speed."""
 
     name = "ball"
     Parameters = BallParameters
@@ -36,7 +36,7 @@ class Ball(ge.Component):
         self._define_state(height=("f8", ()), velocity=("f8", ()), lost=("f8", ()), start=("f8", (2,)), impulse=("f8", ()))
 
     def _declare_variables(self) -> Iterable[ge.Variable]:
-        yield ge.Variable("height", "output", "m", (), "height over the floor", state=True)
+        yield ge.Variable("height", "output", "m", (), "height above the floor", state=True)
         yield ge.Variable("velocity", "output", "m/s", (), "velocity, positive upwards", state=True)
 
     def _output_readers(self) -> dict[str, Callable[[], float]]:

@@ -17,8 +17,8 @@ def main() -> dict[str, float]:
     balances = chain.balance_values()
     return {
         "last grain / piston velocity": chain.get("velocity")[-1] / PISTON_VELOCITY,
-        "energy left over / work of the piston": balances["energy_residual"] / balances["input_work"],
-        "momentum left over / impulse": balances["momentum_residual"] / balances["impulse"],
+        "energy residual / work of the piston": balances["energy_residual"] / balances["input_work"],
+        "momentum residual / impulse": balances["momentum_residual"] / balances["impulse"],
     }
 
 

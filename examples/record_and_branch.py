@@ -22,8 +22,8 @@ def main() -> dict[str, float]:
     return {
         "internal steps compared": verification.ticks,
         "identical": verification.identical,
-        "bits of the end that the unchanged branch changed": np.count_nonzero(same.get("velocity", 4e-4) != end),
-        "grains that the other push reached": np.count_nonzero(other.get("velocity", 4e-4) != end),
+        "bits of the final state changed by the unchanged branch": np.count_nonzero(same.get("velocity", 4e-4) != end),
+        "grains reached by the other push": np.count_nonzero(other.get("velocity", 4e-4) != end),
     }
 
 

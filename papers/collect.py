@@ -146,10 +146,10 @@ def _render_document(title: str, body: str) -> str:
 
 def main() -> None:
     """Collect the pages named on the command line."""
-    parser = argparse.ArgumentParser(description="Recompute the papers' figures and numbers.")
-    parser.add_argument("paper", nargs="*", choices=[*PAPERS, []], help="default: all")
-    parser.add_argument("--out", type=Path, default=OUT, help="folder of the pages")
-    parser.add_argument("--processes", type=int, default=1 if FULL else 2, help="scripts that are computed at a time")
+    parser = argparse.ArgumentParser(description="Recompute the figures and numbers of the papers.")
+    parser.add_argument("paper", nargs="*", choices=[*PAPERS, []], help="papers to collect; default: all")
+    parser.add_argument("--out", type=Path, default=OUT, help="output folder of the pages")
+    parser.add_argument("--processes", type=int, default=1 if FULL else 2, help="number of scripts computed in parallel")
     options = parser.parse_args()
     pages = collect_papers(options.paper or PAPERS, options.out.resolve(), options.processes)
     sys.exit(1 if any(page.failures for page in pages) else 0)

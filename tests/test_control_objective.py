@@ -109,7 +109,7 @@ def test_a_task_may_bring_its_objective() -> None:
     asked = value_and_grad(Task(), chain, DRIVE, ticks=2)
     assert direct[0] == asked[0]
     assert np.array_equal(direct[1]["drive"], asked[1]["drive"])
-    with pytest.raises(ParameterError, match="objective: got 3, expected an Objective, or a task that has one"):
+    with pytest.raises(ParameterError, match="objective: got 3, expected an Objective, or a task with an objective"):
         value_and_grad(3, chain, DRIVE, ticks=2)  # type: ignore[arg-type]
 
 
@@ -230,9 +230,9 @@ def test_ones_own_objective_is_checked() -> None:
     chain = chain_of()
     assert check_objective(Objective(_note, _value, _pullback), chain) < 1e-6
     for objective, said in (
-        (Objective(_note, _value, _pullback_twice), r"objective.pullback: adjoint\[V, 6\] is .* as differences of note"),
+        (Objective(_note, _value, _pullback_twice), r"objective.pullback: adjoint\[V, 6\] is .* quotient of note"),
         (Objective(_note, _value, _pullback_without_mass), r"objective.pullback: adjoint\[MASS, 6\] is 0 at step 0"),
-        (Objective(_note, _value, _pullback_that_writes), "objective.pullback: it changes `a`"),
+        (Objective(_note, _value, _pullback_that_writes), "objective.pullback: it changes `chain`"),
         (Objective(_note, _value_of_wrong_slope, _pullback), r"objective.value: slopes\[0\] is 1, "),
         (Objective(_note_peak, _value, _pullback), "objective.note: it reads the row PEAK"),
     ):
@@ -263,7 +263,7 @@ def test_differences_that_leave_what_a_chain_may_be_say_so() -> None:
     chain = Chain(grains=3, gap=0.0, step_size=1e-7)
     chain.reset(velocity={0: 1.0})
     drive = np.zeros((4, 2))
-    with pytest.raises(ParameterError, match="leaves what a chain may be: .*gap: got -.*smaller step") as caught:
+    with pytest.raises(ParameterError, match="gives an invalid chain: .*gap: got -.*smaller step") as caught:
         central_differences(total(chain, velocity(-1).at_end()), chain, drive, {"gap": 1e-9}, ticks=2)
     assert "shape" not in str(caught.value)
 

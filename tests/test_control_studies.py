@@ -96,8 +96,8 @@ def test_a_study_is_written_as_it_is_read():
         (bowl_study(version=2), "study: version: got 2, expected 1"),
         (bowl_study({"type": "cmaes"}), "study: method[0].type: got 'cmaes'; did you mean 'cma'?"),
         (bowl_study({"type": "cma", "populaton": 3}), "study: method[0].populaton: unknown; did you mean 'population'?"),
-        (bowl_study({"type": "cma"}, {"type": "cma"}), "method: 'cma' more than once; give each a name of its own"),
-        (bowl_study(drive={"lowest": 0.5, "highest": 0.5}), "study: drive.highest: got 0.5, expected more than lowest, 0.5"),
+        (bowl_study({"type": "cma"}, {"type": "cma"}), "method: 'cma' occurs more than once; give each a different name"),
+        (bowl_study(drive={"lowest": 0.5, "highest": 0.5}), "study: drive.highest: got 0.5, expected more than lowest (0.5)"),
         (bowl_study(bugdet=1), "study: bugdet: unknown; did you mean 'budget'?"),
         ({key: value for key, value in bowl_study().items() if key != "method"}, "study: method: missing; give tables"),
     ],
@@ -225,7 +225,7 @@ def test_trials_of_another_budget_seed_or_option_are_computed_and_others_are_kep
 
 
 def test_a_return_that_is_no_number_ends_its_method_and_the_others_run(tmp_path):
-    with pytest.raises(ExperimentError, match="random-1: after 60 control steps: the return is nan, expected a finite number"):
+    with pytest.raises(ExperimentError, match="random-1: the return is nan after 60 control steps, expected a finite number"):
         run_study(bowl_study({"type": "random"}, {"type": "cma"}), tmp_path, problem=Bowl(broken_at=4))
     assert [path.stem for path in (tmp_path / "trials").iterdir()] == ["cma-1"]
 
@@ -395,7 +395,7 @@ def test_what_is_no_task_is_one_clear_fault(module, tmp_path):
     cases = {
         "no_such_module:make": "name: got 'no_such_module:make': No module named 'no_such_module'",
         f"{module}:mkae": "has no attribute 'mkae'",
-        f"{module}:no_chain": "it makes 3, expected a ComponentEnv",
+        f"{module}:no_chain": "it returns 3, expected a ComponentEnv",
         "pulse-formign": "did you mean 'pulse-forming'?",
     }
     for name, said in cases.items():
@@ -413,7 +413,7 @@ def test_a_stage_belongs_to_the_objective_alone(module, tmp_path):
     problem.stage = {"way": 0.0}
     assert problem.value_and_grad(drive, [1])[0] == plain
     problem.stage = {"sharpness": (5, 0.01)}
-    with pytest.raises(ParameterError, match=r"sharpness: got .*'last velocity' takes no 'sharpness'"):
+    with pytest.raises(ParameterError, match=r"sharpness: got .*'last velocity' has no argument 'sharpness'"):
         problem.value_and_grad(drive, [1])
 
 

@@ -335,7 +335,7 @@ def test_a_precompressed_chain_has_waves_of_its_own() -> None:
     [
         ("PulseForming", {"action": "forse"}, "did you mean 'force'"),
         ("PulseForming", {"amplitude": -1.0}, "amplitude"),
-        ("PulseForming", {"place": [10, 20]}, "one for each of 1 waves"),
+        ("PulseForming", {"place": [10, 20]}, "one grain number from 0 to .* for each of 1 waves"),
         ("PulseForming", {"action_scale": math.nan}, "action_scale"),
         ("Absorption", {"impact": 3.0}, "impact"),
         ("SolitonTrain", {"front": (10.0, 12.0)}, "front"),
@@ -430,7 +430,7 @@ def test_a_wave_that_would_have_to_be_there_already_is_refused_with_the_least_de
 )
 def test_a_deadline_by_which_too_little_arrives_is_cautioned(name: str, least: int, unit: str) -> None:
     """No drive arrives sooner than the full drive from the first moment on."""
-    with pytest.warns(GranularWarning, match=f"deadline: {least - 1} control steps .* {unit} of the wanted"):
+    with pytest.warns(GranularWarning, match=f"deadline: {least - 1} control steps .* {unit} of the required"):
         gymnasium.make(f"granular_env/{name}-v1", deadline=least - 1)
     with warnings.catch_warnings():
         warnings.simplefilter("error", GranularWarning)
@@ -465,8 +465,8 @@ def test_a_deadline_before_the_first_arrival_is_refused_with_the_least_one(name:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ({"amplitude": [5.0, 5.0], "place": [40, 40]}, "lie over each other"),
-        ({"place": 0, "deadline": 50}, "place: a wave at grain 0 hangs over the end"),
+        ({"amplitude": [5.0, 5.0], "place": [40, 40]}, "waves at grains 40 and 40 overlap"),
+        ({"place": 0, "deadline": 50}, "place: a wave at grain 0 extends beyond the end of the chain"),
     ],
 )
 def test_waves_that_no_chain_can_hold_are_refused(arguments: Any, words: str) -> None:

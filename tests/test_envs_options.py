@@ -276,7 +276,7 @@ def test_without_a_deadline_an_episode_does_not_end() -> None:
 
 
 def test_a_clock_needs_a_deadline() -> None:
-    with pytest.raises(ParameterError, match="there is no deadline"):
+    with pytest.raises(ParameterError, match="the environment has no deadline"):
         make_protection(grains=4, deadline=None, clock=2)
     assert make_protection(grains=4, deadline=None).clock == 0
 

@@ -24,15 +24,15 @@ def test_piston(run):
     numbers = run("piston")
     # Reference integration: 2.876160. The default integrator at this step is accurate to a few 1e-5.
     assert numbers["last grain / piston velocity"] == pytest.approx(2.876160, abs=2e-4)
-    assert abs(numbers["energy left over / work of the piston"]) < 1e-5
-    assert abs(numbers["momentum left over / impulse"]) < 1e-13
+    assert abs(numbers["energy residual / work of the piston"]) < 1e-5
+    assert abs(numbers["momentum residual / impulse"]) < 1e-13
 
 
 def test_record_and_branch(run):
     numbers = run("record_and_branch")
     assert numbers["identical"] and numbers["internal steps compared"] > 0
-    assert numbers["bits of the end that the unchanged branch changed"] == 0
-    assert 0 < numbers["grains that the other push reached"] < 60
+    assert numbers["bits of the final state changed by the unchanged branch"] == 0
+    assert 0 < numbers["grains reached by the other push"] < 60
 
 
 def test_own_component(run):
@@ -46,8 +46,8 @@ def test_own_component(run):
 def test_gym_loop(run):
     numbers = run("gym_loop")
     assert numbers["identical"]
-    assert numbers["closeness to the wanted 5 m/s"] == pytest.approx(0.98, abs=0.01)
-    assert 0.7 < numbers["return"] < numbers["closeness to the wanted 5 m/s"]
+    assert numbers["closeness to the target of 5 m/s"] == pytest.approx(0.98, abs=0.01)
+    assert 0.7 < numbers["return"] < numbers["closeness to the target of 5 m/s"]
 
 
 def test_absorbing_end(run):

@@ -226,11 +226,11 @@ def test_other_arguments_that_do_not_fit() -> None:
             measurement.waves_at(history, 10, 0.1, separation)  # type: ignore[arg-type]
     with pytest.raises(ParameterError, match="direction: got 'up', expected 'right' or 'left'"):
         measurement.waves_at(history, 10, 0.1, direction="up")  # type: ignore[arg-type]
-    with pytest.raises(ParameterError, match="time: got 99.0 s, the history goes from 0 s to"):
+    with pytest.raises(ParameterError, match="time: got 99.0 s; the history extends from 0 s to"):
         measurement.waves_along(history, 99.0, 0.1)
     with pytest.raises(ParameterError, match="window: it begins at 9 s"):
         measurement.energy_ratio(history, 9.0, 3.0)
-    with pytest.raises(ParameterError, match="no contact is pressed at 0 s"):
+    with pytest.raises(ParameterError, match="no contact is compressed at 0 s"):
         measurement.energy_ratio(history)
     with pytest.raises(ParameterError, match="crests: got times"):
         measurement.crests(np.arange(3.0), np.arange(4.0), 1.0)
@@ -238,12 +238,12 @@ def test_other_arguments_that_do_not_fit() -> None:
         measurement.front_speed(history, 0.5, 10, 5)
     with pytest.raises(ParameterError, match="reference: no wave above 0.1 m/s passes grain 10"):
         measurement.phase_shifts(history, travelling([(0.01, 2.0, 5.0)]), 10, 0.1)
-    with pytest.raises(ParameterError, match="no momentum at its first frame"):
+    with pytest.raises(ParameterError, match="momentum of the chain in its first frame is zero"):
         measurement.momentum_carried_off(still())
     with pytest.raises(ParameterError, match="has no maximum in this history"):
         measurement.pressure_ratio(history, 10)
     wave = measurement.waves_at(history, 0, 0.1)[0]
-    with pytest.raises(ParameterError, match="no contact is behind grain 0"):
+    with pytest.raises(ParameterError, match="grain 0 has no contact on the side from which a wave travelling right arrives"):
         measurement.energy_of(history, wave)
 
 

@@ -162,7 +162,7 @@ def test_runs_in_one_log_are_told_apart(tmp_path: Path) -> None:
 
     record(tmp_path / "run.mcap", twice)
     with ge.open_log(tmp_path / "run.mcap") as log:
-        with pytest.raises(LogError, match="holds 3 runs.*segment = 0 to 2"):
+        with pytest.raises(LogError, match="contains 3 runs.*segment = 0 to 2"):
             measurement.history(log)
         with pytest.raises(ParameterError, match="segment: got 3, expected a whole number from 0 to 2"):
             measurement.history(log, 3)

@@ -53,7 +53,7 @@ def test_every_script_is_in_the_list_of_its_paper():
         (Row("", "at most 2", 1.9, most=2.0), "bound kept"),
         (Row("", "3, 1", "3, 1"), "reproduced"),
         (Row("", "2.5", 3.0, draws=(2.0, 3.0, 4.0)), "percentile 33"),
-        (Row("", "1.5", 3.0, draws=(2.0, 3.0, 4.0)), "not reproduced: outside all draws"),
+        (Row("", "1.5", 3.0, draws=(2.0, 3.0, 4.0)), "not reproduced: outside all samples"),
     ],
 )
 def test_a_verdict_follows_from_the_numbers(row, verdict):

@@ -98,10 +98,13 @@ def test_a_sample_depends_on_its_number_only(table):
 FAULTS = {
     "version": (plan(version=2), r"version: got 2, expected 1"),
     "unknown key": (plan(grids={}), "grids: unknown; did you mean 'grid'"),
-    "key of the experiment": (plan(duration=1.0), r"duration: unknown; keys of the experiment stand in \[set\]"),
-    "no such measure": (plan(measure={"a": "maximum velocity"}), "measure.a: got 'maximum velocity', expected such as"),
+    "key of the experiment": (plan(duration=1.0), r"duration: unknown; keys of the experiment belong in \[set\]"),
+    "no such measure": (
+        plan(measure={"a": "maximum velocity"}),
+        "measure.a: got 'maximum velocity', expected a measure such as",
+    ),
     "unknown variable": (plan(measure={"a": "max velocty"}), "^plan: measure.a: got 'velocty'.* did you mean 'velocity'"),
-    "array": (plan(measure={"a": "final velocity"}), r"6 elements; name one, such as velocity\[-1\]"),
+    "array": (plan(measure={"a": "final velocity"}), r"6 elements; give an index, such as velocity\[-1\]"),
     "unknown parameter": (plan(set={"component.graisn": 5}), "plan: component.graisn: unknown; did you mean 'grains'"),
     "every": (plan(every=1.7e-9), "every: got 1.7e-09 s, which is .* internal steps"),
 }
@@ -318,11 +321,11 @@ def test_results_of_an_edited_package_are_computed_again(ball, tmp_path):
     # The text has another length, because Python treats files with equal time (in seconds) and size as equal.
     ball.write_text(ball.read_text().replace("GRAVITY = 9.81", "GRAVITY = 1.620"))
     # This process has the old code and a new process the edited code; their results must not be in one table.
-    with pytest.raises(ge.SweepError, match="another version of granular-env, of a plug-in"):
+    with pytest.raises(ge.SweepError, match="a different version of granular-env, of a plug-in"):
         run_sweep(BALLS, "other", workers=1)
     workload = make_workload(load_plan(BALLS))
     forget_code()
-    with pytest.raises(ge.SweepError, match="another version of granular-env, of a plug-in"):
+    with pytest.raises(ge.SweepError, match="a different version of granular-env, of a plug-in"):
         compute_on_node(workload.job, workload.tasks[0])
     forget_code()
     assert [low > -2.0 for low in run_sweep(BALLS, "out", engine="serial").columns()["low"]] == [True] * 3
@@ -347,7 +350,7 @@ def test_errors_of_another_package_are_rows_of_the_table_in_every_engine(ball):
         (
             "import os\n            os._exit(9)",
             None,
-            "lost 3 times: its process ended (killed, out of memory, or a crash of compiled code)",
+            "its process or node ended 3 times: the process ended (killed, out of memory, or a crash of compiled code)",
         ),
     ],
     ids=["hangs", "ends its process"],
@@ -477,7 +480,7 @@ def test_a_script_is_not_run_again_by_the_processes(tmp_path):
     ("options", "message"),
     [
         ({"engine": "proceses"}, "did you mean 'processes'"),
-        ({"engine": "serial", "time_limit": 2.0}, "time_limit: the engine 'serial' does not take it"),
+        ({"engine": "serial", "time_limit": 2.0}, "time_limit: the engine 'serial' does not support this option"),
         ({"workers": 0}, "workers: got 0"),
         ({"part": "3/3"}, "part: got '3/3', expected I/N with 0 <= I < N"),
     ],
@@ -519,11 +522,11 @@ def test_a_line_that_was_cut_off_is_computed_again(tmp_path):
 
 def test_folders_that_are_not_this_sweeps(tmp_path):
     run_sweep(plan(), tmp_path / "mine", engine="serial")
-    with pytest.raises(ge.SweepError, match="results of the plan 'short', this one is 'other'"):
+    with pytest.raises(ge.SweepError, match="results of the plan 'short', not of 'other'"):
         run_sweep(plan(name="other"), tmp_path / "mine")
     about = tmp_path / "mine" / "sweep.json"
     store = Store(tmp_path / "mine", read_description(tmp_path / "mine"))
-    with store, pytest.raises(ge.SweepError, match="another process computes this sweep there"):
+    with store, pytest.raises(ge.SweepError, match="another process is computing this sweep"):
         run_sweep(plan(), tmp_path / "mine")
     about.write_text("{")
     for call in (lambda: run_sweep(plan(), tmp_path / "mine"), lambda: open_sweep(tmp_path / "mine")):
@@ -531,7 +534,7 @@ def test_folders_that_are_not_this_sweeps(tmp_path):
             call()
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "thesis.tex").write_text("")
-    with pytest.raises(ge.SweepError, match="holds other files"):
+    with pytest.raises(ge.SweepError, match="is not empty and contains no sweep"):
         run_sweep(plan(), tmp_path / "full")
     for nothing in (tmp_path, tmp_path / "none"):
         with pytest.raises(ge.SweepError):
@@ -627,7 +630,7 @@ def test_the_command_computes_parts_and_merges_them(tmp_path, monkeypatch, capsy
     command = ["sweep", "plan.toml", "--engine", "serial", "--set", "duration=1e-4"]
     assert main([*command, "--part", "2/2"]) == 2 and "expected I/N with 0 <= I < N" in capsys.readouterr().err
     assert [main([*command, "--part", part]) for part in ("0/2", "1/2")] == [0, 0]
-    assert "the command with --merge writes the table" in capsys.readouterr().out
+    assert "run the command with --merge to write the table" in capsys.readouterr().out
     assert main([*command, "--merge"]) == 0
     assert "3 tasks: 3 done, 0 failed" in capsys.readouterr().out and Path("sweeps/tiny/table.csv").exists()
 
@@ -640,7 +643,7 @@ def test_ctrl_c_ends_the_command_with_what_is_done(tmp_path):
     program.send_signal(signal.SIGINT)
     told, errors = program.communicate(timeout=60)
     assert program.returncode == 130, errors
-    assert "interrupted: the results so far are kept" in told and "pending" in told
+    assert "interrupted: finished results are kept" in told and "pending" in told
     assert "Traceback" not in errors
     assert all_gone(workers)
     assert 0 < open_sweep(tmp_path / "sweeps" / "long").done < 2000

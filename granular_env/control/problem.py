@@ -27,14 +27,14 @@ class Problem:
     """A task in the form used by studies.
 
     Args:
-        name: of the environment: ``pulse-forming``, ``granular_env/PulseForming-v1``, or ``module:name`` of a factory.
-        arguments: of the environment.
+        name: name of the environment: ``pulse-forming``, ``granular_env/PulseForming-v1``, or ``module:name`` of a factory.
+        arguments: arguments of the environment.
         folder: folder in which modules are searched first.
 
     Attributes:
         stage: keyword arguments of the task's smooth objective; None for the defaults.
         steps: control steps of an episode.
-        duration: of a control step [s].
+        duration: duration of a control step [s].
         entries: numbers in an action.
         rate: the environment's limit of the action's change per control step, or None.
         gradient_runs: cost of an objective with its gradient, in forward runs; 0 without gradients.
@@ -50,7 +50,7 @@ class Problem:
         self._make = load_environment_factory(name, folder)
         self.env = self._make_env(**self._arguments)
         if math.isinf(self.env.deadline):
-            raise ParameterError("got none", expected="a number of control steps: episodes have to end", at="deadline")
+            raise ParameterError("got none", expected="a number of control steps (episodes must end)", at="deadline")
         self.steps, self.duration = int(self.env.deadline), self.env.duration
         self.entries = self.env.actuator.size
         rate = self.env.actuator.rate
@@ -64,8 +64,8 @@ class Problem:
         refuse_unknown_arguments(self._make, arguments)
         env = getattr(made := self._make(**arguments), "unwrapped", made)
         if not isinstance(env, ComponentEnv):
-            hint = "name what returns ComponentEnv(component, task)"
-            raise ParameterError(f"it makes {one_line(made)}", expected="a ComponentEnv", hint=hint, at="name")
+            hint = "name a function that returns ComponentEnv(component, task)"
+            raise ParameterError(f"it returns {one_line(made)}", expected="a ComponentEnv", hint=hint, at="name")
         return env
 
     def with_options(self, **options: Any) -> Problem:
@@ -83,12 +83,12 @@ class Problem:
     # -- batches ----------------------------------------------------------------------------------------------------------
 
     def returns(self, drives: FloatArray, seeds: Sequence[int]) -> tuple[FloatArray, npt.NDArray[np.int64]]:
-        """Return mean returns over the episodes, and control steps simulated, (members,); drives (members, steps, entries)."""
+        """Return mean returns and simulated control steps, both (members,), for drives of shape (members, steps, entries)."""
         actions = np.repeat(drives, len(seeds), axis=0)
         return self._simulate_episodes(len(drives), seeds, lambda step, observations: actions[:, step])
 
     def policy_return(self, policy: Callable[[npt.NDArray[Any]], npt.NDArray[Any]], seeds: Sequence[int]) -> tuple[float, int]:
-        """Return the same for a policy that maps observations (environments, size) to actions (environments, entries)."""
+        """Return mean return and simulated control steps of a policy: observations (environments, size) -> actions."""
         values, steps = self._simulate_episodes(1, seeds, lambda step, observations: policy(observations))
         return float(values[0]), int(steps[0])
 
@@ -175,7 +175,7 @@ def load_environment_factory(name: str, folder: Path | None = None) -> Callable[
         return import_object(load_environments()[registered].entry_point)
     if ":" not in name:
         hint = spelling_hint(
-            name, list(environment_names()), "one of your own is 'module:name' of a function that makes its environment"
+            name, list(environment_names()), "for your own task, give 'module:name' of a function that returns its environment"
         )
         raise ParameterError(f"got {name!r}", expected="the name of a task", hint=hint, at="name")
     if folder is not None and str(folder) not in sys.path:

@@ -28,8 +28,8 @@ class Score(BaseModel):
     Attributes:
         value: the return, averaged over the test episodes.
         spread: standard deviation over the test episodes; 0 for a single one.
-        actions: in the first test episode, shape (control steps, entries).
-        duration: of a control step [s].
+        actions: actions in the first test episode, shape (control steps, entries).
+        duration: duration of a control step [s].
     """
 
     value: float
@@ -87,7 +87,7 @@ class StudyResult:
 
     Attributes:
         study: the study.
-        folder: of the study's files.
+        folder: folder of the study's files.
         trials: one per method and seed, in the file's order, without failed or interrupted trials.
         baselines: scores of the reference policies, by name.
         interrupted: whether Ctrl-C ended the study; the same command continues it.

@@ -45,9 +45,9 @@ def run_study(
 
     Args:
         source: a shipped study's name, the path of a TOML file, the content of one, or a loaded study.
-        folder: of the results; default: ``studies/`` and the study's name.
+        folder: folder of the results; default: ``studies/`` and the study's name.
         overrides: keys to set, as in `load_study`.
-        progress: show a bar for every trial, or call this with the part that is done.
+        progress: whether to show a bar for every trial, or a function to call with the completed fraction.
         problem: the task, if it is not the environment of the study.
         only: names of the methods to run and to report; empty for all.
 
@@ -61,7 +61,7 @@ def run_study(
     wanted = list(only) or labels
     for name in wanted:
         if name not in labels:
-            raise ExperimentError(f"got {name!r}, which is no method of it", hint=spelling_hint(name, labels), at="only")
+            raise ExperimentError(f"the study has no method {name!r}", hint=spelling_hint(name, labels), at="only")
     methods = [method for method in study.method if method.label in wanted]
     for method in methods:
         method.refuse_unless_installed()
@@ -132,7 +132,7 @@ def prepare_study(study: Study, problem: Problem | None = None) -> tuple[Problem
     if problem is None:
         with study.locate_errors("task"):
             for key in {"hold", "clock"} & set(study.task.arguments):
-                raise ParameterError("it is no key of a study's task", hint="ppo and sac have keys of that name", at=key)
+                raise ParameterError("not a key of a study's task", hint="set it in the table of a ppo or sac method", at=key)
             path = Path(study.origin)
             problem = Problem(study.task.name, study.task.arguments, path.resolve().parent if path.is_file() else None)
     table = study.drive
@@ -143,8 +143,8 @@ def prepare_study(study: Study, problem: Problem | None = None) -> tuple[Problem
         with study.locate_errors("method", place):
             if method.needs_gradient and not problem.gradient_runs:
                 received = f"got {method.type!r}, but task {study.task.name!r} has no objective with a gradient"
-                hint = f"cma, random, ppo or sac; components with gradients: {gradient_domains()}"
-                raise ParameterError(received, expected="a method that needs none", hint=hint, at="type")
+                hint = f"use cma, random, ppo or sac; components with gradients: {gradient_domains()}"
+                raise ParameterError(received, expected="a method without gradients", hint=hint, at="type")
             whole_number("knots", method.knots or 1, 1, driven)
         with study.locate_errors():  # the budget must allow the first result of every method
             whole_number("budget", study.budget, math.ceil(method.first_result_cost(problem) * problem.steps * study.episodes))

@@ -28,8 +28,8 @@ class Search:
     Args:
         problem: the task.
         shape: map from points to drives.
-        seed: of the method's random numbers.
-        seeds: of the episodes in which points are evaluated.
+        seed: seed of the method's random numbers.
+        seeds: seeds of the episodes that evaluate points.
         budget: largest number of simulated control steps.
         watch: called with the search after each evaluation.
 
@@ -137,5 +137,5 @@ class Search:
 
     def _refuse_unless_finite(self, what: str, value: float) -> None:
         if not math.isfinite(value):
-            received = f"after {self.spent} control steps: the {what} is {value}"
-            raise ExperimentError(received, expected="a finite number", hint="look at the task's parameters")
+            received = f"the {what} is {value} after {self.spent} control steps"
+            raise ExperimentError(received, expected="a finite number", hint="check the task's parameters")

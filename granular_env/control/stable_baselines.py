@@ -31,7 +31,7 @@ class Sb3VecEnv(VecEnv):
     def __init__(self, env: gymnasium.vector.VectorEnv) -> None:
         mode = getattr(env, "metadata", {}).get("autoreset_mode")
         if mode != gymnasium.vector.AutoresetMode.SAME_STEP:
-            expected, hint = "AutoresetMode.SAME_STEP", 'give make_vec autoreset_mode="SameStep"'
+            expected, hint = "AutoresetMode.SAME_STEP", 'pass autoreset_mode="SameStep" to make_vec'
             raise ParameterError(f"the autoreset_mode of {one_line(env)} is {mode}", expected=expected, hint=hint, at="env")
         self.env: Any = env.unwrapped
         super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)

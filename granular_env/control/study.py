@@ -36,7 +36,7 @@ class TaskTable(Table):
 
     model_config = ConfigDict(extra="allow")
 
-    name: str = Field(description="an environment such as pulse-forming, or module:name of a function that makes one")
+    name: str = Field(description="environment, such as pulse-forming, or module:name of a function that returns one")
 
     @property
     def arguments(self) -> dict[str, Any]:
@@ -48,19 +48,19 @@ class DriveTable(Table):
     """The map from a few numbers, the knots, to the actions of an episode."""
 
     knots: int = Field(
-        default=32, ge=1, le=100_000, description="number of values per entry of the action, over the driven steps"
+        default=32, ge=1, le=100_000, description="number of knots per entry of the action, over the driven steps"
     )
-    between: Literal["linear", "held"] = Field(default="linear", description="action between two knots: interpolated or held")
+    between: Literal["linear", "held"] = Field(default="linear", description="action between two knots: linear or constant")
     driven: int | None = Field(
-        default=None, ge=1, description="control steps of the knots, after which the action is 0; default: all"
+        default=None, ge=1, description="control steps spanned by the knots, after which the action is 0; default: all"
     )
     lowest: float = Field(default=-1.0, ge=-1.0, le=1.0, description="lower bound of a knot, in units of the action's scale")
-    highest: float = Field(default=1.0, ge=-1.0, le=1.0, description="upper bound of a knot")
+    highest: float = Field(default=1.0, ge=-1.0, le=1.0, description="upper bound of a knot, in the same units")
 
     @model_validator(mode="after")
     def _validate_order(self) -> Self:
         if self.lowest >= self.highest:
-            raise ParameterError(f"got {self.highest:g}", expected=f"more than lowest, {self.lowest:g}", at="highest")
+            raise ParameterError(f"got {self.highest:g}", expected=f"more than lowest ({self.lowest:g})", at="highest")
         return self
 
 
@@ -72,18 +72,18 @@ class Study(Document):
 
     version: Literal[1] = Field(description="version of the file's format")
     name: str = Field(min_length=1, max_length=200, description="name of the results")
-    description: str = Field("", description="the purpose and the result", examples=["a search against theory"])
+    description: str = Field("", description="purpose and result of the study", examples=["a search against theory"])
     budget: int = Field(ge=1, description="maximum number of simulated control steps per method")
     seeds: list[int] = Field(default=[1], min_length=1, max_length=1000, description="seeds of the runs of each method")
-    episodes: int = Field(1, ge=1, le=100_000, description="episodes that evaluate a drive during the search")
+    episodes: int = Field(1, ge=1, le=100_000, description="number of episodes that evaluate a drive during the search")
     test_episodes: int = Field(
-        1, ge=0, le=100_000, description="other episodes that evaluate the result; 0: those of the search"
+        1, ge=0, le=100_000, description="number of other episodes that evaluate the result; 0: use the search episodes"
     )
     task: TaskTable = Field(
         description="environment and its arguments",
         json_schema_extra={"advice": 'give a table [task] with a name, such as name = "pulse-forming"'},
     )
-    drive: DriveTable = Field(DriveTable(), description="map from the searched numbers to a drive")
+    drive: DriveTable = Field(DriveTable(), description="map from the numbers chosen by a method to a drive")
     method: list[Annotated[AnyMethod, TableChoice("type")]] = Field(
         min_length=1,
         description="methods to compare",
@@ -95,7 +95,7 @@ class Study(Document):
         labels = [method.label for method in self.method]
         if twice := sorted({label for label in labels if labels.count(label) > 1}):
             twice = ", ".join(map(repr, twice))
-            raise ParameterError(f"{twice} more than once", hint="give each a name of its own", at="method")
+            raise ParameterError(f"{twice} occurs more than once", hint="give each a different name", at="method")
         if len(set(self.seeds)) < len(self.seeds) or any(not 0 <= seed < 2**31 for seed in self.seeds):
             expected = "different whole numbers from 0 to 2147483647"
             raise ParameterError(f"got {one_line(self.seeds, 60)}", expected=expected, at="seeds")

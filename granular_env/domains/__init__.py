@@ -79,7 +79,7 @@ DOMAINS: dict[str, Domain] = {
         remark="granular_env.domains.shell:remark",
     ),
 }
-"""Name of a component in the catalogue -> what its domain offers."""
+"""Catalogue name of a component -> offers of its domain."""
 
 _NOTHING = Domain()
 

@@ -19,7 +19,7 @@ from granular_env.terminal_text import align_columns, wrap_text
 
 
 def describe_environment(name: str, arguments: Mapping[str, Any]) -> str:
-    """Describe an environment: its facts, and the sections of its docstring.
+    """Return a description of an environment: its facts, and the sections of its docstring.
 
     Args:
         name: registered name.
@@ -29,7 +29,7 @@ def describe_environment(name: str, arguments: Mapping[str, Any]) -> str:
     shown = {**facts, "control_step": f"{facts['control_step']:.6g} s"}
     rows = [(key.replace("_", " "), str(value)) for key, value in shown.items() if not isinstance(value, dict)]
     parts = [wrap_text(f"environment {name}: {facts['description']}"), "", align_columns(rows[2:])]
-    parts += ["", "actions, for an entry of 1", align_columns(facts["actions"].items())]
+    parts += ["", "inputs at action 1", align_columns(facts["actions"].items())]
     parts += ["", "arguments (gymnasium.make, --set)", align_columns(facts["arguments"].items())]
     make = import_object(load_environments()[name].entry_point)
     sections = [(inspect.getdoc(make) or "").partition("\n")[2].strip("\n")]

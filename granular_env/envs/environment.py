@@ -139,7 +139,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         if isinstance(self.task, RowTask):
             native = find_domain(self.component.name).load_offer("rows")
             if native is None:
-                expected = "a Task: the component's domain has no native batch"
+                expected = "a Task, because the component's domain has no native batch for a RowTask"
                 raise ParameterError(f"got {one_line(self.task)}", expected=expected, at="task")
             self._rows = native([self.component])
 
@@ -177,8 +177,8 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         if "snapshot" in given:
             snapshot = given.pop("snapshot")
             if given or self.randomization.parameters:
-                hint = "give no start values with it, and an environment without `randomise`"
-                raise ParameterError("it is the whole start", hint=hint, at="options.snapshot")
+                hint = "omit start values, and use an environment without `randomise`"
+                raise ParameterError("a snapshot determines the complete start state", hint=hint, at="options.snapshot")
             component.restore(snapshot)
         else:
             component.reset(seed=number, **{**start, **given})
@@ -251,10 +251,10 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             ParameterError: the state belongs to another component or task; nothing has changed.
         """
         if state.__class__ is not EnvState or state.origin[0] != self.task.name:
-            expected = f"what save() of an environment of {self.task.name!r} gave"
+            expected = f"a state saved by an environment of task {self.task.name!r}"
             raise ParameterError(f"got {one_line(state)}", expected=expected, at="state")
         if len(state.memory) != self.memory.nbytes:
-            raise ParameterError("it was saved by an environment with another control_delay", at="state")
+            raise ParameterError("the state was saved by an environment with a different control_delay", at="state")
         _, random, drawn = state.origin
         ready = self._rebuild_component(drawn)
         ready[0].restore(state.snapshot)
@@ -271,12 +271,12 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             return self.component, self.task, self.drawn
         if sampled.keys() != self.randomization.parameters.keys():
             theirs, ours = (", ".join(sorted(names)) or "nothing" for names in (sampled, self.randomization.parameters))
-            came = f"it has {theirs} drawn, this environment draws {ours}"
-            raise ParameterError(came, hint="make it with that randomise", at="state")
+            came = f"the saved episode samples {theirs}; this environment samples {ours}"
+            raise ParameterError(came, hint="create the environment with the same randomise", at="state")
         if self.component.is_observed:
             raise ParameterError(
-                "a component is drawn for each episode, but the present one is recorded, and its log holds one component",
-                hint="reset with a seed, begin a log, and reset with the same seed",
+                "each episode samples a new component, but the present one is recorded, and a log contains only one",
+                hint="reset with a seed, start the recording, and reset with the same seed",
                 at="randomise",
             )
         component = rebuild_component(self.component, sampled)

@@ -73,7 +73,7 @@ def refuse_repeated_parameters(arguments: Mapping[str, Any]) -> None:
             raise ParameterError(f"got {one_line(arguments[component])}", expected="a mapping of its parameters", at=component)
         for name in arguments[component]:
             if name in arguments:
-                raise ParameterError(f"given twice, also as the argument {name}", at=(component, name))
+                raise ParameterError(f"given twice: here and as the argument {name}", at=(component, name))
 
 
 def refuse_early_deadline(deadline: int | None, least: int, duration: float, reason: str, at: str = "deadline") -> None:
@@ -82,7 +82,7 @@ def refuse_early_deadline(deadline: int | None, least: int, duration: float, rea
     Args:
         deadline: control steps of an episode.
         least: control steps until the earliest arrival.
-        duration: of a control step [s].
+        duration: duration of a control step [s].
         reason: reason for this number of steps.
         at: argument at fault.
 

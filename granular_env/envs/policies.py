@@ -67,8 +67,8 @@ def play(
     Args:
         env: a Gymnasium environment.
         policy: policy that selects the actions.
-        seed: of the reset.
-        options: of the reset.
+        seed: seed of the reset.
+        options: options of the reset.
     """
     observation, info = env.reset(seed=seed, options=options)
     policy.reset()

@@ -26,7 +26,7 @@ class Randomization:
     """The random samples of an environment at a reset.
 
     Args:
-        randomise: see the module; None for nothing.
+        randomise: see the module; None to sample nothing.
         component: component with the sampled parameters and start values.
 
     Attributes:
@@ -57,7 +57,7 @@ class Randomization:
                 self.parameters[name] = dict(bounds) if isinstance(bounds, Mapping) else _parse_range(name, bounds)
             else:
                 hint = spelling_hint(name, [*numbers, *shapes])
-                raise ParameterError(f"{one_line(name)} is nothing that can be drawn", hint=hint, at="randomise")
+                raise ParameterError(f"{one_line(name)} cannot be sampled", hint=hint, at="randomise")
 
     def sample_parameters(self, random: Generator) -> Drawn:
         """Sample the parameters of an episode."""
@@ -98,7 +98,7 @@ def rebuild_component(component: Component, sampled: Drawn) -> Component:
         parameters["step_size"] = component.step_size
     made = type(component)(**{**parameters, **sampled})
     if _state_shapes(made) != _state_shapes(component):
-        raise ParameterError(f"drawing {', '.join(sampled)} changes the size of the component", at="randomise")
+        raise ParameterError(f"sampling {', '.join(sampled)} changes the size of the component", at="randomise")
     return made
 
 

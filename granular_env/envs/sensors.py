@@ -38,7 +38,7 @@ class Sensors:
         deadline: control steps of an episode, for the clock; infinite for no end.
 
     Attributes:
-        readings: of the outputs: name, index of the elements or None for all, slice of the observation, value observed as 1.
+        readings: for each output: name, index of its elements (None for all), slice of the observation, value observed as 1.
         size: number of readings.
         goal: counter of the task -> value observed as 1, for each number of the goal.
         space: the observation space.
@@ -57,7 +57,7 @@ class Sensors:
         self.clock, self.deadline = whole_number("clock", clock, 0, _LARGEST_CLOCK), deadline
         if self.clock and math.isinf(deadline):
             hint = "give a deadline, or clock=0"
-            raise ParameterError(f"got {clock}, but there is no deadline that it could tell", hint=hint, at="clock")
+            raise ParameterError(f"got {clock}, but the environment has no deadline", hint=hint, at="clock")
         self.readings: list[tuple[str, Any, slice, float]] = []
         self.size = 0
         for name, index, scale in _observed_elements(observe, component, task):
@@ -77,8 +77,8 @@ class Sensors:
 
         Args:
             read: returns an output by name, with a leading axis.
-            memories: of the environments, see `EnvState`.
-            goals: in units of their scales, shape (environments, goal), or (goal,) for one environment.
+            memories: memories of the environments (`EnvState.memory`).
+            goals: goals in units of their scales, shape (environments, goal), or (goal,) for one environment.
         """
         seen = np.empty((len(memories), self.size + len(self.goal) + self.clock), np.float32)
         limit = math.inf if self.noise else self.limit  # noise comes before the clipping
@@ -103,7 +103,7 @@ def _observed_elements(observe: Any, component: Component, task: Task) -> Iterat
         yield from ((element.name, element.index or None, scale) for element, scale in own)
         return
     if not isinstance(observe, Mapping) or not observe:
-        raise ParameterError(f"got {one_line(observe)}", expected='"full", or output -> places, at least one', at="observe")
+        raise ParameterError(f"got {one_line(observe)}", expected='"full", or output -> indices (at least one)', at="observe")
     # Outputs that the task does not name use the scale of their unit.
     units = {component.variables[element.name].unit: scale for element, scale in own} | dict(task.unit_scales)
     outputs = [variable for variable in component.variables.values() if variable.causality == "output"]
@@ -119,11 +119,11 @@ def _observed_elements(observe: Any, component: Component, task: Task) -> Iterat
             continue
         shape, where = component.variables[name].shape, f"observe.{name}"
         if not shape:
-            raise ParameterError(f"got {one_line(places)}", expected=f'"{_EVERYTHING}": {name} is a single number', at=where)
+            raise ParameterError(f"got {one_line(places)}", expected=f'"{_EVERYTHING}" as {name} is a number', at=where)
         listed = places if isinstance(places, Iterable) else [places]
         indices = [whole_number(where, place, -shape[0], shape[0] - 1) % shape[0] for place in listed]
         if not indices:
-            raise ParameterError("no place", expected=f'places, or "{_EVERYTHING}"', at=where)
+            raise ParameterError("no index", expected=f'indices, or "{_EVERYTHING}"', at=where)
         yield name, (indices,), scales[name]
 
 

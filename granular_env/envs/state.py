@@ -12,10 +12,10 @@ from ..components.snapshot import Snapshot
 ELAPSED, RUNNING, SEED, COMMANDS = range(4)
 
 Drawn = Mapping[str, Any]
-"""Parameters of the component that were drawn for an episode, name -> number, or a distribution with its seed."""
+"""Component parameters sampled for an episode: name -> number, or a distribution with its seed."""
 
 Origin = tuple[str, Mapping[str, Any], Drawn]
-"""Name of the task, state of the environment's random numbers, and what was drawn for the episode: of all its states."""
+"""Start of an episode: name of the task, state of the environment's random generator, and the sampled parameters."""
 
 
 class EnvState(NamedTuple):

@@ -22,14 +22,14 @@ from ..domains import gradient_domains
 from .policies import Policy
 
 Seen = Mapping[str, npt.NDArray[np.float64]]
-"""The observed outputs, unscaled, name -> value."""
+"""Values of the observed outputs in SI units, by name."""
 
 
 class Task:
     """Base of every task.
 
     Attributes:
-        name: for messages and pictures.
+        name: name in messages and pictures.
         actions: input or input element (such as "force[3,0]") -> its value at action 1, in the unit of the input; action -1 is
             the opposite. The order is that of the action's entries.
         observations: output or output element -> its value observed as 1, in the unit of the output. The order is that of
@@ -64,7 +64,7 @@ class Task:
 
     def judge(self, component: Component, outputs: Seen, duration: float) -> tuple[float, bool]:
         """Return the reward of a control step that lasted `duration` [s], and whether the episode has reached its end."""
-        raise NotImplementedError(f"task {self.name!r} has no judge")
+        raise NotImplementedError(f"task {self.name!r} does not define judge")
 
     def objective(self, component: Any, steps: int) -> Any:
         """Return the smooth counterpart of minus the return over `steps` control steps, for gradients.
@@ -77,7 +77,7 @@ class Task:
         """
         raise ParameterError(
             f"task {self.name!r} has no objective with a gradient",
-            hint=f"use a method that needs none; components with gradients: {gradient_domains()}",
+            hint=f"use a method without gradients; components with gradients: {gradient_domains()}",
         )
 
     def target_profile(self, elapsed: int) -> FloatArray | None:
@@ -94,7 +94,7 @@ class RowTask(Task):
 
     The arguments of `begin_rows` and `judge_rows` belong to one episode, or have one row per episode: `rows` are the
     components as presented by their domain's native batch (`Domain.rows`), `constants` belong to the task, `counters` are
-    numbers by name, to be replaced, and `elapsed` is the number of control steps done. NumPy expressions handle both cases.
+    numbers by name, which are replaced, and `elapsed` counts the control steps. NumPy expressions handle both cases.
 
     Attributes:
         counter_names: names of the counters in order; ``info`` shows all counters.
@@ -117,7 +117,7 @@ class RowTask(Task):
 
     def judge_rows(self, rows: Any, constants: Any, counters: dict[str, Any], elapsed: Any) -> tuple[Any, Any]:
         """Return the rewards of a control step, and a mask of the episodes that have reached their end (False for none)."""
-        raise NotImplementedError(f"task {self.name!r} has no judge_rows")
+        raise NotImplementedError(f"task {self.name!r} does not define judge_rows")
 
     def sample_goal(self, random: Generator) -> FloatArray:
         """Return the goal of an episode, one number per entry of `goal_scales`; sampled after `start`."""
@@ -129,7 +129,7 @@ class RowTask(Task):
         Raises:
             ParameterError: not a valid goal, or the task has no goal.
         """
-        raise ParameterError(f"task {self.name!r} draws no goal, and takes none", at="options.goal")
+        raise ParameterError(f"task {self.name!r} has no goal", at="options.goal")
 
 
 def stack_constants(constants: list[Any]) -> Any:

@@ -40,7 +40,7 @@ def make_batch(
         num_envs: number of environments.
         autoreset_mode: any `gymnasium.vector.AutoresetMode`.
         info: "brief" or "full", as for the single environment.
-        **arguments: of the single environment.
+        **arguments: arguments of the single environment.
     """
     make, count = partial(environment, info=info, **arguments), whole_number("num_envs", num_envs)
     first = make()
@@ -134,7 +134,7 @@ class ComponentVectorEnv(SyncVectorEnv):
 
         Args:
             seed: environment i gets seed + i, or entry i of a list.
-            options: as for the single environment.
+            options: options of the single environment's `reset`.
         """
         self._update_environments()
         _, infos = super().reset(seed=seed, options=options)
@@ -212,7 +212,7 @@ class ComponentVectorEnv(SyncVectorEnv):
         """
         if name not in _OWN:
             expected = " or ".join(map(repr, _OWN))
-            raise ParameterError(f"got {one_line(name)}", expected=expected, hint="make another batch", at="name")
+            raise ParameterError(f"got {one_line(name)}", expected=expected, hint="create another batch", at="name")
         super().set_attr(name, values)
 
     def render(self) -> tuple[Any, ...]:

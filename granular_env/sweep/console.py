@@ -26,7 +26,7 @@ def sweep_progress(title: str, size: int, known_count: int, progress: Progress) 
     """Show a progress bar with done and failed tasks, their rate, and the remaining time.
 
     Args:
-        title: of the bar.
+        title: title of the bar.
         size: number of tasks.
         known_count: number of tasks that already have a result.
         progress: whether to show it, or a function to call instead.
@@ -51,11 +51,11 @@ def closing_text(sweep: Sweep, part: str = "") -> str:
     errors = list(sweep.errors.items())
     lines += [f"failed: task {number}: {error}" for number, error in errors[:_MOST_ERRORS]]
     if len(errors) > _MOST_ERRORS:
-        lines.append(f"failed: {len(errors) - _MOST_ERRORS} more; the column 'error' of the table says why")
+        lines.append(f"failed: {len(errors) - _MOST_ERRORS} more tasks; see the column 'error' of the table")
     if sweep.interrupted:
-        lines.append("interrupted: the results so far are kept; the same command continues")
+        lines.append("interrupted: finished results are kept; run the same command to continue")
     if part:
-        return "\n".join([*lines, f"part {part}: when all parts are done, the command with --merge writes the table"])
+        return "\n".join([*lines, f"part {part}: when all parts are done, run the command with --merge to write the table"])
     if 0 < sweep.done and sweep.size <= _MOST_ROWS:
         lines += ["", align_table(_table_rows(sweep)), ""]
     path = shlex.quote(str(sweep.folder / TABLE))

@@ -61,7 +61,7 @@ class Engine:
         """Return the result of a finished task.
 
         Raises:
-            LostError: its process or its node ended.
+            TaskLostError: its process or its node ended.
             SweepError: its worker refuses to compute.
         """
         return self._computer.compute(handle)
@@ -93,7 +93,7 @@ def compute_tasks(engine: Engine, tasks: Sequence[Task], time_limit: float | Non
                 if time_limit and monotonic() - begun >= time_limit:
                     yield Result(task.hash, "lost", error=f"took longer than the time limit of {time_limit:g} s")
                 elif attempts[task.hash] == _ATTEMPTS:
-                    yield Result(task.hash, "lost", error=f"lost {_ATTEMPTS} times: {error}")
+                    yield Result(task.hash, "lost", error=f"its process or node ended {_ATTEMPTS} times: {error}")
                 else:
                     waiting.appendleft(task)
 
@@ -133,7 +133,7 @@ class ProcessPool(Engine):
         try:
             found = handle.result()
         except BrokenProcessPool:
-            raise TaskLostError("its process ended (killed, out of memory, or a crash of compiled code)") from None
+            raise TaskLostError("the process ended (killed, out of memory, or a crash of compiled code)") from None
         self._idle.append(pool)
         return found
 

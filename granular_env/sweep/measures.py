@@ -48,10 +48,10 @@ class FinishedRun(NamedTuple):
     """A finished run, from which measures are taken.
 
     Attributes:
-        component: at the end of the run.
+        component: component at the end of the run.
         report: figures of the report.
         times: sampling times [s].
-        history: of the domain's observer, see `Domain.watch`; None without one.
+        history: history of the domain's observer, see `Domain.watch`; None without one.
     """
 
     component: Component
@@ -66,7 +66,7 @@ class Reading:
 
     Attributes:
         kind: final, start, max, min, mean, time of max, time of min.
-        element: of a variable; without an index a scalar, or all elements.
+        element: element of a variable, or a whole variable (no index).
         absolute: whether to use the magnitude.
     """
 
@@ -81,7 +81,7 @@ class Reading:
         )
         size, name = math.prod(variable.shape), self.element.name
         if not self.element.index and variable.shape and (self.kind not in ("max", "min") or not size):
-            hint = f"name one, such as {Element(name, (-1,) * len(variable.shape))}, or take max or min"
+            hint = f"give an index, such as {Element(name, (-1,) * len(variable.shape))}, or use max or min"
             raise ParameterError(f"{name!r} has {size} elements", hint=hint)
         return "s" if self.kind.startswith("time") else variable.unit
 
@@ -110,7 +110,7 @@ class Reading:
         time, height = found or (float(run.times[peak]), float(sign * samples[peak]))
         if not self.kind.startswith("time"):
             return sign * height, ""
-        return time, "" if found or not peak else "the crest is not resolved; look more often, or run for longer"
+        return time, "" if found or not peak else "the extremum is not resolved; sample more often or run longer"
 
 
 @dataclass(frozen=True)
@@ -132,8 +132,8 @@ class ReportFigure:
         fitting = [self.name] if self.name in report else [name for name in report if name.startswith(self.name)]
         if len(fitting) == 1:
             return fitting[0]
-        advice = f"several begin so: {', '.join(fitting)}" if fitting else spelling_hint(self.name, report)
-        expected = "the beginning of one figure of the run's report"
+        advice = f"several names begin with it: {', '.join(fitting)}" if fitting else spelling_hint(self.name, report)
+        expected = "the beginning of the name of one figure in the run's report"
         raise ParameterError(f"got 'report {self.name}'", expected=expected, hint=advice)
 
 
@@ -142,7 +142,7 @@ class EventMeasure:
     """The number of events of one kind, or the time of the first event.
 
     Attributes:
-        kind: of the events.
+        kind: kind of the events.
         is_first: whether to return the time of the first event [s] (NaN without events).
     """
 
@@ -167,7 +167,7 @@ class Measurement:
     """A measurement of the component's domain, with the selection of a number.
 
     Attributes:
-        name: of the function.
+        name: name of the function.
         take: name of the number; "" for the domain's first.
         which: index among several waves, in the function's order; negative values count from the last.
         arguments: arguments of the function.
@@ -182,7 +182,7 @@ class Measurement:
         """Return the unit; `ParameterError` for a measurement, number or argument unknown to the domain."""
         columns = find_domain(component.name).load_offer("columns")
         if columns is None:
-            hint = "take its variables, such as 'max NAME[0]'"
+            hint = "measure its variables, such as 'max NAME[0]'"
             raise ParameterError(f"component {component.name!r} has no measurements", hint=hint)
         if self.name not in columns.MEASUREMENTS:
             raise ParameterError(f"got {self.name!r}", hint=spelling_hint(self.name, columns.MEASUREMENTS), at="measurement")
@@ -193,7 +193,7 @@ class Measurement:
         try:
             signature.bind(None, **self.arguments)
         except TypeError as error:
-            hint = f"{self.name} takes {', '.join(list(signature.parameters)[1:])}"
+            hint = f"{self.name} has the arguments {', '.join(list(signature.parameters)[1:])}"
             raise ParameterError(str(error), hint=hint) from None
         return columns.UNITS.get((self.name, take)) or columns.UNITS[take]
 
@@ -226,8 +226,8 @@ def parse_measure(content: Any) -> Measure:
         return EventMeasure(match["kind"], match["what"] == "first")
     raise ParameterError(
         f"got {one_line(content, 60)}",
-        expected=f"such as 'max velocity[40]' ({', '.join(_KINDS)}), 'events KIND' or 'first KIND' of what can happen, "
-        "'report NAME' of a figure that runs end with, or a measurement of the domain, { measurement = NAME, ... }",
+        expected=f"a measure such as 'max velocity[40]' ({', '.join(_KINDS)}), 'events KIND' or 'first KIND' for an event, "
+        "'report NAME' for a figure of the final report, or a measurement of the domain, { measurement = NAME, ... }",
     )
 
 
@@ -240,7 +240,7 @@ class RunObserver(Observer):
     Args:
         measures: column name -> measure.
         every: sampling interval [s]; None for each internal step.
-        duration: of the run [s], so that a history that exceeds the memory is refused in advance.
+        duration: duration of the run [s], to refuse a history that would exceed the memory.
     """
 
     def __init__(self, measures: Mapping[str, Measure], every: float | None, duration: float) -> None:

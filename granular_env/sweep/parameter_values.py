@@ -29,17 +29,17 @@ from granular_env.documents import Table
 class Range(Table):
     """Evenly spaced values of a key of the experiment, instead of a list of values."""
 
-    begin: float = Field(alias="from", description="the first value")
-    end: float = Field(alias="to", description="the last value")
+    begin: float = Field(alias="from", description="first value")
+    end: float = Field(alias="to", description="last value")
     count: int = Field(ge=1, description="number of values")
-    spacing: Literal["linear", "log"] = Field("linear", description="equal steps, or equal ratios")
+    spacing: Literal["linear", "log"] = Field("linear", description="equal steps (linear) or equal ratios (log)")
 
     @model_validator(mode="after")
     def _check_ends(self) -> Self:
         if self.spacing == "log" and not (self.begin > 0.0 and self.end > 0.0):
             raise ParameterError(f"log needs values above 0, got from = {self.begin:g} and to = {self.end:g}", at="spacing")
         if self.count == 1 and self.begin != self.end:
-            raise ParameterError("one value cannot be both from and to", hint="give count = 2 or more", at="count")
+            raise ParameterError("a single value cannot equal both from and to", hint="give count = 2 or more", at="count")
         return self
 
     def values(self) -> list[float | int]:
@@ -61,8 +61,8 @@ class Distribution(Table):
     distribution: Literal["uniform", "log_uniform", "integer", "choice"] = Field(
         description="kind of distribution", examples=["uniform"]
     )
-    begin: float | None = Field(None, alias="from", description="least value", examples=[2e-3])
-    end: float | None = Field(None, alias="to", description="greatest value", examples=[4e-3])
+    begin: float | None = Field(None, alias="from", description="smallest value", examples=[2e-3])
+    end: float | None = Field(None, alias="to", description="largest value", examples=[4e-3])
     values: list[Any] = Field([], description="values to choose from", examples=[["hertz", "viscous"]])
 
     @model_validator(mode="after")
@@ -70,9 +70,9 @@ class Distribution(Table):
         low, high, kind = self.begin, self.end, self.distribution
         if kind == "choice":
             if not self.values or low is not None or high is not None:
-                raise ParameterError("it chooses from values, and has no from and to", expected="values = [...]", at="values")
+                raise ParameterError("choice requires values, without from and to", expected="values = [...]", at="values")
         elif low is None or high is None or not low < high or self.values:
-            raise ParameterError(f"from is {low} and to is {high}", expected="from < to, and no values")
+            raise ParameterError(f"got from = {low} and to = {high}", expected="from < to, without values")
         elif kind == "log_uniform" and low <= 0.0:
             raise ParameterError(f"log_uniform needs values above 0, got {low:g}", at="from")
         elif kind == "integer" and not (low.is_integer() and high.is_integer() and abs(high) < 2.0**52):
@@ -109,7 +109,7 @@ class Samples(Table):
     def _check_keys(self) -> Self:
         if not self.distributions:
             example = '"component.radius" = { distribution = "uniform", from = ..., to = ... }'
-            raise ParameterError("no key is drawn", hint=f"add such as {example}")
+            raise ParameterError("no key is sampled", hint=f"add a key, such as {example}")
         return self
 
 
@@ -118,7 +118,7 @@ def _parse_axis(value: Any) -> list[Any] | Range:
         return value
     if isinstance(value, Mapping):
         return Range.model_validate(value)
-    expected = "a list of values, or a table; one value for all belongs into [set]"
+    expected = "a list of values, or a table; a single value for all tasks belongs in [set]"
     raise ParameterError(f"got {one_line(value, 60)}", expected=expected)
 
 
@@ -126,12 +126,12 @@ Axis = Annotated[list[Any] | Range, PlainValidator(_parse_axis)]
 
 
 def _interpolate_linearly(begin: float, end: float, fraction: float) -> float:
-    """Return begin + part (end - begin), to 12 digits."""
+    """Return begin + fraction (end - begin), rounded to 12 digits."""
     return float(f"{begin + fraction * (end - begin):.12g}")
 
 
 def interpolate_geometrically(begin: float, end: float, fraction: float) -> float:
-    """Return begin (end/begin)^part, to 12 digits."""
+    """Return begin (end/begin)^fraction, rounded to 12 digits."""
     low, high = math.log(begin), math.log(end)
     return float(f"{math.exp(low + fraction * (high - low)):.12g}")
 

@@ -42,15 +42,15 @@ class Plan(Document):
 
     version: Literal[1] = Field(description="version of the file's format")
     name: str = Field("", max_length=200, description="name of the results; default: the file's name", examples=["speeds"])
-    description: str = Field("", description="the purpose and the result", examples=["speed against amplitude"])
-    experiment: str = Field(min_length=1, description="a shipped experiment's name, or a TOML file beside the plan")
+    description: str = Field("", description="purpose and result of the sweep", examples=["speed against amplitude"])
+    experiment: str = Field(min_length=1, description="name of a shipped experiment, or a TOML file next to the plan")
     every: float | None = Field(
         None, gt=0.0, description="sampling interval of extremes and histories [s]; default: record.every, or each tick"
     )
     log_every: int | None = Field(
-        None, ge=1, description="keep the logs of tasks 0, N, 2N, ...; default: keep none", examples=[10]
+        None, ge=1, description="interval N of the tasks whose logs are kept (0, N, 2N, ...); default: keep none", examples=[10]
     )
-    set: dict[str, Any] = Field({}, description="keys of the experiment that are the same in every task")
+    set: dict[str, Any] = Field({}, description="keys of the experiment with one value for all tasks")
     grid: dict[str, Axis] = Field(
         {},
         description="keys of the experiment, each with its values; all combinations run",
@@ -72,7 +72,7 @@ class Plan(Document):
     def advice_for_unknown(cls, key: str, given: Mapping[str, Any]) -> str:
         """Return advice on the table for keys of the experiment."""
         if "." in key or key in Experiment.model_fields:
-            return "keys of the experiment stand in [set], [grid] or [samples]"
+            return "keys of the experiment belong in [set], [grid] or [samples]"
         return ""
 
     @classmethod
@@ -93,12 +93,12 @@ class Plan(Document):
         for table, keys in (("grid", self.grid), ("samples", drawn), ("set", self.set)):
             for key in keys:
                 if key in seen:
-                    raise ParameterError(f"this key is in {seen[key]} too", hint="give it once", at=(table, key))
+                    raise ParameterError(f"the key is also in {seen[key]}", hint="give it once", at=(table, key))
                 seen[key] = table
         for column in self.measure:
             if column in OWN_COLUMNS or column in self.keys:
-                received = "the table has a column of this name already"
-                raise ParameterError(received, hint="choose another", at=("measure", column))
+                received = "the table already has a column of this name"
+                raise ParameterError(received, hint="choose another name", at=("measure", column))
         return self
 
     @property

@@ -43,7 +43,7 @@ class RayCluster(Engine):
                 ray.init(**options, log_to_driver=False, logging_level="ERROR")
             except Exception as error:  # Ray raises many types
                 raise SweepError(
-                    f"Ray does not start, or the cluster takes no program from this machine: {_last_line(error)}",
+                    f"Ray does not start, or the cluster rejects programs from this machine: {_last_line(error)}",
                     hint="check the address with `ray status`, the versions of Ray, and the token (RAY_AUTH_MODE=token)",
                 ) from error
             self._job, self._remote = ray.put(job), ray.remote(max_retries=0, num_cpus=1)(compute_on_node)
@@ -72,7 +72,7 @@ class RayCluster(Engine):
             found, log = self._ray.get(handle)
         except errors.RayTaskError as error:
             own = isinstance(error.cause, SweepError)
-            raise SweepError(str(error.cause) if own else f"a node cannot compute: {_last_line(error)}") from error
+            raise SweepError(str(error.cause) if own else f"a node cannot compute tasks: {_last_line(error)}") from error
         except errors.RayError as error:
             raise TaskLostError(f"Ray reports {type(error).__name__}") from error
         if log is not None:
@@ -110,7 +110,7 @@ def _connection_options(address: str | None, cores: int) -> dict[str, Any]:
         socket.create_connection((host, int(port)), _CONNECT_SECONDS).close()
     except (OSError, ValueError, OverflowError) as error:
         raise SweepError(
-            f"got {one_line(given)}, where no Ray cluster can be reached: {getattr(error, 'strerror', None) or error}",
+            f"got {one_line(given)}, but no Ray cluster answers at this address: {getattr(error, 'strerror', None) or error}",
             expected="HOST:PORT, such as 10.0.0.1:6379",
             hint="start a cluster with `ray start --head --port 6379`, or give the right address",
             at="address",

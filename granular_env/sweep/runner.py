@@ -52,12 +52,12 @@ def run_sweep(
 
     Args:
         plan: a shipped plan's name, the path of a TOML file, or the content of one.
-        folder: of the results; default ``sweeps/`` and the plan's name.
+        folder: folder of the results; default ``sweeps/`` and the plan's name.
         engine: "processes", "serial" or "ray".
         workers: number of concurrent tasks; default: the number of cores.
         address: HOST:PORT of a Ray cluster; default: RAY_ADDRESS, or a temporary cluster on this machine.
         overrides: keys of the experiment to set in every task, such as ``{"component.grains": 500}``.
-        progress: show a bar, or call this with the completed fraction.
+        progress: whether to show a bar, or a function to call with the completed fraction.
         allow_large: lift the limit on the number of tasks.
         time_limit: wall time after which a task is ended and counts as failed [s]; not for the engine "serial".
         part: "I/N": compute only the tasks I, I + N, I + 2N, ..., for job arrays; ``open_sweep(folder).write_csv()`` writes the
@@ -129,8 +129,8 @@ def _open_engine(name: str, job: Job, folder: Path, workers: int | None, address
         whole_number("workers", workers, 1, 4096)
     for option, given, fitting in (("time_limit", job.time_limit, "processes"), ("address", address, "ray")):
         if given is not None and name not in (fitting, "ray"):
-            hint = f"take engine={fitting!r} (--engine {fitting})"
-            raise ParameterError(f"the engine {name!r} does not take it", at=option, hint=hint)
+            hint = f"use engine={fitting!r} (--engine {fitting})"
+            raise ParameterError(f"the engine {name!r} does not support this option", at=option, hint=hint)
     if name == "ray":
         return RayCluster(job, folder, workers, address)
     return ProcessPool(job, folder, workers) if name == "processes" else Engine(job, folder)
@@ -140,7 +140,7 @@ def _parse_part(text: str) -> tuple[int, int]:
     index, _, count = str(text).partition("/")
     if index.isdecimal() and count.isdecimal() and int(index) < int(count):
         return int(index), int(count)
-    expected, hint = "I/N with 0 <= I < N", "of 3 parts the first is 0/3 and the last is 2/3"
+    expected, hint = "I/N with 0 <= I < N", "number three parts 0/3, 1/3 and 2/3"
     raise ParameterError(f"got {one_line(text)}", expected=expected, hint=hint, at="part")
 
 

@@ -34,7 +34,7 @@ class Description(BaseModel):
         keys: column -> its value in each task: the varying keys of the experiment, then the number of the sample.
         measures: columns of the measures.
         units: column -> SI unit.
-        hashes: of the tasks.
+        hashes: hashes of the tasks.
     """
 
     model_config = ConfigDict(strict=True, frozen=True)
@@ -67,15 +67,15 @@ class Store:
         folder, named = self.folder, f"{str(self.folder)!r}"
         if (folder / DESCRIPTION).exists():
             if (other := read_description(folder).name) != self.description.name:
-                received = f"{named} holds the results of the plan {other!r}, this one is {self.description.name!r}"
+                received = f"{named} contains results of the plan {other!r}, not of {self.description.name!r}"
                 raise SweepError(received, hint="choose another folder")
         elif folder.is_dir() and any(path.suffix not in (".jsonl", ".part") for path in folder.iterdir()):
-            raise SweepError(f"{named} holds other files and no sweep", hint="choose another folder for the results")
-        busy = "another process computes this sweep there, or this part of it"
+            raise SweepError(f"{named} is not empty and contains no sweep", hint="choose another folder for the results")
+        busy = "another process is computing this sweep, or this part of it, in the folder"
         try:
             folder.mkdir(parents=True, exist_ok=True)
             self._journal = (folder / self._name).open("a+b")
-            lock_file(self._journal, SweepError(busy, hint="wait for it, or choose another folder", source=named))
+            lock_file(self._journal, SweepError(busy, hint="wait until it ends, or choose another folder", source=named))
             if self._journal.seek(0, os.SEEK_END):
                 self._journal.seek(-1, os.SEEK_END)
                 if self._journal.read() != b"\n":  # a kill truncated the last line
@@ -100,8 +100,8 @@ class Store:
 
     def _unwritable_error(self, error: OSError) -> SweepError:
         return SweepError(
-            f"the results cannot be kept in {str(self.folder)!r}: {error.strerror or error}",
-            hint="those so far are there; free some space or choose another folder",
+            f"the results cannot be written to {str(self.folder)!r}: {error.strerror or error}",
+            hint="earlier results are kept; free some space or choose another folder",
         )
 
 
@@ -115,8 +115,8 @@ def read_description(folder: Path) -> Description:
     try:
         return Description.model_validate_json(path.read_bytes())
     except FileNotFoundError:
-        expected = "the folder that `granular-env sweep` wrote"
-        raise SweepError("no sweep is there", expected=expected, source=f"{str(folder)!r}") from None
+        expected = "a folder written by `granular-env sweep`"
+        raise SweepError("the folder contains no sweep", expected=expected, source=f"{str(folder)!r}") from None
     except ValidationError as error:
         first = error.errors()[0]
         hint = "compute the sweep again, in another folder"

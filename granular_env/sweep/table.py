@@ -23,10 +23,10 @@ class Sweep:
     """The results of a sweep: `table` for pandas, `columns` for lists.
 
     Attributes:
-        folder: of the results.
+        folder: folder of the results.
         description: the plan's name, keys, measures and tasks.
         size: number of tasks.
-        outcomes: of each task: done, failed or pending. A task that lost its process or node several times has failed.
+        outcomes: outcome of each task: done, failed or pending. A task that lost its process or node several times has failed.
         done: number of tasks with measures.
         failed: number of failed tasks.
         errors: number of each failed task -> error.

@@ -32,8 +32,8 @@ class Workload(NamedTuple):
 
     Attributes:
         job: the part that all tasks share.
-        keys: column -> its value in each task: the keys of the grid and of the samples, then the number of the sample.
-        tasks: in the plan's order; samples vary fastest, then the last key of the grid.
+        keys: column -> its value in each task: keys of the grid, keys of the samples, number of the sample.
+        tasks: tasks in the plan's order; samples vary fastest, then the last key of the grid.
     """
 
     job: Job
@@ -67,8 +67,8 @@ def make_workload(plan: Plan, time_limit: float | None = None, allow_large: bool
         ExperimentError: too many tasks, an invalid experiment, or a file that cannot be read.
     """
     if plan.size > LARGEST and not allow_large:
-        hint = "take fewer values, or pass allow_large=True (--allow-large)"
-        raise ExperimentError(f"it has {plan.size} tasks", expected=f"at most {LARGEST}", hint=hint, source=plan.origin)
+        hint = "use fewer values, or pass allow_large=True (--allow-large)"
+        raise ExperimentError(f"the plan has {plan.size} tasks", expected=f"at most {LARGEST}", hint=hint, source=plan.origin)
     experiment = plan.load_experiment()
     files: dict[str, bytes] = {}
 
@@ -116,7 +116,7 @@ def _content_hash(content: Any) -> str:
     try:
         return hashlib.sha256(canonical_json(content)).hexdigest()[:32]
     except (ValueError, TypeError) as error:
-        raise ExperimentError(f"a value cannot be written as JSON: {error}", hint="use finite numbers, texts, lists") from None
+        raise ExperimentError(f"a value is not valid JSON: {error}", hint="use finite numbers, strings, lists") from None
 
 
 def column_units(plan: Plan, component: Component) -> dict[str, str]:

@@ -27,7 +27,7 @@ class Job:
     Attributes:
         document: the experiment.
         files: CSV files, name -> content.
-        measures: by their columns.
+        measures: column -> measure.
         every: sampling interval [s].
         program: hash of the code; a worker with other code refuses the job.
         time_limit: wall time of a task [s]; None for no limit.
@@ -46,7 +46,7 @@ class Task:
     """A run of a plan.
 
     Attributes:
-        hash: of the experiment, the overrides, the measures and the program.
+        hash: hash of the experiment, the overrides, the measures and the program.
         overrides: the keys of the experiment set by the task, with their values.
         is_logged: whether the task's log is kept.
     """
@@ -61,10 +61,10 @@ class Result:
     """The outcome of a task.
 
     Attributes:
-        hash: of the task.
+        hash: hash of the task.
         outcome: done; failed: physics or input fail in every run of the task; lost: the machine failed (a worker ended,
             memory or disk ran out, the time limit passed), so that the next sweep repeats the task.
-        values: the measures.
+        values: values of the measures.
         error: the error as a sentence.
         notes: assumptions of the run, and measures without a value.
     """
@@ -90,7 +90,7 @@ class TaskComputer:
     def __init__(self, job: Job, folder: Path) -> None:
         if job.program != code_hash():
             raise SweepError(
-                f"{socket.gethostname()} has another version of granular-env, of a plug-in or of a package it computes with",
+                f"{socket.gethostname()} has a different version of granular-env, of a plug-in or of a package that it uses",
                 hint="install the same versions on every node; after editing a package, start the sweep from a new process",
             )
         self._job, self._folder = job, folder

@@ -1,6 +1,6 @@
 """The constant-volume burn
 
-The paper does not follow the reaction: its gas burns by the recipe of C. L. Mader as it is compressed, which "guarantees a
+The paper integrates no reaction rate. Its gas burns as it is compressed, by the method of C. L. Mader, which "guarantees a
 correct prediction of the speed of propagation and of the state of chemical equilibrium at all resolutions of the mesh".
 """
 
@@ -18,7 +18,7 @@ LAWS = {
 def main(page: Page) -> None:
     """Run both burns on two meshes, at three steps given as fractions of the front's time to cross a cell."""
     for law, (words, known) in LAWS.items():
-        page.add_heading(f"Speed of the front over that of Chapman and Jouguet: {words}")
+        page.add_heading(f"Speed of the front over the Chapman-Jouguet speed: {words}")
         for ratio, expected in known.items():
             for cells, found in zip((380, 760), expected, strict=True):
                 document = gas_tube(1e5, cells=cells, length=LENGTH, reaction=law)
@@ -27,11 +27,11 @@ def main(page: Page) -> None:
                 what = f"cells of {1e3 * LENGTH / cells:.0f} mm, D h / dx = {speed * ratio:.2f}"
                 ours = front_speed(record(document)) / speed
                 page.compare(what, "correct", ours, near=1.0, within=0.01, reading="within 1 %", found=found)
-    page.text("""In a closed tube of 1.52 m at 100 kPa; D h / dx are the cells that a front of Chapman and Jouguet crosses in a
-        step h. The recipe writes the pressure over that of the flow, which does not conserve energy. Its front advances by one
-        cell in six steps, two in seven, or one in three: its speed depends on D h / dx and not on the mesh, and no finer mesh
-        brings it nearer to that of Chapman and Jouguet. The other scripts use a burn that starts where the pressure has risen
-and conserves energy.""")
+    page.text("""The tube is closed, 1.52 m long, and filled with 100 kPa. D h / dx is the number of cells that a
+        Chapman-Jouguet front crosses in a step h. The method overwrites the pressure of the flow, which does not conserve
+        energy. Its front advances by one cell in six steps, two in seven, or one in three. Its speed depends on D h / dx and
+        not on the mesh, so a finer mesh does not bring it closer to the Chapman-Jouguet speed. The other scripts use a burn
+        that starts where the pressure has risen and that conserves energy.""")
 
 
 if __name__ == "__main__":

@@ -1,8 +1,8 @@
 """Two-way coupling
 
-The paper couples one way: the gas is computed first, in a rigid tube, and then its pressure loads the wall. Here the gas also
-feels the wall: it gets the cross-section that the wall leaves it, pays for the work on the wall, and leaves through open
-cracks. It stays one-dimensional: flaps are no nozzle.
+The paper uses one-way coupling: the gas is computed first, in a rigid tube, and its pressure then loads the wall. Here the
+wall also acts on the gas: the gas has the cross-section inside the wall, loses the energy of its work on the wall, and leaks
+through open cracks. The gas remains one-dimensional, so flaps do not act as a nozzle.
 """
 
 from criterion import compare_outcomes
@@ -23,15 +23,15 @@ def main(page: Page) -> None:
     for (words, log), result in zip(logs.items(), (one, two), strict=True):
         leaked = 100.0 * float(log.get("leaked_mass", float(log.times("shell_pieces")[-1]))) / float(log.get("gas_mass", 0.0))
         growth = 1e3 * float(log.series("radial_displacement")[1].max())
-        page.add_value(f"{words.replace('_', '-')}: part of the gas that has leaked", leaked, "%", known[words][0])
-        page.add_value(f"{words.replace('_', '-')}: largest mean growth of the radius", growth, "mm", known[words][1])
+        page.add_value(f"{words.replace('_', '-')}: fraction of the gas that has leaked", leaked, "%", known[words][0])
+        page.add_value(f"{words.replace('_', '-')}: largest increase of the mean radius", growth, "mm", known[words][1])
         rows.append([words.replace("_", "-"), *outcome_row(result), f"{leaked:.2g} %", f"{growth:.2g} mm"])
     page.add_table(
         f"Notch of 1 in, {1e3 * LATE:g} ms after the front.",
-        ("coupling", *HEAD, "leaked", "largest growth of the radius"),
+        ("coupling", *HEAD, "leaked", "largest increase of the radius"),
         rows,
     )
-    with page.plot("How far cracks reach along the tube, over time.", "time, µs", "reach along the tube, in") as axes:
+    with page.plot("Reach of the cracks along the tube over time.", "time, µs", "reach along the tube, in") as axes:
         for words, log in logs.items():
             times, reach = log.series("shell_crack_along")
             axes.plot(1e6 * times, reach / INCH, label=words.replace("_", "-"))

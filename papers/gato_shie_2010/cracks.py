@@ -18,14 +18,14 @@ def compare_printed_factor(page: Page, inches: int, printed: str, strain: str, e
     page.compare("outcome", printed, one.word, found="whole")
     page.add_value("points that have parted", int(one.parted), found="0")
     page.add_value(
-        "place of the largest principal stress", "in the notch" if one.in_notch else "elsewhere", found="in the notch"
+        "location of the largest principal stress", "in the notch" if one.in_notch else "elsewhere", found="in the notch"
     )
     page.add_value("largest plastic strain", one.strain, found=strain)
-    page.add_value("the run ends, after the front", 1e3 * one.time, "ms", end)
-    page.text(f"""The flow stress of the printed material is {saturation():.2f} times the yield stress at a plastic strain of 1,
-        and the largest principal stress was {PRINTED * one.ratio:.1f} times it. The ligament flows instead, until aluminium
-        would tear; the run ends where a point has flowed by {DRAWN_OUT:g}. Either the material or the factor of the paper's
-        computation was another one. A tube is whole where no two neighbouring columns of nodes are parted.""")
+    page.add_value("end of the run, after the front", 1e3 * one.time, "ms", end)
+    page.text(f"""At a plastic strain of 1, the flow stress of the printed material is {saturation():.2f} times the yield
+        stress; the largest principal stress was {PRINTED * one.ratio:.1f} times the yield stress. The ligament flows instead,
+        beyond the strain at which aluminium tears; the run ends at a plastic strain of {DRAWN_OUT:g}. The paper must have
+        used another material or factor. A tube is whole if no neighbouring columns of nodes are separated.""")
 
 
 def compare_our_factor(
@@ -42,18 +42,18 @@ def compare_our_factor(
     one = outcome(burst_log(inches))
     page.add_heading(f"Cracks from the {inches} in notch with the factor {FACTOR:g}")
     for what, words, ours, expected in statements:
-        page.compare(what, words, words if ours else "does not", reading="from where columns are parted",
+        page.compare(what, words, words if ours else "does not", reading="from the separated columns",
                      found=words if expected else "does not")  # fmt: skip
     page.add_value("outcome", one.word, found=known[0])
     page.add_value("reach of cracks along the tube", one.along / INCH, "in", known[1])
-    page.add_value("part of the circumference over which cracks reach", 100.0 * one.reach, "%", known[2])
-    page.add_value("largest part of it at one place", 100.0 * one.around, "%", known[3])
+    page.add_value("fraction of the circumference reached by cracks", 100.0 * one.reach, "%", known[2])
+    page.add_value("largest cracked fraction at one axial position", 100.0 * one.around, "%", known[3])
     page.add_value("pieces", one.pieces, found=known[4])
     page.add_value("valid until, after the front", one.valid, found=f"{known[5]} ms")
-    page.text(f"""Read {1e3 * LATE:g} ms after the front has passed the notch, from neighbouring columns of nodes on the outer
-        surface. Valid until a cross-section has grown by more than half: the gas of one-way coupling flows as in a rigid tube
-        and loads flaps with its full pressure. The piece of the tube is 6.3 in long. Cracks part columns, so that an angle of
-        45° shows as steps and is not judged. The factor is ours, and the outcome depends on it and on the mesh.""")
+    page.text(f"""Results are for {1e3 * LATE:g} ms after the front passed the notch. Cracks separate columns of nodes on the
+        outer surface. They are valid until a cross-section has grown by more than half: with one-way coupling the gas
+        flows as in a rigid tube and loads flaps with its full pressure. The piece of tube is 6.3 in long. An angle of 45°
+        appears as steps and is not judged. The outcome depends on our factor and on the mesh.""")
     return one
 
 
@@ -85,7 +85,7 @@ def draw_unrolled_tube(page: Page, title: str, inches: int, after: float) -> Non
     one = outcome(burst_log(inches), after)
     invalid = "" if one.valid == "the end" else f" Not valid: a cross-section had grown by half after {one.valid}."
     caption = (
-        f"{title}: notch of {inches} in, {1e3 * after:g} ms after the front, factor {FACTOR:g}. The outer surface, rolled out; "
+        f"{title}: notch of {inches} in, {1e3 * after:g} ms after the front, factor {FACTOR:g}. The unrolled outer surface; "
         f"one half is computed, the other is its mirror image. The detonation came from the left.{invalid}"
     )
     outer = RADIUS + WALL

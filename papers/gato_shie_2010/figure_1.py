@@ -1,6 +1,6 @@
 """Figure 1: a detonation in a rigid tube
 
-First the gas alone: C2H4 + 3 O2 in a tube that does not give way. The pressure near the notch then loads the wall.
+The gas alone, C2H4 + 3 O2, is computed in a rigid tube first. Its pressure near the notch then loads the wall.
 """
 
 import numpy as np
@@ -28,7 +28,7 @@ def main(page: Page) -> None:
             page.compare("speed of the front", printed[0], front_speed(log), "m/s", near=float(printed[0]),
                          within=0.03 * float(printed[0]), reading="within 3 %", found=ours[0])  # fmt: skip
             peak = tube.front.burnt.pressure / 1e6
-            page.compare("pressure of Chapman and Jouguet", printed[1], peak, "MPa", near=float(printed[1]),
+            page.compare("Chapman-Jouguet pressure", printed[1], peak, "MPa", near=float(printed[1]),
                          within=0.05 * float(printed[1]), reading="within 5 %", found=ours[1])  # fmt: skip
         wave = TaylorWave(tube.front, tube.ahead, tube.gas.gamma)
         times, gauges = log.series("gauge_pressure")
@@ -36,14 +36,14 @@ def main(page: Page) -> None:
         passed = (times < MIDDLE / wave.resting_sound_speed) & (times > arrival + 1.5e-5)
         exact = wave.state(np.full(int(passed.sum()), MIDDLE), times[passed])[2]
         gap = float(np.abs(gauges[passed, -1] - exact).max()) / wave.front.burnt.pressure
-        page.add_value("largest gap to Taylor's wave, over the peak", 100.0 * gap, "%", taylor[0])
+        page.add_value("largest difference from Taylor's wave, over the peak", 100.0 * gap, "%", taylor[0])
         page.add_value("decay time", 1e6 * wave.decay_time(MIDDLE), "µs", taylor[1])
         shown = (times > arrival - 5e-5) & (times < arrival + 3e-4)
         exact = wave.state(np.full(int(shown.sum()), MIDDLE), times[shown])[2]
         curves.append((f"{pressure / 1e3:.0f} kPa", 1e6 * times[shown], gauges[shown, -1] / 1e6, exact / 1e6))
-    page.text("""By chemical equilibrium (GRI-Mech 3.0) at 295 K, on cells of 3 mm. The paper rounds the numbers of the
-        experiments and states no error. It prints the profile without numbers that can be read off the scan; Taylor's wave is
-        the exact solution for a front that starts at a closed end, compared from some 15 µs behind the front on.""")
+    page.text("""We use chemical equilibrium (GRI-Mech 3.0) at 295 K and cells of 3 mm. The paper rounds the numbers of the
+        experiments and states no error. Its printed profile has no numbers legible in the scan. Taylor's wave is the exact
+        solution for a front that starts at a closed end; we compare with it from about 15 µs behind the front.""")
     with page.plot("Figure 1: pressure at the middle of the notch over time. Dashed: the exact solution for a front that "
                    "starts at full speed at the closed end.", "time, µs", "pressure, MPa") as axes:  # fmt: skip
         for label, times, pressure, exact in curves:

@@ -33,10 +33,10 @@ def main(page: Page) -> None:
     times, strains = burst_log(1).series("shell_gauge_strain")
     # Drop the readings of a gauge after a crack has passed it.
     strains = np.where(np.maximum.accumulate(np.abs(strains), axis=0) > LIMIT, np.nan, strains)
-    with page.plot("Hoop strain at gauges on the outer surface; a curve ends at a strain of 5 %, where a gauge would fail. "
+    with page.plot("Hoop strain at gauges on the outer surface. Curves end at a strain of 5 %, at which a gauge would fail. "
                    "The paper has no such figure.", "time, µs", "hoop strain, 10⁻³") as axes:  # fmt: skip
         for number, (place, angle) in enumerate(GAUGES):
-            label = f"{1e3 * place:.0f} mm along, {math.degrees(angle):.0f}° around"
+            label = f"axially {1e3 * place:.0f} mm, around {math.degrees(angle):.0f}°"
             axes.plot(1e6 * times, 1e3 * strains[:, number, 1], label=label)
         axes.set_xlim(700.0)
 

@@ -1,8 +1,8 @@
 """Figure 3: the long notch, 2 in
 
 In the experiment one crack ran around the whole tube and severed it. The paper's computation "branches and runs in two
-directions around the circumference", and does not predict "complete failure on the other side of the shell"; the authors blame
-their simple criterion, and that the gas does not feel the wall.
+directions around the circumference", and does not predict "complete failure on the other side of the shell"; the authors
+explain this by their simple criterion and by the one-way coupling of gas and wall.
 """
 
 from cracks import compare_our_factor, compare_printed_factor, draw_unrolled_tube, has_turned, is_beyond_notch

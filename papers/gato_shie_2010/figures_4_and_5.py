@@ -19,7 +19,7 @@ def main(page: Page) -> None:
         ("end", "severed", one.word == "severed", False),
     ]
     compare_our_factor(page, 3, statements, ("axial crack", "6.3", "17", "17", "1", "0.13"))
-    page.text("The run ends 0.18 ms after the front, when a point has flowed by 9, after its results have stopped being valid.")
+    page.text("The run ends 0.18 ms after the front, at a plastic strain of 9; its results are no longer valid by then.")
     for title, after in (("Figure 4", VERY_EARLY), ("Figure 4", EARLY), ("Figure 5", LATE)):
         draw_unrolled_tube(page, title, 3, after)
 

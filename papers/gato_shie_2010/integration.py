@@ -1,7 +1,7 @@
 """Integration of a thin wall
 
-The paper's solid is meshfree, with moving least squares in a Galerkin form: it needs points at which stresses are computed. A
-free body has six motions without energy, the rigid ones; a rule with more lets the wall bend, shear or fold at no cost.
+The paper's solid is meshfree (moving least squares in Galerkin form) and needs integration points. A free body has six
+zero-energy modes, its rigid-body motions; with a rule that leaves more, the wall can bend, shear or fold without energy.
 """
 
 from granular_env.components.shell.zero_modes import zero_mode_count
@@ -14,11 +14,11 @@ RULES = ((3, "column", 2, "6"), (4, "column", 3, "6"), (3, "column", 1, "147"), 
 def main(page: Page) -> None:
     """Count the zero-energy modes of a free patch."""
     for layers, rule, through, known in RULES:
-        points = "one point a column" if rule == "column" else "2 x 2 points a cell"
+        points = "one point per column" if rule == "column" else "2 x 2 points per cell"
         count = int(zero_mode_count(layers, rule, through, "linear", 1.7))
-        page.add_value(f"{layers} layers, {points}, {through} through the wall: modes without energy", count, found=known)
-    page.text("""The paper does not print its rule; nodal integration, which it cites, has one point at each node and needs a
-        stabilisation of its own. The component refuses every rule that has more than six.""")
+        page.add_value(f"{layers} layers, {points}, {through} through the wall: zero-energy modes", count, found=known)
+    page.text("""The paper does not state its rule. Nodal integration, which it cites, has one point at each node and needs
+        additional stabilisation. The component rejects every rule with more than six zero-energy modes.""")
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """Figures 2 to 5: the outcome by notch
 
-In the paper three notches have three outcomes: a crack that stops, one that severs the tube in the experiment and not in the
-computation, and one that severs it in both.
+In the paper three notches have three outcomes: a crack stops; a crack severs the tube in the experiment but not in the
+computation; a crack severs it in both.
 """
 
 from pages import Page, show
@@ -37,16 +37,16 @@ def main(page: Page) -> None:
             [f"{inches} in", f"{FACTOR:g}", f"{1e3 * EARLY:g} ms", *outcome_row(early)],
             [f"{inches} in", f"{FACTOR:g}", f"{1e3 * LATE:g} ms", *outcome_row(late)],
         ]
-    page.text("""The paper does not say from when it counts; we count from when the front passes the middle of the notch. Where
-        flaps have opened the cross-section by more than a tenth, the pressure of a gas in a rigid tube is too large: late times
-        are those of the paper's coupling, not of a tube.""")
-    page.add_table("Axial crack: cracks along the tube that take less than 5 % of the circumference. Hoop crack: more. "
-               "Severed: nothing joins the ends.", ("notch", "the paper's computation", "the experiment", "here"),
+    page.text("""The paper does not state the origin of its time; ours is the passage of the front at the middle of the notch.
+        Once flaps have opened a cross-section by more than a tenth, the pressure of the gas in a rigid tube is too large.
+        Results at late times are then properties of the paper's coupling, not of a tube.""")
+    page.add_table("Axial crack: cracks along the tube over less than 5 % of the circumference. Hoop crack: over more. "
+               "Severed: the ends are disconnected.", ("notch", "the paper's computation", "the experiment", "here"),
                words)  # fmt: skip
-    page.add_table(f"Runs with the paper's factor end where a point has flowed by {DRAWN_OUT:g}. {REACH}",
+    page.add_table(f"Runs with the paper's factor end at a plastic strain of {DRAWN_OUT:g}. {REACH}",
                ("notch", "factor", "time", *HEAD), rows)  # fmt: skip
-    with page.plot("How far cracks reach around the tube, over time from the front's passing the notch. Dotted: 3/4, where "
-                   "the crack of 1 in stops in the paper.", "time, µs", "part of the circumference, %") as axes:  # fmt: skip
+    with page.plot("Reach of the cracks around the tube, over the time since the front passed the notch. Dotted: 3/4, where "
+                   "the crack of 1 in stops in the paper.", "time, µs", "of the circumference, %") as axes:  # fmt: skip
         for inches in NOTCHES:
             times, part = reach_history(burst_log(inches))
             axes.plot(1e6 * (times - ARRIVAL), 100.0 * part, label=f"{inches} in")

@@ -1,7 +1,7 @@
 """The outcome by initial pressure
 
-In the experiments the detonation tube was filled with 80 to 180 kPa; the front is then as fast, and its pressure is in
-proportion. The paper does not say at which pressure each figure was made.
+In the experiments the detonation tube was filled with 80 to 180 kPa; the speed of the front is the same, and its pressure is
+proportional to the filling. The paper does not state the filling for each figure.
 """
 
 from pages import Page, show
@@ -27,8 +27,8 @@ def main(page: Page) -> None:
     page.add_table(
         f"Factor {FACTOR:g}, {COARSER:.0f} nodes, coarser than in the figures. {REACH}", ("notch", "filling", *HEAD), rows
     )
-    with page.plot(f"How far cracks reach around the tube, {1e3 * LATE:g} ms after the front; of three points side by side "
-                   "the middle is at its pressure.", "initial pressure, kPa", "circumference, %") as axes:  # fmt: skip
+    with page.plot(f"Reach of the cracks around the tube, {1e3 * LATE:g} ms after the front; of three adjacent points "
+                   "the middle one is at its true pressure.", "initial pressure, kPa", "circumference, %") as axes:  # fmt: skip
         for number in (1, 2, 3):
             own = {pressure: part for (inches, pressure), part in reach.items() if inches == number}
             axes.plot([pressure + 2.0 * (number - 2) for pressure in own], list(own.values()), "o", label=f"{number} in")

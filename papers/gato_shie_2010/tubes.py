@@ -63,10 +63,10 @@ def burst_log(
 
     Args:
         inches: length of the notch.
-        factor: of the fracture criterion.
-        nodes: of the whole tube.
+        factor: factor of the fracture criterion.
+        nodes: number of nodes of the whole tube.
         hourglass: stabilisation of displacements that alternate between columns.
-        pressure: of the gas before the detonation [Pa].
+        pressure: pressure of the gas before the detonation [Pa].
         coupling: "one_way" as in the paper, or "two_way".
     """
     around = math.sqrt(0.5 * nodes / (3 * 1.4))
@@ -118,11 +118,11 @@ class Outcome:
         ratio: largest ratio of principal stress to limit by the end of the run.
         in_notch: whether this ratio occurred in the notch.
         strain: largest plastic strain at the end of the run.
-        x: of the nodes of the outer surface, from the middle of the notch [m].
+        x: axial positions of the nodes of the outer surface, from the middle of the notch [m].
         arc: their angle from the notch, 0 to pi [rad].
-        stress: equivalent stress at these [Pa].
+        stress: equivalent stress at these nodes [Pa].
         pairs: indices of neighbours in the surface, shape (links, 2).
-        cut: whether a crack lies between them.
+        cut: whether a crack separates the neighbours of each pair.
     """
 
     word: str
@@ -144,7 +144,7 @@ class Outcome:
 
     @property
     def valid(self) -> str:
-        """The time up to which the gas's tube agrees with the wall, as text."""
+        """The time until which the rigid tube of the gas represents the wall, as text."""
         return "the end" if self.time < self.valid_until else f"{1e3 * self.valid_until:.2g} ms"
 
 
@@ -199,9 +199,9 @@ def reach_history(log: Any) -> tuple[FloatArray, FloatArray]:
 # The columns of a table of outcomes.
 HEAD = ("outcome", "reach along", "reach around", "at one place", "pieces", "valid until")
 REACH = (
-    "Reach along: from the first place of a crack along the tube to the last. Reach around: the part of the circumference over "
-    "which cracks lie, wherever along the tube. At one place: the largest part that they take at one place along it. Valid "
-    "until: when a cross-section has grown by more than half; the gas of one-way coupling loads the wall as if it had not."
+    "Reach along: distance between the first and the last crack along the tube. Reach around: fraction of the circumference "
+    "over which cracks extend, at any axial position. At one place: the largest cracked fraction at one axial position. Valid "
+    "until: time at which a cross-section has grown by more than half, which one-way coupling neglects."
 )
 
 

@@ -50,8 +50,8 @@ def run_experiment(name: str, duration: float | None = None, every: float = EVER
     """Return the motion of a shipped experiment.
 
     Args:
-        name: of the experiment, without "nesterenko-1983/".
-        duration: of the run, if changed [s].
+        name: name of the experiment, without "nesterenko-1983/".
+        duration: duration of the run, if changed [s].
         every: time between two frames [s].
         component: changed parameters of the chain.
     """

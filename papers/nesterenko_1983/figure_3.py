@@ -1,4 +1,4 @@
-"""Section 3.1, figure 3: the solitary wave of the chain against that of the continuum
+"""Section 3.1, figure 3: the solitary waves of the chain and of the continuum
 
 The strain between grains 60 and 61 as the taller wave passes, and the cos⁴ wave (2.7) of the long-wave equation with the same
 speed.
@@ -33,8 +33,8 @@ def main(page: Page) -> None:
     width = crest.duration * wave.speed / DIAMETER
     page.add_value("full width at half height, chain", width, "a", "1.7257")
     page.add_value("full width at half height, continuum", theory.HALF_WIDTH, "a", "1.8084")
-    page.text(f"""Differences are in parts of the strain at the crest; beyond 10 µs against one hump of (2.7), which is
-        periodic. The wave of the chain is {100.0 * (1.0 - width / theory.HALF_WIDTH):.1f} % narrower.""")
+    page.text(f"""Differences are relative to the strain at the crest. Beyond 10 µs we compare with a single hump of (2.7),
+        which is periodic. The wave of the chain is {100.0 * (1.0 - width / theory.HALF_WIDTH):.1f} % narrower.""")
 
     with page.plot("Figure 3: strain δ/2R between grains 60 and 61.", "time from the crest, µs", "δ / 2R, 10⁻³") as axes:
         axes.plot(1e6 * time, 1e3 * strain, label="chain (curve 1)")

@@ -42,17 +42,17 @@ def main(page: Page) -> None:
         window = f"{begin:g} to {end:g}" if grain < 145 else f"after {begin:g}"
         page.compare("their crests", window, window if inside else "outside", "µs")
         page.add_value("their crests", ", ".join(f"{1e6 * wave.time:.1f}" for _, wave in own), "µs", known)
-    page.text("At grain 145 the paper leaves out wave 2, which has fallen behind.")
+    page.text("At grain 145 the paper omits wave 2, which has fallen behind.")
 
     page.add_heading("Height and form do not change, grain 50 to 145")
     for number, known in ((1, "-1.31"), (3, "0.239")):
         change = 100.0 * (height[145][number] / height[50][number] - 1.0)
         page.compare(f"change of v_m, wave {number}", "unchanged", change, "%", near=0.0, within=UNCHANGED,
                      reading="within 5 %", found=known)  # fmt: skip
-    page.text("The waves leave an overtaking a little changed, less than a figure shows.")
+    page.text("Overtaking changes the waves slightly, by less than is visible in a figure.")
 
     for grain, words in ((50, "waves 1, 2 and 3 in the order of their arrival; the third is the tallest and fastest"),
-                         (85, "the tallest wave has passed wave 2"), (145, "it has passed wave 1 as well")):  # fmt: skip
+                         (85, "the tallest wave has passed wave 2"), (145, "it has also passed wave 1")):  # fmt: skip
         begin, end, *_ = WINDOWS[grain]
         own = (chain.time >= 1e-6 * begin) & (chain.time <= 1e-6 * end)
         with page.plot(f"Figure 4, grain {grain}: {words}.", "time, µs", "velocity, m/s", (7.0, 2.4)) as axes:

@@ -1,7 +1,7 @@
 """Section 3.5 A, figure 7: a piston and grains of random radii
 
-200 grains with radii (R0 + RAND) mm, RAND even between 0 and 1, here R0 = 0.5, are driven by a piston at 5 m/s. The paper shows
-one draw. Only the radius of its grain 25 is known, so we make many draws with that grain.
+200 grains with radii (R0 + RAND) mm, where RAND is uniform between 0 and 1 and R0 = 0.5, are driven by a piston at 5 m/s. The
+paper shows one sample. Only the radius of its grain 25 is known, so we compute many samples with this grain.
 """
 
 import numpy as np
@@ -61,28 +61,28 @@ def main(page: Page) -> None:
     for name, (what, printed, known) in EXTREMES.items():
         page.compare_samples(what, printed, draws[name], "m/s", known)
     strips = page.rows[-4:]
-    page.text(f"""Mean ± standard deviation [5 %, 95 %] over {len(found)} draws, each with the paper's radius of grain 25,
-        0.782465 mm, which was the fastest of its draw. Of all grains the largest velocity is above 11.76 m/s in every draw, at
-        least {draws["largest"].min():.1f} m/s. {OUTSIDE}""")
+    page.text(f"""Mean ± standard deviation [5 %, 95 %] over {len(found)} samples, each with the paper's radius of grain 25,
+        0.782465 mm. This grain was the fastest of the paper's sample. The largest velocity of all grains is above 11.76 m/s
+        in every sample, at least {draws["largest"].min():.1f} m/s. {OUTSIDE}""")
 
-    page.add_heading("Sentences on the front, at 3.8e-4 s")
+    page.add_heading("Statements on the front, at 3.8e-4 s")
     uneven = "uneven" if np.percentile(draws["unevenness"], 5) > 5.0 else "even"
     page.compare("velocities of grains 2 to 11", "uneven", uneven, reading=UNEVEN)
     page.compare_samples("their standard deviation over v0", None, draws["unevenness"], "%", "37.5")
     for what, name, bad, share, reading in (
-        ("front lower than what follows", "front over behind", draws["front over behind"] >= 1.0, "100", ""),
+        ("front lower than the following maxima", "front over behind", draws["front over behind"] >= 1.0, "100", ""),
         ("a first maximum below v0", "least", draws["least"] >= 1.0, "100", ""),
         ("a first maximum substantially above v0", "greatest", draws["greatest"] <= 2.0, "78", "above 2 v0"),
     ):
         part = 100.0 * float(1.0 - bad.mean())
         page.compare(what, "may be", "may be" if part > 0.0 else "is never", reading=reading)
-        page.add_value(f"part of the draws ({name})", part, "%", share)
-    page.compare_samples("least first maximum, v/v0", None, draws["least"], found="0.588")
-    page.compare_samples("greatest first maximum, v/v0", None, draws["greatest"], found="2.146")
+        page.add_value(f"fraction of the samples ({name})", part, "%", share)
+    page.compare_samples("smallest first maximum, v/v0", None, draws["least"], found="0.588")
+    page.compare_samples("largest first maximum, v/v0", None, draws["greatest"], found="2.146")
     for what, name, known in (("first maximum falls from a grain to the next", "falling", "48.0"),
                               ("a lighter grain is slower", "lighter and slower", "58.2")):  # fmt: skip
         page.compare(what, "may be", "may be" if draws[name].mean() > 0.0 else "is never")
-        page.compare_samples("for this part of the grains", None, draws[name], "%", known)
+        page.compare_samples("fraction of the grains", None, draws[name], "%", known)
     page.compare_samples("place of the front", None, draws["front"], "grains", "191.1")
     page.text("In the paper the front was at grain 148 when grain 25 was slowest, and at 170 when it was fastest.")
 
@@ -91,9 +91,9 @@ def main(page: Page) -> None:
         ("Figure 7 b: velocity of grain 25, R0 = 0.5.", "time, µs", 1e6 * time, np.array(curves)),
     ):
         with page.plot(caption, label, "velocity, m/s") as axes:
-            axes.fill_between(x, *np.percentile(lines, (5, 95), axis=0), alpha=0.3, label="5 to 95 % of the draws")
+            axes.fill_between(x, *np.percentile(lines, (5, 95), axis=0), alpha=0.3, label="5 to 95 % of the samples")
             axes.plot(x, lines[0], label="seed 1")
-    with page.plot("Extremes over many draws; crosses: the paper's draw.", "velocity, m/s", "") as axes:
+    with page.plot("Extremes over many samples; crosses: the paper's sample.", "velocity, m/s", "") as axes:
         draw_strips(axes, strips)
 
 

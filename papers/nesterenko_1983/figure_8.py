@@ -35,30 +35,30 @@ def main(page: Page) -> None:
         page.compare_samples(f"R0 = {smallest:g}, N = {grains}", printed, last, found=known)
     strips = page.rows
     equal = float(run_experiment("3.1-two-grains").velocity[-1, -1]) / SPEED
-    page.text(f"Mean ± standard deviation [5 %, 95 %] over 100 draws. {OUTSIDE} Equal grains leave with {equal:.4f} v0.")
+    page.text(f"Mean ± standard deviation [5 %, 95 %] over 100 samples. {OUTSIDE} For equal grains it is {equal:.4f} v0.")
 
-    page.add_heading("R0 = 0.5 decays less than R0 = 2, over 400 draws of each")
+    page.add_heading("R0 = 0.5 decays less than R0 = 2, over 400 samples each")
     small, large = final_velocities(0.5), final_velocities(2.0)
     errors = [float(one.std(ddof=1)) / len(one) ** 0.5 for one in (small, large)]
     page.compare("larger mean v100/v0", "R0 = 0.5", "R0 = 0.5" if small.mean() > large.mean() else "R0 = 2", found="R0 = 2")
     for name, one, error, known in (("0.5", small, errors[0], "0.401 ± 0.008"), ("2", large, errors[1], "0.455 ± 0.005")):
         page.add_value(f"mean and its standard error, R0 = {name}", f"{one.mean():.3f} ± {error:.3f}", found=known)
     page.text(f"""The means are {abs(small.mean() - large.mean()) / float(np.hypot(*errors)):.1f} standard errors apart. The
-        paper's statement rests on one draw of each: {100.0 * np.greater.outer(small, large).mean():.0f} % of the pairs of
-        single draws agree with it.""")
+        paper's statement rests on one sample of each: {100.0 * np.greater.outer(small, large).mean():.0f} % of the pairs of
+        single samples agree with it.""")
 
     page.add_heading("The disturbance does not break into two solitary waves, R0 = 2: maxima at grain 61")
     for above, known in ((CLEAR, "22.9"), (FAINT, "23.5")):
         counted = [len(waves_at_grain(chain, 61, above)) for chain in moving[2.0]]
         words = "more than 2" if np.percentile(counted, 5) > 2.0 else "2"
-        page.compare(f"above {100 * above:.0f} % of the tallest", "more than 2", words, reading="in 95 % of the draws")
+        page.compare(f"above {100 * above:.0f} % of the tallest", "more than 2", words, reading="in 95 % of the samples")
         page.compare_samples("how many", None, counted, found=known)
 
-    with page.plot("Figure 8: velocities of grains 61 and 96, R0 = 2, seed 1. The first maximum looks like a solitary wave "
-                   "and loses height: its energy is scattered.", "time, µs", "velocity, m/s") as axes:  # fmt: skip
+    with page.plot("Figure 8: velocities of grains 61 and 96, R0 = 2, seed 1. The first maximum resembles a solitary wave "
+                   "but loses height, because its energy is scattered.", "time, µs", "velocity, m/s") as axes:  # fmt: skip
         for grain in (61, 96):
             axes.plot(1e6 * moving[2.0][0].time, moving[2.0][0].velocity[:, grain - 1], label=f"grain {grain}")
-    with page.plot("The last random grain of a free chain; crosses: the paper's draws.", "v_N / v0", "") as axes:
+    with page.plot("The last random grain of a free chain; crosses: the paper's samples.", "v_N / v0", "") as axes:
         draw_strips(axes, strips)
 
 

@@ -22,9 +22,9 @@ SEEDS = range(1, 101)
 STEP = 1e-7
 # Velocity that defines the front [m/s]; the front runs at about 550 m/s before a piston, 400 m/s in a free chain.
 FRONT = 0.1 * SPEED
-OUTSIDE = "The paper's numbers are of one draw, which is not known; the verdict says where they lie among ours."
+OUTSIDE = "The paper's numbers are of one unknown sample; the verdict gives their percentile among our samples."
 # Our reading of "no even velocity".
-UNEVEN = f"more than {100 * CLEAR:g} % of v0 in 95 % of the draws"
+UNEVEN = f"more than {100 * CLEAR:g} % of v0 in 95 % of the samples"
 
 
 def random_chain(smallest: float, grains: int, seed: int, left: str, **given: float) -> ge.Chain:
@@ -33,7 +33,7 @@ def random_chain(smallest: float, grains: int, seed: int, left: str, **given: fl
     Args:
         smallest: R0 [mm].
         grains: number of grains.
-        seed: of the sample.
+        seed: seed of the sample.
         left: "piston", or "free" for two moving grains.
         given: radii stated in the paper [m], such as ``grain_25=7.8e-4``.
     """
@@ -67,7 +67,7 @@ def last_velocities(chain: History) -> tuple[float, float]:
     """Return the last grain's velocity over v0 when it first leaves the chain, and its largest velocity after later waves."""
     velocity = chain.velocity[:, -1] / SPEED
     left = (chain.overlap[:, -2] < 0.0) & (velocity > 1e-3)
-    assert left.any(), "the last grain has not left the chain: the run has to be longer"
+    assert left.any(), "the last grain has not left the chain; use a longer run"
     return float(velocity[np.argmax(left)]), float(velocity.max())
 
 

@@ -17,9 +17,9 @@ def main(page: Page) -> None:
     page.add_heading("A of steel grains of 3 mm, (2.1)")
     ours = theory.contact_constant(YOUNG, POISSON, DENSITY, RADIUS)
     page.compare("A", "5.6e12", ours, "N/(m^1.5 kg)", found="6.3913e12")
-    page.text(f"""E = 2e11 Pa, ν = 0.29 and ρ = 7800 kg/m³, which the paper gives in section 3.5, make {ours:.4g}; the printed A
-        needs E = {YOUNG * A / ours:.3g} Pa. Sections 3.1 to 3.4 use the printed A, section 3.5 the printed constants. Only the
-        unit of time depends on A.""")
+    page.text(f"""E = 2e11 Pa, ν = 0.29 and ρ = 7800 kg/m³, which the paper gives in section 3.5, yield {ours:.4g}; the
+        printed A requires E = {YOUNG * A / ours:.3g} Pa. Sections 3.1 to 3.4 use the printed A, section 3.5 the printed
+        constants. Only the unit of time depends on A.""")
 
     page.add_heading("Time of a collision, T1 = C (5/8A)^(2/5) / v0^(1/5), section 3")
     pair = run_struck_chain((1,), 6e-5, 5e-8, grains=2, step_size=2.5e-8)
@@ -43,9 +43,9 @@ def main(page: Page) -> None:
                  **much, found="0.06535")  # fmt: skip
     slowness = 1.0 / report["collision time / grain's oscillation time (tau/T)"]
     page.compare("grain's oscillation time / collision time", "much less than 1", slowness, **much, found="0.09362")
-    page.text(f"""The contact pressure is {pressure:.2g} times that of first yield, which is reached at
-        {SPEED * pressure**-2.5:.2g} m/s: real steel grains would deform plastically. The equations are integrated as in the
-        paper.""")
+    page.text(f"""The contact pressure is {pressure:.2g} times the pressure at first yield, which is reached at
+        {SPEED * pressure**-2.5:.2g} m/s. Real steel grains would deform plastically. We integrate the same elastic equations
+        as the paper.""")
 
     with page.plot(
         "Two grains meet at 5 m/s: the force while they touch. Dotted: the printed T1.", "time, µs", "force, N"

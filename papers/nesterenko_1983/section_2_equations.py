@@ -65,15 +65,15 @@ def main(page: Page) -> None:
     )
     page.compare("ε δ0 / c0² R", "1", (bulk - polynomial_acceleration(0.0, 1.0, 0.5)) / 6.0, within=identity)
 
-    page.add_heading("Order of what the equations leave out")
+    page.add_heading("Order of the neglected terms")
     errors = {}
     for name, error, order in (("(2.2) of (2.1)", anharmonic_error, 2), ("(2.4) of (2.1)", long_wave_error, 4),
                                ("(2.3) of (2.4)", reduction_error, 4)):  # fmt: skip
         errors[name] = np.array([error(small) for small in SMALL])
         slopes = np.log2(errors[name][:-1] / errors[name][1:])
         page.compare(name, str(order), float(2.0 * slopes[2] - slopes[1]), near=order, within=0.05)
-    page.text("""Errors are relative to the first term, for an approach of neighbours that is small against δ0 in (2.2), for
-        waves that are long against a grain in (2.4), and for weak long waves of a compressed chain in (2.3).""")
+    page.text("""Errors are relative to the first term: in (2.2) for an approach of neighbours much smaller than δ0, in (2.4)
+        for waves much longer than a grain, and in (2.3) for weak long waves of a compressed chain.""")
 
     page.add_heading("Near y1 the solitary wave is that of the Korteweg-de Vries equation")
     found = {}
@@ -87,9 +87,7 @@ def main(page: Page) -> None:
     page.add_value("difference of V/c0 - 1 at ξm/ξ0 = 1.01", 100.0 * found[0.01][0], "%", found="0.125")
     page.add_value("difference of the shape at ξm/ξ0 = 1.01", 100.0 * found[0.01][1], "%", found="0.195")
 
-    with page.plot(
-        "What the approximations leave out: straight lines of slopes 2, 4 and 4.", "smallness", "relative error"
-    ) as axes:
+    with page.plot("Errors of the approximations: straight lines of slopes 2, 4 and 4.", "smallness", "relative error") as axes:
         for name, values in errors.items():
             axes.loglog(SMALL, values, "o-", label=name)
 

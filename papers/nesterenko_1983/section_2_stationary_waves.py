@@ -1,7 +1,7 @@
 """Section 2, figure 1: the stationary waves of the long-wave equation
 
-Stationary waves of the equation (2.4) move like a particle in a potential W(y). Without precompression sound has no speed, and
-yet there is a solitary wave, five grains long whatever its height.
+Stationary waves of the equation (2.4) move like a particle in a potential W(y). Without precompression the speed of sound is
+zero, yet a solitary wave exists; it is five grains long at any height.
 """
 
 import numpy as np
@@ -54,16 +54,16 @@ def main(page: Page) -> None:
     stretched = {"-5/2": residual(2.0, -2.5), "0": residual(2.0)}
     best = min(left, key=lambda name: left[name])
     page.compare("power of 5V²/4c² in (2.7)", "2/5", best, found="2")
-    page.compare("the same in ξm", "1/5", best, found="2")
+    page.compare("same power in ξm", "1/5", best, found="2")
     scaled = {"10^(1/4)": residual(2.0, scale=10.0**0.25), "√10": residual(2.0)}
     page.compare("aη/x in (2.6)", "10^(1/4)", min(scaled, key=lambda name: scaled[name]), found="√10")
     page.compare("power of V/c in x of (2.6)", "-5/2", min(stretched, key=lambda name: stretched[name]), found="0")
     low, high = theory.extremes(0.1)
     lowest = "y1" if theory.W(low, 0.1) < theory.W(high, 0.1) else "y2"
     page.compare("minimum of W, behind a shock", "y1", lowest, found="y2")
-    page.text(f"""Put into (2.4), (2.7) leaves {left["2/5"]:.2g} of the largest term with the printed power and {left[best]:.0e}
-        with {best}; the paper's own 1.56 and L = 5a need {best} and √10. With the printed factor (V/c)^(-5/2) in x
-        {stretched["-5/2"]:.2g} of the largest term is left. W is highest at y1 and lowest at y2, the state behind a shock.
+    page.text(f"""In (2.4), the wave (2.7) leaves {left["2/5"]:.2g} of the largest term with the printed power and
+        {left[best]:.0e} with {best}; the paper's own 1.56 and L = 5a need {best} and √10. The printed factor (V/c)^(-5/2) in
+        x leaves {stretched["-5/2"]:.2g} of the largest term. W is highest at y1 and lowest at y2, the state behind a shock.
         dx/dt in (1.2) and (V²/c²) ξx in (2.5) are misprinted too.""")
 
     page.add_heading("The continuum against the chain itself")
@@ -74,7 +74,7 @@ def main(page: Page) -> None:
     page.text(f"By compression r = ξm/ξ0: {', '.join(f'{error:+.2f} % at {ratio:g}' for ratio, error in errors.items())}.")
 
     with page.plot("Figure 1: the potential W(y). A solitary wave leaves the maximum y1, passes the minimum y2 and returns; "
-                   "with losses it comes to rest in y2. Dots: y1 and y2 of curve 2.", "y", "W") as axes:  # fmt: skip
+                   "with losses it ends at rest in y2. Dots: y1 and y2 of curve 2.", "y", "W") as axes:  # fmt: skip
         y = np.linspace(0.0, 1.25, 251)
         axes.plot(y, theory.W(y, 4 / 27), label="C3 = 4/27 (curve 1)")
         axes.plot(y, theory.W(y, 0.1), label="C3 = 0.1 (curve 2)")

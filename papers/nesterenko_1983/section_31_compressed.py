@@ -1,6 +1,6 @@
 """Section 3.1: the same disturbance under precompression
 
-Constant forces at both ends compress the chain before the blow.
+Constant forces at both ends compress the chain before the impact.
 """
 
 from chains import COUNTED, MASS, SPEED, A, cut_before_return, heights_text, run_experiment, wave_counts, waves_at_grain
@@ -22,7 +22,7 @@ def main(page: Page) -> None:
     page.add_value("their v_m/v0", heights_text(waves_at_grain(weak, 60)), found="0.8465, 0.4317")
     page.text(f"Without precompression they are {heights_text(waves_at_grain(free, 60))}. {COUNTED}")
 
-    page.add_heading("A precompression ξ0 ~ ξm changes the solution (at grain 60, before anything returns from the end)")
+    page.add_heading("A precompression ξ0 ~ ξm changes the solution (at grain 60, before reflections from the end)")
     counted, lowest = wave_counts(strong, 60), float(strong.velocity[:, 59].min()) / SPEED
     still = 2 in counted.values() or lowest >= 0.0
     page.compare("two waves with rest behind them", "no longer", "still" if still else "no longer")
@@ -33,8 +33,8 @@ def main(page: Page) -> None:
     page.add_value("lowest v/v0", lowest, found="-0.0729")
     page.text("An oscillating train follows the first wave, and grains move backwards.")
 
-    with page.plot("Velocity of grain 60 for three precompressions. With a hundredth of the wave's strain the two waves stay; "
-                   "with as much, an oscillating train replaces them.", "time, µs", "v / v0") as axes:  # fmt: skip
+    with page.plot("Velocity of grain 60 for three precompressions. At a hundredth of the wave's strain both waves remain; "
+                   "at an equal strain, an oscillating train replaces them.", "time, µs", "v / v0") as axes:  # fmt: skip
         for label, chain in (("ξ0 = 0", free), ("ξ0 = 0.01 ξm", weak), ("ξ0 = ξm", strong)):
             axes.plot(1e6 * chain.time, chain.velocity[:, 59] / SPEED, label=label)
 

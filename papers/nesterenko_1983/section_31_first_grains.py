@@ -49,7 +49,7 @@ def main(page: Page) -> None:
     page.compare("grains that have lost contact", "1 to 8", f"1 to {apart}")
     share = 100.0 * measurement.momentum_carried_off(chain, LOOK)
     page.compare("momentum carried off by the rebound", "about 10", share, "%", found="10.435")
-    page.text("The paper calls the velocities m/s; they are v/v0. It leaves out that of the third grain.")
+    page.text("The paper labels the velocities m/s, but they are v/v0. It omits the third grain.")
 
     page.add_heading("The two waves")
     crests = {time: [wave.position / DIAMETER for wave in measurement.waves_along(chain, time, 0.05 * SPEED)]
@@ -74,8 +74,8 @@ def main(page: Page) -> None:
         half = measurement.overlap_of(chain, wave).duration * wave.speed / DIAMETER
         page.add_value(f"half-width of the {name} wave", half, "a", "1.7257")
         page.compare(f"length of the {name} wave", "5", half * theory.PERIOD / theory.HALF_WIDTH, "a", found="4.740")
-    page.text("""The wave has no sharp end: its length is that of the cos⁴ wave (2.7) of the same width at half height. The
-        taller wave still grows a little after grain 20, by more than the paper's error of 0.01 %.""")
+    page.text("""The wave has no sharp end, so its length is defined as that of the cos⁴ wave (2.7) with the same width at
+        half height. The taller wave still grows slightly after grain 20, by more than the paper's error of 0.01 %.""")
 
     page.add_heading("Number of solitary waves for 1, 2 and 4 moving grains, at grain 60")
     for moving, found in ((1, "0.68163"), (2, "0.8535, 0.44636"), (4, "0.95637, 0.78353, 0.50736, 0.25703")):
@@ -91,7 +91,7 @@ def main(page: Page) -> None:
             axes.plot(1e6 * chain.time, chain.velocity[:, number - 1] / SPEED, label=f"grain {number}")
         axes.axhline(1.2342, color="0.4", linestyle=":")
     with page.plot(
-        "The first grains at 2e-4 s: seven have bounced back, each slower than the one before it.", "grain", "v / v0"
+        "The first grains at 2e-4 s: seven have bounced back, each slower than the previous one.", "grain", "v / v0"
     ) as axes:
         axes.plot(np.arange(1, 11), velocity[:10], "o", label="computed")
         axes.plot(*zip(*((n, float(p)) for n, (p, _) in REBOUND.items() if p), strict=True), "x", label="printed")

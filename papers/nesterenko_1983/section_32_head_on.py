@@ -23,8 +23,8 @@ def main(page: Page) -> None:
     page.compare("first wave", "about 10", 1e6 * first.advance, "µs", found="4.273")
     page.add_value("second wave", 1e6 * second.advance, "µs", "6.870")
     spread = max(abs(shifts(name)[0].advance - first.advance) for name in ("rk4", "hamming"))
-    page.text(f"""Runge-Kutta and Hamming give the same within {1e6 * spread:.1g} µs, so the integration is not the reason. The
-        printed 10 µs were probably read off figure 2, whose time axis spans some 800 µs.""")
+    page.text(f"""The Runge-Kutta and Hamming methods agree within {1e6 * spread:.1g} µs, so the integration is not the
+        reason. The printed 10 µs were probably read off figure 2, whose time axis spans about 800 µs.""")
 
     page.add_heading("The waves keep their form")
     for name, shift, found in (("first", first, "-1.15"), ("second", second, "-1.34")):
@@ -34,11 +34,11 @@ def main(page: Page) -> None:
     met, alone = run_experiment("3.2a-head-on"), run_experiment("3.1-two-grains")
     small = [wave.amplitude / SPEED for wave in measurement.waves_at(met, 74, 0.005 * SPEED) if wave.amplitude < 0.2 * SPEED]
     page.add_value("largest new wave, v/v0", max(small, default=0.0), found="0.0450")
-    page.text("""The waves lose about a hundredth of their height to small secondary waves, which stay behind: they are not
-        solitons in the strict sense. A figure does not show it.""")
+    page.text("""The waves lose about a hundredth of their height to small secondary waves, which stay behind, so they are not
+        solitons in the strict sense. The loss is not visible in a figure.""")
 
     with page.plot("Figure 2: grain 75 before and after the collision. First the other pair of waves passes, moving left; "
-                   "then the waves from the left come earlier than alone.", "time, µs", "v / v0") as axes:  # fmt: skip
+                   "then the waves from the left arrive earlier than alone.", "time, µs", "v / v0") as axes:  # fmt: skip
         axes.plot(1e6 * alone.time, alone.velocity[:, 74] / SPEED, "--", label="grain 75, alone (curve a)")
         axes.plot(1e6 * met.time, met.velocity[:, 74] / SPEED, label="grain 75, after the collision (curve b)")
         axes.plot(1e6 * met.time, met.velocity[:, 24] / SPEED, color="0.7", linewidth=0.8, label="grain 25, mirror image")

@@ -28,18 +28,18 @@ def main(page: Page) -> None:
             page.compare(f"{masses} masses, {threshold}", printed, number, found=found)
     page.add_value("v_m/v0 of 5 masses", heights_text(waves_at_grain(long[5], 60)),
                found="1.292, 0.6764, 0.3752, 0.2137, 0.124, 0.07326, 0.0432, 0.03449")  # fmt: skip
-    page.text(f"""{COUNTED} "A piston of 5 t" is read as one of five grain masses. Lower and lower waves follow the sixth
-        without an end; how many are counted depends on the least height. Above 5 % neither 4 nor 6 masses give the paper's
-        six, and above 2 % none of the three does.""")
+    page.text(f"""{COUNTED} "A piston of 5 t" is read as a striker of five grain masses. Ever lower waves follow the sixth, so
+        the count depends on the smallest height that counts. Above 5 %, neither 4 nor 6 masses give the paper's six waves;
+        above 2 %, none of the three does.""")
 
-    page.add_heading("The wall reflects the waves with their form kept, at grain 60")
+    page.add_heading("The wall reflects the waves without change of form, at grain 60")
     wall = run_experiment("3.2-wall-striker")
     before, after = waves_at_grain(wall, 60)[0], waves_at_grain(wall, 60, direction="left")[0]
     change = 100.0 * (after.amplitude / before.amplitude - 1.0)
     page.compare("change of the first wave's v_m", "unchanged", change, "%", near=0.0, within=UNCHANGED, reading="within 5 %",
                  found="-2.85")  # fmt: skip
     page.text(
-        "On its way back it has met waves that still came; each collision costs a little height, as in the head-on collision."
+        "On its way back it meets the following waves; each collision reduces its height slightly, as in a head-on collision."
     )
 
     with page.plot("Grain 60, struck by five grain masses. With a rigid wall after grain 80 the first waves return before the "

@@ -1,7 +1,7 @@
-"""Section 3.4: how energy is shared
+"""Section 3.4: partition of energy
 
-The kinetic energy of all grains over the energy stored in all contacts, Ek/Ep. The virial theorem gives 5/4 for Hertz's law, in
-the mean over a long time.
+Ek/Ep is the kinetic energy of all grains over the energy stored in all contacts. For Hertz's law, the virial theorem gives
+5/4 for the mean over a long time.
 """
 
 import numpy as np
@@ -49,7 +49,7 @@ def main(page: Page) -> None:
     chain = run_piston()
     means = {begin: measurement.energy_ratio(chain, begin, END).mean for begin in WINDOWS}
     page.add_heading("Ek/Ep before the piston, from 30 µs until the front reaches the end")
-    read = {"within": DEVIATION * RATIO, "reading": "within the 0.8 % by which the paper lets the ratio deviate"}
+    read = {"within": DEVIATION * RATIO, "reading": "within the paper's deviation of 0.8 %"}
     page.compare("mean", "1.249", means[SETTLED], **read, found="1.2531")
     page.compare(
         "at 3e-5 s, where it settles", "1.249", measurement.energy_ratio(chain, SETTLED, SETTLED).mean, **read, found="1.368"
@@ -62,9 +62,9 @@ def main(page: Page) -> None:
     later = ", ".join(
         f"{means[begin]:.4f} ± {deviation(chain, begin, means[begin]):.2g} % from {1e6 * begin:g} µs" for begin in WINDOWS[1:]
     )
-    page.text(f"""The ratio still oscillates at 30 µs and then falls slowly, so its mean depends on the window, whose end the
-        paper does not give; it oscillates with each grain that the front takes in. Mean and largest deviation in other windows:
-        {later}; none keeps to 0.8 %. The paper does not say which energies it counts.""")
+    page.text(f"""The ratio still oscillates at 30 µs, as the front reaches each grain, and then falls slowly. Its mean
+        therefore depends on the window, whose end the paper does not state. Mean and largest deviation in other windows:
+        {later}; all exceed 0.8 %. The paper does not state which energies it counts.""")
     velocity = chain.velocity[chain.frame_number(SETTLED)]
     for least in (CLEAR, FAINT):
         moving = int(np.count_nonzero(velocity > least * SPEED))
@@ -80,7 +80,7 @@ def main(page: Page) -> None:
                      within=0.01 * UNCHANGED * RATIO, reading="within 5 %", found=known)  # fmt: skip
         if alone:
             page.add_value(f"{name}, of the waves alone", wave_ratio(other, begin, end), found=alone)
-    page.text("The excess belongs to grains that have bounced back and move alone, with nothing stored.")
+    page.text("The excess is the kinetic energy of grains that have bounced back and are not in contact.")
 
     with page.plot(
         "Kinetic over potential energy before the piston. Dotted: the printed mean and its 0.8 %.", "time, µs", "Ek / Ep"

@@ -1,7 +1,7 @@
 """Section 3.4: the front with weak losses
 
-With weak losses the front should be a solitary wave as fast as the stationary shock, D1. This is the paper's argument, which it
-does not compute; from it follows the height of the front.
+With weak losses the front should be a solitary wave as fast as the stationary shock, D1. The paper uses this argument without
+computing it; the height of the front follows from it.
 """
 
 import functools
@@ -49,12 +49,12 @@ def main(page: Page) -> None:
     page.compare("v_m1/v0, losses to 0", "1.56", limit, found="1.628")
     page.add_value("v_m1/v0 of a solitary wave as fast as D1", expected, found="1.6249")
     page.text(f"""At grains 340 to 390 of {GRAINS}. Heights for the dashpot's constant over a grain's mass and unit of time:
-        {", ".join(f"{one:.4f} at {loss:g}" for loss, one in zip(LOSSES, heights, strict=True))}. V is D1, but for
-        {speed - 1.0:.1g}, which is more than the paper's error of {ERROR:g}. The argument holds, its number does not: 1.56
-        follows from the continuum's 0.915, and the computed fronts tend to that of the chain's own waves within
+        {", ".join(f"{one:.4f} at {loss:g}" for loss, one in zip(LOSSES, heights, strict=True))}. V equals D1 up to
+        {speed - 1.0:.1g}, which exceeds the paper's error of {ERROR:g}. The argument holds, but its number does not: 1.56
+        follows from the continuum's 0.915, and the computed fronts tend to the value of the chain's own waves within
         {100.0 * abs(limit / expected - 1.0):.1f} %.""")
 
-    with page.plot("Height of the front against losses; the point at 0 is extrapolated. Dotted: the printed 1.56.",
+    with page.plot("Height of the front as a function of the losses; the point at 0 is extrapolated. Dotted: the printed 1.56.",
                    "dashpot's constant, grain mass / unit of time", "v_m1 / v0") as axes:  # fmt: skip
         axes.plot([0.0, *LOSSES], [limit, *heights], "o-")
         axes.axhline(1.56, color="0.4", linestyle=":")

@@ -31,8 +31,8 @@ def main(page: Page) -> None:
     page.add_heading("Final velocity of the last grain, v_N/v0")
     for grains, (printed, found) in LAST.items():
         page.compare(f"N = {grains}", printed, last[grains], found=found)
-    page.text("""The paper's numbers for 20 and 50 grains are 0.03 % above ours, three times its own error. Ours keep all their
-        digits when the step is halved; the paper's step is not known.""")
+    page.text("""The paper's numbers for 20 and 50 grains are 0.03 % above ours, three times its own error. Halving the step
+        does not change any digit of ours; the paper's step is unknown.""")
 
     page.add_heading("The first maximum tends to 2 v0")
     page.add_value("v_m/v0, grain 50", first_peak(chain, 50), found="1.95898")
@@ -42,8 +42,8 @@ def main(page: Page) -> None:
     long = run_experiment("3.4-piston", duration=2.75e-3, grains=500)
     page.compare("v_m/v0, grain 450 of 500", "at most 2", first_peak(long, 450), most=2.0, found="2.00846")
     passed = next(grain for grain in range(20, 400, 5) if first_peak(long, grain) > 2.0)
-    page.text(f"""In a longer chain the first maximum passes 2 v0 near grain {passed} and still grows at grain 450. 2 is the
-        limit of the Korteweg-de Vries equation, with which the paper compares, not of this chain.""")
+    page.text(f"""In a longer chain the first maximum exceeds 2 v0 near grain {passed} and still grows at grain 450. The
+        factor 2 is the limit of the Korteweg-de Vries equation, with which the paper compares, not of this chain.""")
 
     page.add_heading("Motion behind the front")
     near = 100.0 * np.abs(chain.velocity[chain.frame_number(LOOK), 1:11] / SPEED - 1.0).max()
@@ -65,7 +65,7 @@ def main(page: Page) -> None:
         axes.plot(np.arange(1, 201), chain.velocity[chain.frame_number(LOOK)])
         for level in (SPEED, 2.0 * SPEED):
             axes.axhline(level, color="0.4", linestyle=":")
-    with page.plot("The first maximum passes twice the piston's velocity; a free last grain leaves with more.",
+    with page.plot("The first maximum exceeds twice the piston's velocity; a free last grain leaves at a higher velocity.",
                    "grain, or number of grains", "v / v0") as axes:  # fmt: skip
         grains = np.arange(5, 196, 5)
         axes.plot(grains, [first_peak(chain, int(grain)) for grain in grains], label="first maximum")

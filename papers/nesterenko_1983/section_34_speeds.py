@@ -1,6 +1,6 @@
 """Section 3.4: speeds and pressures of the front
 
-The speed of a solitary wave for its height, the speed of the piston's front, and that of a stationary shock with losses.
+The speed of a solitary wave as a function of its height, of the front before a piston, and of a stationary shock with losses.
 """
 
 import numpy as np
@@ -33,10 +33,10 @@ def main(page: Page) -> None:
     page.add_heading("C of V = C (2E/((1-ν²)πρ))^(2/5) v_m^(1/5), from the arrivals of a single wave at grains 30 and 80")
     page.compare("C", "0.915", coefficient, found="0.907470")
     page.add_value("the continuum's (16/25)^(1/5)", theory.CONTINUUM_SOLITARY_SPEED, found="0.914610")
-    page.text(f"""The printed number is the continuum's, from (2.7). The waves of the chain are slower; the theory of the
-        discrete wave gives {theory.SOLITARY_SPEED:.6f}.""")
+    page.text(f"""The printed number is that of the continuum, from (2.7). The waves of the chain are slower: the theory of
+        the discrete wave gives {theory.SOLITARY_SPEED:.6f}.""")
 
-    page.add_heading("The front against a stationary shock, D1")
+    page.add_heading("The front compared with a stationary shock, D1")
     shock = theory.shock_speed(A, DIAMETER, SPEED)
     seen = measurement.arrivals(chain, 0.5 * SPEED)
     fronts = {}
@@ -49,8 +49,8 @@ def main(page: Page) -> None:
     page.compare("v_m1/v0 of a solitary wave as fast as D1", "1.56", theory.front_velocity_ratio(coefficient), found="1.6249")
     page.add_value("V at the last grains", front, "m/s", "1084.7")
     page.add_value("D1", shock, "m/s", "1040.4")
-    page.text("""V is the speed with which 0.5 v0 arrives. The ratios follow from C, as 2^(1/5) C and C^(-5): the printed ones
-        from the continuum's 0.915.""")
+    page.text("""V is the speed of the point at which the velocity reaches 0.5 v0. The ratios follow from C as 2^(1/5) C and
+        C^(-5); the printed ratios follow from the continuum's 0.915.""")
 
     page.add_heading("The front's speed is that of the settled wave")
     grains, off = np.array(list(fronts)), np.abs(np.array(list(fronts.values())) / front - 1.0)
@@ -68,16 +68,16 @@ def main(page: Page) -> None:
             f"spread of {name}", "none", 100.0 * (max(values) / min(values) - 1.0), "%", near=0.0, within=100.0 * ERROR
         )
 
-    page.add_heading("Pressure in the first maximum over that near the piston, pm/pc, front at grain 50")
-    page.compare("pc the mean from then on", "2.24", measurement.pressure_ratio(chain, 49).ratio, found="2.2535")
+    page.add_heading("Pressure in the first maximum over the pressure near the piston, pm/pc, front at grain 50")
+    page.compare("pc: mean from this instant on", "2.24", measurement.pressure_ratio(chain, 49).ratio, found="2.2535")
     force = chain.contact_force
     first = measurement.crests(chain.time, force[:, 49], 0.5 * float(force[:, 49].max()))[0]
     own = slice(*np.searchsorted(chain.time, (first.time - 4e-6, first.time + 4e-6)))
     for contact, known in ((1, "2.260"), (2, "2.235"), (3, "2.285")):
         curve = np.polynomial.Polynomial.fit(chain.time[own], force[own, contact], 4)
         page.add_value(f"pc at that instant in contact {contact}", first.height / float(curve(first.time)), found=known)
-    page.text("""The paper does not say where and when it takes pc, and near the piston the pressure still oscillates: the
-        printed 2.24 lies between our numbers. A stationary shock has at most 1.95.""")
+    page.text("""The paper does not state where and when it measures pc, and the pressure near the piston still oscillates.
+        The printed 2.24 lies between our numbers. A stationary shock has at most 1.95.""")
 
     with page.plot("Speed of the front along the chain. Dotted: the printed 1.05, and D1.", "grain", "V / D1") as axes:
         axes.plot(grains, np.array(list(fronts.values())) / shock)

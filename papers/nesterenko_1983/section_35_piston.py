@@ -1,7 +1,7 @@
 """Section 3.5 A: random grains before a piston, the last grain and the energies
 
-100 random grains before a piston, with R0 = 0.5, 2 and 3: the smaller R0, the more unlike the grains are. The paper gives one
-number for each, of one draw.
+100 random grains before a piston, with R0 = 0.5, 2 and 3; a smaller R0 means more unequal grains. The paper gives one number
+for each, from one sample.
 """
 
 import numpy as np
@@ -46,15 +46,15 @@ def main(page: Page) -> None:
     add_rows("last", "v100/v0")
     strips = [page.rows[-3:]]
     add_rows("first", "v100/v0 at first")
-    page.text(f"""Mean ± standard deviation [5 %, 95 %] over 100 draws. {OUTSIDE} "At first" is when the grain leaves its
-        neighbour; later waves may hit it once more.""")
+    page.text(f"""Mean ± standard deviation [5 %, 95 %] over 100 samples. {OUTSIDE} "At first" means when the grain leaves its
+        neighbour; later waves may hit it again.""")
     for smallest, printed, known in ((0.5, "more", "less"), (2.0, "less", "less")):
         side = "more" if found[smallest]["last"].mean() > equal else "less"
-        page.compare(f"than that of equal grains, R0 = {smallest:g}", printed, side, found=known)
-    page.text(f"""Means over the draws against v100/v0 = {equal:.3f} of equal grains. That random grains of R0 = 0.5 leave
-        faster is one draw: they do in {100.0 * float(np.mean(found[0.5]["last"] > equal)):.0f} % of ours.""")
+        page.compare(f"compared with equal grains, R0 = {smallest:g}", printed, side, found=known)
+    page.text(f"""Means over the samples, compared with v100/v0 = {equal:.3f} of equal grains. The paper's faster grain for R0
+        = 0.5 is one sample; it occurs in {100.0 * float(np.mean(found[0.5]["last"] > equal)):.0f} % of ours.""")
 
-    page.add_heading("Ek/Ep while the front goes from grain 70 to 90")
+    page.add_heading("Ek/Ep while the front travels from grain 70 to 90")
     add_rows("ratio", "mean")
     strips.append(page.rows[-3:])
     add_rows("deviation", "largest deviation from the mean", "%")
@@ -70,7 +70,7 @@ def main(page: Page) -> None:
     for smallest, one in found.items():
         share = float(np.mean(one["largest"] > 2.0))
         page.compare(
-            f"above 2 v0, R0 = {smallest:g}", "yes", "yes" if share > 0.5 else "no", reading="in more than half of the draws"
+            f"above 2 v0, R0 = {smallest:g}", "yes", "yes" if share > 0.5 else "no", reading="in more than half of the samples"
         )
     means = [one["largest"].mean() for one in found.values()]
     falling = "the smaller R0, the more" if means == sorted(means, reverse=True) else "otherwise"
@@ -82,7 +82,7 @@ def main(page: Page) -> None:
 
     for strip, caption, label in zip(strips, ("Last of 100 random grains before a piston", "Ek/Ep in random chains"),
                                      ("v100 / v0", "Ek / Ep"), strict=True):  # fmt: skip
-        with page.plot(f"{caption}; crosses: the paper's draws.", label, "") as axes:
+        with page.plot(f"{caption}; crosses: the paper's samples.", label, "") as axes:
             draw_strips(axes, strip)
 
 

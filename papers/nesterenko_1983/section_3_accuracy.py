@@ -1,7 +1,7 @@
 """Section 3: accuracy of the computation
 
-The paper integrates with the methods of Runge and Kutta and of Hamming, checks momentum and energy, compares with a case that
-has an exact solution, and uses that all velocities scale with the first one.
+The paper integrates with the methods of Runge and Kutta and of Hamming, checks momentum and energy, compares with an exactly
+solvable case, and uses the scaling of all velocities with the initial velocity.
 """
 
 import numpy as np
@@ -14,7 +14,7 @@ from pages import Page, record, show
 
 # Step used here for the paper's integrators [s], and the time of the profiles in units of τ.
 STEP, TAU = 2e-7, 60.0
-BOUND = "Bounds that any correct program keeps with short steps: they check this program and are no results of the paper."
+BOUND = "Any correct program satisfies these bounds with short steps: they check this program and are not results of the paper."
 
 
 def velocity_profile(speed: float, stiffness: float = A * MASS) -> np.ndarray:
@@ -35,7 +35,7 @@ def velocity_profile(speed: float, stiffness: float = A * MASS) -> np.ndarray:
 def main(page: Page) -> None:
     """Compare the chain with gaps, the paper's integrators, and the scaling (3.1)."""
     last = run_experiment("gap-chain").velocity[-1, -1] / SPEED
-    page.add_heading("Grains with gaps pass one velocity on, exactly")
+    page.add_heading("Grains with gaps pass on the velocity exactly")
     page.compare("|v_N/v0 - 1|", "at most 0.01", 100.0 * abs(last - 1.0), "%", most=0.01)
 
     page.add_heading(f"Two moving grains of section 3.1, steps of {1e6 * STEP:g} µs")
@@ -58,8 +58,8 @@ def main(page: Page) -> None:
     wave = theory.SOLITARY_SPEED * theory.contact_speed(A, DIAMETER) ** 0.8 * (2.0 * SPEED) ** 0.2
     fast, slow = (velocity_profile(SPEED, A * MASS / (wave * ratio / SPEED) ** 2.5) for ratio in (0.95, 5e-3))
     page.compare("largest |Δw|, v0/V = 0.95 and 5e-3 (section 3.4)", "none", float(np.abs(fast - slow).max()), most=ERROR)
-    page.text("""At 500 m/s Hertz's law does not hold, and at v0/V = 0.95 centres approach by more than a radius: these are
-        properties of the equations. The differences are rounding.""")
+    page.text("""At 500 m/s Hertz's law does not hold, and at v0/V = 0.95 centres approach by more than a radius, so these are
+        results on the equations only. The differences are rounding errors.""")
 
     with page.plot("Profiles before the piston at τ = 60: ten thousand times the velocity changes only the unit of time.",
                    "grain", "v / v0") as axes:  # fmt: skip

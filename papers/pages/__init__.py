@@ -58,9 +58,9 @@ class Row:
 
     Attributes:
         what: the quantity.
-        paper: as printed; None if the paper gives no value.
+        paper: printed value; None if the paper gives no value.
         ours: the computed number or word.
-        unit: of both.
+        unit: unit of both values.
         near: numerical meaning of `paper`, if it is not a decimal number ("unchanged" is 0).
         within: largest accepted difference; default: half a unit of the last printed digit.
         most: an upper bound stated in the paper instead of a number.
@@ -87,7 +87,7 @@ class Row:
             return self.near
         match = _DECIMAL.fullmatch(self.paper or "")
         if match is None:
-            raise ValueError(f"{self.what}: {self.paper!r} is no number; state with near= what it means")
+            raise ValueError(f"{self.what}: {self.paper!r} is no number; give its numerical meaning with near=")
         return float(match[1])
 
     @property
@@ -107,7 +107,7 @@ class Row:
             return self._verdict_text(self.ours == self.paper, "")
         if len(self.draws):
             share = 100.0 * float(np.mean(np.less(self.draws, self.number)))
-            return f"percentile {share:.0f}" if 0.0 < share < 100.0 else "not reproduced: outside all draws"
+            return f"percentile {share:.0f}" if 0.0 < share < 100.0 else "not reproduced: outside all samples"
         if self.most is not None:
             return self._verdict_text(self.ours <= self.most, f"{_digits(self.ours - self.most)} above")
         gap = self.ours - self.number
@@ -127,7 +127,7 @@ class Row:
 
     @property
     def display_text(self) -> str:
-        """Our displayed result, with the converged digits of `found`."""
+        """Our result as displayed, with the converged digits of `found`."""
         if isinstance(self.ours, str | int):
             return str(self.ours)
         if self.found is None or "e" in self.found:
@@ -159,7 +159,7 @@ class Page:
     """The part of a page from one script: blocks in order, and the folder of its figures.
 
     Attributes:
-        name: of the script, such as "figure_3".
+        name: name of the script, such as "figure_3".
         folder: folder of the figures.
         title: the first line of the script's docstring.
         blocks: (kind, content) in order: "say", "head", "row", "table", "figure", "error".
@@ -211,7 +211,7 @@ class Page:
     def plot(
         self, caption: str, x: str, y: str, size: tuple[float, float] = (7.0, 3.6), legend: Any = "best"
     ) -> Iterator[Axes]:
-        """Draw a figure in the body of a ``with`` statement; it is labelled and saved at the end."""
+        """Draw a figure in the body of a ``with`` statement; label and save it at the end."""
         figure, axes = plt.subplots(figsize=size, layout="constrained")
         yield axes
         axes.set(xlabel=x, ylabel=y)

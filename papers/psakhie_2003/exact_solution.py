@@ -1,4 +1,4 @@
-"""Beyond the paper: against the exact solution
+"""Beyond the paper: comparison with the exact solution
 
 A line load on a half-space has an exact solution (Cagniard and de Hoop), which the paper does not use. Grid and automata
 converge to it.
@@ -27,9 +27,9 @@ def main(page: Page) -> None:
             # Points on the interface, x = 0, belong to the automata.
             found[name] = moving.velocity_at(side * np.maximum(sine * RADII, 1e-12), -cosine * RADII) * [side, 1.0]
             percent = 100.0 * float(np.sqrt(((found[name] - exact) ** 2).sum() / (exact**2).sum()))
-            page.add_value(f"{name}, at {angle:g}° from the depth", percent, "%", digits)
+            page.add_value(f"{name}, at {angle:g}° from the vertical", percent, "%", digits)
         if angle > 0.0:
-            with page.plot(f"Velocity along a line at {angle:g}° from the depth, 70 µs; below: across the line, shifted.",
+            with page.plot(f"Velocity along a line at {angle:g}° from the vertical, 70 µs; below: across it, shifted.",
                            "distance from the load, m", "velocity, mm/s") as axes:  # fmt: skip
                 for number, direction in enumerate(([sine, -cosine], [cosine, sine])):
                     shift = -number * 1.2e3 * np.abs(exact).max()
@@ -40,8 +40,8 @@ def main(page: Page) -> None:
                     axes.plot(
                         RADII, 1e3 * found["square packing"] @ direction + shift, "C1--", label=None if number else "automata"
                     )
-    page.text("""L2 difference of the velocity along lines from the load, 30 to 390 mm, at 70 µs. With cells of twice the size
-        it is three and a half to four times larger.""")
+    page.text("""L2 difference of the velocity along lines from the load, 30 to 390 mm, at 70 µs. Cells of twice the size
+        increase it by a factor of three and a half to four.""")
 
 
 if __name__ == "__main__":

@@ -1,8 +1,8 @@
 """Section 3, figure 6: a plane wave through the interface and back
 
 The left half of a block is a grid, the right half automata of the same size, in a square or a close packing. Its left side is
-pushed; its right side is rigid; the other sides make it endless. The material is the same everywhere, so that the interface
-should not be noticed.
+driven, its right side is rigid, and the other sides are planes of symmetry. The material is the same everywhere, so the
+interface should have no effect.
 """
 
 from typing import Any, NamedTuple
@@ -91,7 +91,7 @@ def main(page: Page) -> None:
         quiet = (wave.times > 0.15 / P_SPEED + DURATION) & (wave.times < (2.0 * wave.end - 0.15) / P_SPEED)
         left = 100.0 * float(np.abs(wave.velocity[quiet, 1]).max()) / PEAK
         page.add_heading(f"{packing.capitalize()} packing")
-        page.compare("no reflected wave: velocity left at 0.15 m", "not noticeable", left, "%", **unseen, found=behind)
+        page.compare("no reflected wave: residual velocity at 0.15 m", "not noticeable", left, "%", **unseen, found=behind)
         page.compare(
             "no distortion at 0.25 m, in the automata", "not noticeable", wave.misfit(3, False), "%", **unseen, found=there
         )
@@ -107,8 +107,8 @@ def main(page: Page) -> None:
         larger = plane_wave(packing, coarser=2).misfit(3, False) / wave.misfit(3, False)
         limit = "tends to the continuum" if larger > 1.0 else "does not"
         page.compare("as the size of automata tends to zero", "tends to the continuum", limit)
-        page.add_value("difference at 0.25 m with twice the size, over this one", larger, found=coarse)
-        with page.plot(f"Figure 6 b, {packing} packing: velocity at five places. A push of 40 µs goes through the interface, "
+        page.add_value("difference at 0.25 m with twice the size, relative to this size", larger, found=coarse)
+        with page.plot(f"Figure 6 b, {packing} packing: velocity at five places. A pulse of 40 µs crosses the interface, "
                        "is reflected by the rigid side, and returns.", "time, µs", "") as axes:  # fmt: skip
             for number in range(len(PLACES)):
                 ground = -1.5 * number
@@ -118,10 +118,10 @@ def main(page: Page) -> None:
                 axes.plot(1e6 * wave.times, wave.exact(number) / PEAK + ground, "C1--", label=None if number else "exact")
             names = [f"{'grid' if x < LENGTH else 'interface' if x == LENGTH else 'automata'}, {x:g} m" for x in PLACES]
             axes.set_yticks([-1.5 * number for number in range(len(PLACES))], names)
-    page.text(f"""{BY_EYE} Velocities are over the peak of the wave, differences are L2 differences over time to the solution of
-        the wave equation, with no shift in time taken out. Residuals of the balances are over the largest amounts; what is
-        below 1e-10 is rounding. The energy balance holds the term of leapfrog, -h²/8 Σ F²/m. With twice the size the difference
-        is four times larger, which is second order.""")
+    page.text(f"""{BY_EYE} Velocities are relative to the peak of the wave. Differences are L2 differences over time from the
+        solution of the wave equation, without correction of a time shift. Residuals of the balances are relative to the
+        largest amounts; values below 1e-10 are rounding errors. The energy balance includes the leapfrog term, -h²/8 Σ F²/m.
+        Doubling the size makes the difference four times larger: second order.""")
 
 
 if __name__ == "__main__":

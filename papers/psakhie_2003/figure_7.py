@@ -1,7 +1,7 @@
 """Section 3, figure 7: a load on the interface
 
-A short vertical load presses on the surface of a half-space, the left part of which is a grid and the right part automata. It
-acts exactly on the interface. Waves of all kinds run to both sides.
+A short vertical load acts on the surface of a half-space, exactly at the interface between a grid (left) and automata
+(right). Waves of all types propagate to both sides.
 """
 
 import numpy as np
@@ -13,8 +13,8 @@ from rayleigh import surface_crest
 
 CASES = {"square": "symmetric", "hexagonal": "hexagonal-symmetric"}
 CAPTION = (
-    "70 µs after a load of 20 µs began. Dashed: the fronts of P, S, head (C) and Rayleigh (R) waves in theory; the load is "
-    "smooth, so that motion starts a little behind them."
+    "70 µs after the start of a 20 µs load. Dashed: theoretical fronts of P, S, head (C) and Rayleigh (R) waves; the load is  "
+    "smooth, so the motion starts slightly behind them."
 )
 
 
@@ -35,20 +35,20 @@ def main(page: Page) -> None:
         for where, gap, found in zip((f"below {DEEP:g} m", "everywhere"), asymmetry(moving[packing]), known, strict=True):
             page.compare(f"{packing}, {where}", "identical", gap, "%", **unseen, found=found)
     lead = 1e3 * (surface_crest(moving["square"], 1.0) - surface_crest(moving["square"], -1.0))
-    page.text(f"""Largest difference between the velocity and that of its mirror image, over the largest velocity. {BY_EYE}
-        Waves that are short against the cells run a little slower, in each lattice in its own way. The Rayleigh wave has the
-        sharpest peak; in the square packing it is {lead:.2g} mm ahead of that of the grid, which falls with the square of the
-        cell size.""")
+    page.text(f"""Largest difference between the velocity and its mirror image, relative to the largest velocity. {BY_EYE}
+        Waves only a few cells long are slightly slower, by an amount that depends on the lattice. The Rayleigh wave has the
+        sharpest peak; in the square packing it is {lead:.2g} mm ahead of that in the grid, a distance proportional to the
+        square of the cell size.""")
     page.add_heading('"The influence of the packing ... showed itself only in a slight change of the pulses\' shape"')
     x, y = lattice(0.0, HALF_WIDTH)
     square, hexagonal = (moving[packing].velocity_at(x, y) for packing in CASES)
     gap = 100.0 * np.linalg.norm(square - hexagonal, axis=-1) / np.linalg.norm(square, axis=-1).max()
     slight = {"most": SLIGHT, "reading": f"up to {SLIGHT:g} %"}
-    page.compare(f"square less hexagonal, below {DEEP:g} m", "slight change", gap[y < -DEEP].max(), "%", **slight, found="0.81")
-    page.compare("square less hexagonal, everywhere", "slight change", gap.max(), "%", **slight, found="10.0")
+    page.compare(f"square - hexagonal, below {DEEP:g} m", "slight change", gap[y < -DEEP].max(), "%", **slight, found="0.81")
+    page.compare("square - hexagonal, everywhere", "slight change", gap.max(), "%", **slight, found="10.0")
     ahead = 1e3 * (surface_crest(moving["square"], 1.0) - surface_crest(moving["hexagonal"], 1.0))
-    page.text(f"""Near the surface it is the Rayleigh wave of the square packing, which is {ahead:.2g} mm ahead of that of the
-        close packing: the difference is just above {SLIGHT:g} %.""")
+    page.text(f"""Near the surface, the Rayleigh wave of the square packing is {ahead:.2g} mm ahead of that of the close
+        packing, so the difference is just above {SLIGHT:g} %.""")
 
     page.add_heading("Momentum and energy, with shear")
     for packing, name in CASES.items():
@@ -60,15 +60,15 @@ def main(page: Page) -> None:
         )
         energy = 100.0 * missing["energy_residual"] / missing["input_work"]
         page.compare(f"{packing}: energy missing", "none", energy, "%", near=0.0, within=1e-2)
-    page.text("""Over the impulse and the work of the load, which is known to the square of the step. The paper claims the
-        complete transfer of momentum without shear.""")
+    page.text("""Relative to the impulse and the work of the load; the work is accurate to second order in the step. The paper
+        claims complete transfer of momentum without shear.""")
 
     for packing, which in (
         ("square", "above and below"),
-        ("hexagonal", "for the close packing, which is turned by a right angle"),
+        ("hexagonal", "for the close packing, which is rotated by 90°"),
     ):
         words = f"Figure 7 {which}"
-        draw_vectors(page, f"{words}: velocity vectors, lengths as the root of the speed. {CAPTION}", moving[packing], Window())
+        draw_vectors(page, f"{words}: velocity vectors, scaled as the root of the speed. {CAPTION}", moving[packing], Window())
         draw_speed(page, f"{words}: speed. {CAPTION}", moving[packing], Window())
 
 

@@ -1,6 +1,6 @@
 """Section 3, figure 8: a load to the left of the interface
 
-The load acts 0.1 m to the left of the interface, on the grid, so that all waves meet the interface at every angle.
+The load acts on the grid, 0.1 m to the left of the interface, so all waves reach the interface at many angles.
 """
 
 import numpy as np
@@ -13,7 +13,7 @@ CASES = {"square": "asymmetric", "hexagonal": "hexagonal-asymmetric"}
 WINDOW = Window(left=-0.5, right=0.3, source=-BESIDE)
 # Packing -> differences in the grid and in the automata, each below 0.1 m depth and near the surface.
 FOUND = {"square": ("0.03", "0.20", "0.25", "5.2"), "hexagonal": ("0.059", "0.28", "0.42", "1.2")}
-CAPTION = "70 µs after a load of 20 µs began, 0.1 m to the left of the interface. Dashed: fronts of theory. Square packing."
+CAPTION = "70 µs after the start of a 20 µs load, 0.1 m left of the interface. Dashed: theoretical fronts. Square packing."
 
 
 def main(page: Page) -> None:
@@ -29,7 +29,7 @@ def main(page: Page) -> None:
             / alone.left.largest
         )
         deep, left = y < -DEEP, x < 0.0
-        page.add_heading(f"{packing.capitalize()} packing: largest difference to a grid throughout, over its largest velocity")
+        page.add_heading(f"{packing.capitalize()} packing: largest difference from a grid alone, over its largest velocity")
         for where, own, found in ((f"below {DEEP:g} m", deep, back), ("near the surface", ~deep, back_surface)):
             page.compare(
                 f"secondary waves: in the grid, {where}",
@@ -43,19 +43,19 @@ def main(page: Page) -> None:
             most = gap[~left & own].max()
             page.compare(f"pulses in the automata, {where}", "insignificant difference", most, "%", **slight, found=found)
     page.text(f""""No noticeable secondary (reflected, refracted and conical) waves arose", "only an insignificant difference in
-        the shape of the pulses". {BY_EYE} The difference in the automata is no wave of the interface but their dispersion,
-        which is not that of the grid; it is largest where the Rayleigh wave has its sharp peak.""")
+        the shape of the pulses". {BY_EYE} The difference in the automata is not a wave from the interface. It is due to their
+        dispersion, which differs from that of the grid, and is largest at the sharp peak of the Rayleigh wave.""")
 
     draw_vectors(
-        page, f"Figure 8 above: velocity vectors, lengths as the root of the speed. {CAPTION}", motion("asymmetric"), WINDOW
+        page, f"Figure 8, top: velocity vectors, scaled as the root of the speed. {CAPTION}", motion("asymmetric"), WINDOW
     )
-    draw_speed(page, f"Figure 8 below: speed. {CAPTION}", motion("asymmetric"), WINDOW)
+    draw_speed(page, f"Figure 8, bottom: speed. {CAPTION}", motion("asymmetric"), WINDOW)
     for packing, name in CASES.items():
         places = WINDOW.samples(160)
         gap = (
             100.0 * np.linalg.norm(motion(name).velocity_at(*places) - alone.velocity_at(*places), axis=-1) / alone.left.largest
         )
-        draw_shade(page, f"What the interface adds, {packing} packing: the motion less that of a grid throughout. A reflected "
+        draw_shade(page, f"Effect of the interface, {packing} packing: the motion minus that of a grid throughout. A reflected "
                    "wave would be to the left of the interface.", "difference, %", gap, WINDOW)  # fmt: skip
 
 

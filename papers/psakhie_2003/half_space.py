@@ -38,7 +38,7 @@ PULSE = (0.0, 0.0, 0.0, 64.0, -192.0, 192.0, -64.0)
 ROW = 0.5 * math.sqrt(3.0)
 # Our reading of the paper's visual judgements, in percent of the largest value.
 NOT_SEEN, SLIGHT = 2.0, 10.0
-BY_EYE = f'The paper judges by eye: below {NOT_SEEN:g} % is read as "not noticeable", up to {SLIGHT:g} % as "slight".'
+BY_EYE = f'The paper judges by eye; we read "not noticeable" as below {NOT_SEEN:g} % and "slight" as up to {SLIGHT:g} %.'
 
 
 def internal_step(size: float, every: float) -> float:

@@ -1,8 +1,8 @@
 """Section 2.3: the nodes of the interface, and the sub-steps of smaller automata
 
 A node of the interface is also an automaton. Either each part moves it by its own forces and the momenta are added, or the
-forces of both are added first. Automata may be n times smaller than cells; then they make several steps while the grid makes
-one. The paper gives them the velocities of the last step and takes back the mean of their forces.
+forces of both parts are added first. Automata may be n times smaller than cells; they then make several sub-steps per step of
+the grid. In the paper they receive the velocities of the previous step and return the mean of their forces.
 """
 
 from typing import Any
@@ -24,7 +24,7 @@ def noisy_block(scheme: str, step: float, ticks: int, smaller: int = 1, micro_st
 
     Args:
         scheme: scheme for the nodes of the interface.
-        step: of the grid [s].
+        step: step of the grid [s].
         ticks: number of steps.
         smaller: n, the ratio of cell size to automata size.
         micro_steps: steps of the automata per grid step.
@@ -73,21 +73,18 @@ def main(page: Page) -> None:
     page.add_heading('"Two approaches are possible": momenta of node and automaton are added, or the forces of both')
     gap = float(np.abs(ends[0] - ends[1]).max() / np.abs(ends[0]).max())
     page.compare("difference of the velocities after 400 steps", "both ensure continuity", gap, near=0.0, within=1e-10)
-    page.text("They are the same algebra: m V = m_a V_a + m_c V_c after each part's own kick is one kick by the sum.")
+    page.text("Both are equal: m V = m_a V_a + m_c V_c after a kick of each part is one kick by the sum of the forces.")
 
     page.add_heading("(15) to (18): force on an interface node under homogeneous stress σ, cells of side Δ")
-    page.compare("mass that these sums move, over φ", "2", contour(0.5, 0.5, -0.5, -0.5), near=2.0, within=1e-12)
+    page.compare("mass accelerated by these sums, over φ", "2", contour(0.5, 0.5, -0.5, -0.5), near=2.0, within=1e-12)
     below = contour(0.0, 0.0, 1.0, 1.0)
     page.compare("force with F'", "none", abs(below + 1.0), "σΔ", near=0.0, within=1e-12, found="1.0")
     page.add_value("force with 2 F'", abs(below + 2.0), "σΔ", "0.0")
     page.add_value("force in our interface", interface_force(), "σΔ", "0.0000000000")
-    page.text("""The sums of (15) to (18) lack the factor 1/2 of (11), so that the mass on their left is 2φ, twice that of the
-        node. The force of the automata enters them undivided and would have to be doubled: with F' as printed a body under
-        homogeneous stress does not stay at rest. The paper's figures show no such motion: the text is wrong, not its
-program.""")
-    page.add_heading(
-        "Sub-steps of n times smaller automata: neither loss nor generation of energy, complete transfer of momentum"
-    )
+    page.text("""The sums of (15) to (18) lack the factor 1/2 of (11), so the mass on their left side is 2φ, twice that of the
+        node. The force F' of the automata would therefore have to be doubled: with F' as printed, a body under homogeneous
+        stress does not stay at rest. The paper's figures show no such motion, so the text is wrong, but not its program.""")
+    page.add_heading("Sub-steps of n times smaller automata: no loss or generation of energy, complete transfer of momentum")
     curves = {}
     for n, energy_known, momentum_known in ((2, "3.8e2", "11"), (3, "1.1e5", "105")):
         # Impulses use half the grid step, because a longer step is refused for automata of a third of a cell.
@@ -106,14 +103,14 @@ program.""")
                 change = 100.0 * float(np.abs(energy / energy[0] - 1.0).max())
                 page.add_value(f"n = {n}, impulses: largest change of energy", change, "%", "0.07")
                 page.add_value(f"n = {n}, impulses: momentum missing", 100.0 * missing / momentum, "%", "0.00000000")
-    page.text("""A small block in noisy motion that nothing drives, 2000 steps of the grid; n automata are as long as a cell.
-        Steps 2 to 4 of the algorithm give the automata the velocities of the previous step and the grid the mean of their
-        forces. An old velocity and an old force do work, and noise grows without bound. The paper's own runs have automata of
-        the size of cells (section 3), where nothing is held. Impulses are stable: the nodes of the interface move with the
-        automata, step by small step, and the cells kick them once (r-RESPA). An experiment chooses with scheme = "force" or
-"literal".""")
-    with page.plot("Energy of a block that nothing drives, with the paper's sub-steps and with impulses.", "time, µs",
-                   "energy over that at the start") as axes:  # fmt: skip
+    page.text("""A small undriven block in noisy motion, 2000 steps of the grid; n automata are as long as a cell. In steps 2
+        to 4 of the algorithm the automata use the velocities of the previous step, and the grid uses the mean of their
+        forces. These outdated values do work, so the noise grows without bound. The paper's own runs use automata of the size
+        of cells (section 3), without sub-steps. Impulses are stable: the nodes of the interface move with the automata in
+        each sub-step, and the cells kick them once per step (r-RESPA). The option scheme = "force" or "literal" selects the
+        scheme of an experiment.""")
+    with page.plot("Energy of an undriven block, with the paper's sub-steps and with impulses.", "time, µs",
+                   "energy over initial energy") as axes:  # fmt: skip
         for number, (label, (times, energy)) in enumerate(curves.items()):
             axes.semilogy(1e6 * times, energy, ("-", "--")[number % 2], color=f"C{number // 2}", label=label)
 

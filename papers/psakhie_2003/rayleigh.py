@@ -1,6 +1,6 @@
 """Section 3: the Rayleigh wave
 
-Along the free surface a wave runs in which the medium moves on ellipses; below a small depth there is nothing of it.
+The Rayleigh wave propagates along the free surface. The medium moves on ellipses; the amplitude vanishes within a small depth.
 """
 
 import numpy as np
@@ -68,20 +68,20 @@ def main(page: Page) -> None:
         below = int(np.argmax(energy < 0.5))
         depth = float(np.interp(0.5, energy[[below, below - 1]], DEPTHS[[below, below - 1]])) / LENGTH
         page.compare("with depth it", "decays quickly", "decays quickly" if depth < 0.5 else "does not", reading=QUICKLY)
-        page.add_value("depth at which half is left, over its length", depth, found="0.29")
+        page.add_value("depth at which half its energy is left, over its length", depth, found="0.29")
     page.add_heading("In theory")
     page.add_value("speed over that of S", SPEED / S_SPEED, found="0.9194")
     page.add_value("vertical over horizontal axis, any frequency", rayleigh_ellipse(MATERIAL), found="1.4679")
     page.text(
-        f"Energies are kinetic, of a layer within the length of the wave, {1e3 * LENGTH:.0f} mm, against that at the surface."
+        f"Kinetic energies of a layer within the length of the wave, {1e3 * LENGTH:.0f} mm, relative to the surface layer."
     )
 
-    with page.plot("The path of the velocity at the surface as the Rayleigh wave passes; in a wave of one frequency an ellipse",
+    with page.plot("Hodograph of the surface velocity as the Rayleigh wave passes; for a single frequency it is an ellipse",
                    "horizontal velocity, mm/s", "vertical velocity, mm/s") as axes:  # fmt: skip
         for style, (part, side) in zip(("-", "--"), SIDES.items(), strict=True):
             velocity = 1e3 * last.velocity_at(side * distances_within_wave(samples=201), np.zeros(201))
             axes.plot(side * velocity[:, 0], velocity[:, 1], style, label=part)
-    with page.plot("Kinetic energy within the wave over that at the surface; the rest below is of the S wave, which is near.",
+    with page.plot("Kinetic energy within the wave over that at the surface; the remainder at depth is from the nearby S wave.",
                    "depth, in lengths of the wave", "kinetic energy") as axes:  # fmt: skip
         for style, (part, side) in zip(("-", "--"), SIDES.items(), strict=True):
             axes.plot(DEPTHS / LENGTH, energies(last, side) / energies(last, side)[0], style, label=part)

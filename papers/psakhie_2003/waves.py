@@ -1,7 +1,7 @@
 """Section 3: the waves of a load on the surface
 
 A load on the surface makes longitudinal (P) and transverse (S) waves, conical or head waves (C) that join them along the
-surface, and the Rayleigh wave (R). The paper describes each of them in words; here is the run of figure 7, square packing.
+surface, and the Rayleigh wave (R). The paper describes each wave in words; we use the run of figure 7 with the square packing.
 """
 
 import math
@@ -77,10 +77,10 @@ def main(page: Page) -> None:
             r = distances_within_wave(speed, time, 121)
             places.append(crest_position(r, exact_velocity(ROOT * r, ROOT * r, time) @ ([ROOT, -ROOT], [ROOT, ROOT])[number]))
         page.add_value(f"{name} in the exact solution", (places[1] - places[0]) / (LATE - EARLY), "m/s", known[2])
-    page.text("""The crest of a cylindrical wave changes its shape near the source and is a little faster than its front; the
-        exact solution does the same.""")
+    page.text("""The crest of a cylindrical wave changes its shape near the source and is slightly faster than its front, also
+        in the exact solution.""")
 
-    page.add_heading("In P the motion is along the ray, in S across it: part of the kinetic energy in this direction")
+    page.add_heading("The motion is along the ray in P and across it in S: fraction of the kinetic energy in this direction")
     for part, side in SIDES.items():
         for number, (name, speed, words, found) in enumerate(
             (("P", P_SPEED, "along", "96.5"), ("S", S_SPEED, "across", "99.4"))
@@ -91,7 +91,7 @@ def main(page: Page) -> None:
                 f"{name} in the {part}", words, share, "%", near=100.0, within=10.0, reading="90 % of the energy", found=found
             )
 
-    page.add_heading("The conical wave's front runs from the exit of P at the surface along the tangent to the front of S")
+    page.add_heading("The conical wave's front extends from P at the surface along the tangent to the front of S")
     predicted = math.degrees(math.asin(SINE))
     for (part, side), found in zip(SIDES.items(), ("35.6", "35.5"), strict=True):
         angle, start = head_wave(last, side)
@@ -104,10 +104,10 @@ def main(page: Page) -> None:
         page.compare(f"in the {part}", "vortex", "vortex" if vortices(last, side) else "none")
     places = "; ".join(place for side in SIDES.values() for place in vortices(last, side))
     page.text(
-        f"A point at rest about which the velocity turns once, ahead of the middle of S and behind the front of C: {places}."
+        f"Points at rest around which the velocity turns once, ahead of the middle of S and behind the front of C: {places}."
     )
 
-    draw_shade(page, "Rate of rotation: P waves do not rotate the medium, so the head wave (C) is seen."
+    draw_shade(page, "Rate of rotation: P waves do not rotate the medium, so the head wave (C) is visible."
               , "rate of rotation, 1/s", last.spin(*Window().samples(160)), Window(), signed=True)  # fmt: skip
     draw_vectors(page, "Figure 7 enlarged, in the automata: between C and S the velocity turns about points at rest.",
                  last, Window(0.08, 0.38, 0.0, -0.16))  # fmt: skip

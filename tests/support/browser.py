@@ -94,7 +94,7 @@ class Browser:
             self._events.append(self._read_message())
 
     def evaluate_script(self, expression: str) -> Any:
-        """Return the value of a JavaScript expression in the page, although the page may run no scripts."""
+        """Return the value of a JavaScript expression in the page, even if the page's own scripts are blocked."""
         found = self.call("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)
         assert "exceptionDetails" not in found, found
         return found["result"].get("value")
@@ -112,6 +112,10 @@ class Browser:
         return [one["request"]["url"] for one in sent]
 
     def take_screenshot(self, path: Path, whole: bool = True) -> None:
+<<<<<<< HEAD
         """Write a picture of the page."""
+=======
+        """Save a screenshot as PNG, of the whole page by default."""
+>>>>>>> m4
         data = self.call("Page.captureScreenshot", captureBeyondViewport=whole)["data"]
         path.write_bytes(base64.b64decode(data))

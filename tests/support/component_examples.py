@@ -23,9 +23,9 @@ class Example:
     Attributes:
         label: name of the test.
         component: catalogue name, or a class that is not in the catalogue.
-        parameters: for `make`.
-        start: for `reset`.
-        inputs: numbers or arrays to hold, name -> value; tests halve them to get other values.
+        parameters: parameters for `make`.
+        start: start values for `reset`.
+        inputs: constant inputs, name -> number or array; tests halve them to get other values.
         profiles: step size [s] -> inputs as profiles of time.
         ticks: number of internal steps of the tests.
         energy_tolerance: bound of the energy residual over the largest energy or work in the run; each entry states its origin.

@@ -18,7 +18,7 @@ class Bowl:
 
     Args:
         broken_at: number of the evaluation that returns NaN.
-        sent: signal that this process sends itself at evaluation `sent_at`.
+        sent: signal that this process sends to itself at evaluation `sent_at`.
     """
 
     stage: Mapping[str, object] | None = None

@@ -90,7 +90,7 @@ def start_displaced(medium: Coupled, field: Any, rotation: float = 0.0) -> None:
 
 
 def start_noise(medium: Coupled, seed: int, part: float = 1.0) -> float:
-    """Reset with a smooth motion plus a fraction of noise; return the kinetic energy [J]."""
+    """Reset with a smooth motion plus noise (a fraction `part` of it); return the kinetic energy [J]."""
     random = np.random.default_rng(seed)
 
     def field(points: FloatArray) -> FloatArray:
@@ -133,7 +133,7 @@ def strip(packing: str, cells: int, automata: int, step: float = 0.2, n: int = 1
     """Return a strip, periodic across, of cells followed by automata up to a rigid end; and its axis.
 
     Args:
-        packing: of the automata.
+        packing: packing of the automata.
         cells: number of cells along the strip.
         automata: approximate length of the automata part, in cells.
         step: internal step.

@@ -89,7 +89,7 @@ def check_drawables(drawables: tuple[Drawable, ...], variables: Mapping[str, Var
 
 
 def _check_arrays(one: Drawable, points: Mapping[str, int]) -> dict[str, tuple[int, ...]]:
-    """Return the valid lengths of the outputs that a drawable names, by field; the key "" applies to all other fields."""
+    """Return field -> valid lengths of the output named by a drawable; the key "" is for all other fields."""
     match one:
         case Points():
             _check_places(one.reference)

@@ -14,7 +14,7 @@ def record_endlessly(path: Path, report_path: Path, idle_at: int) -> None:
 
     Args:
         path: the log.
-        told: file for the messages: "ready", then lines with a tick and a time [s].
+        report_path: file for the messages: "ready", then lines with a tick and a time [s].
         idle_at: tick at which stepping stops.
     """
     component = make("oscillator")

@@ -29,7 +29,7 @@ Play = Callable[[ge.Component], None]
 
 
 def plain_run(duration: float, **start: object) -> Play:
-    """A reset and one long step."""
+    """Reset and take one long step."""
 
     def play(component: ge.Component) -> None:
         component.reset(**start)
@@ -39,7 +39,7 @@ def plain_run(duration: float, **start: object) -> Play:
 
 
 def pushed_dimer(component: ge.Component) -> None:
-    """A half sine, then a number, then no input, with a recorded reset in between."""
+    """Apply a half sine, then a constant, then no input, with a recorded reset in between."""
     component.step(2e-5, left_force=100.0)
     component.reset()
     component.step(1e-4, left_force=ge.Profile.half_sine(80.0, 2e-5, start=5e-6))
@@ -48,13 +48,13 @@ def pushed_dimer(component: ge.Component) -> None:
 
 
 def pushed_column(component: ge.Component) -> None:
-    """Rest under gravity, then a pulse from above."""
+    """Rest under gravity, then apply a pulse from above."""
     component.step(2e-5)
     component.step(8e-5, right_force=ge.Profile.half_sine(-50.0, 3e-5, start=2e-5))
 
 
 def controlled_piston(component: ge.Component) -> None:
-    """A number that changes at every step, as from a controller, then a polynomial."""
+    """Apply a number that changes at every step, as from a controller, then a polynomial."""
     for number in range(100):
         component.step(1e-6, right_velocity=-0.02 * (number % 13))
     motion = ge.Profile(np.array([1e-4, 1.3e-4]), np.array([[-0.2, -1e4, 2e8], [-0.32, 4e3, 0.0]]))
@@ -69,7 +69,7 @@ def pushed_oscillator(component: ge.Component) -> None:
 
 
 def breaking_block(component: ge.Component) -> None:
-    """A spinning block that an array profile tears apart, arrays push, and that hits the walls of its box."""
+    """Tear a spinning block apart by an array profile, push it by arrays, and let it hit the walls of its box."""
     apart = np.array([[-1.0, -0.5], [0.0, 0.0], [0.0, 0.0], [0.0, 0.0], [0.0, 0.0], [1.0, 0.5]])
     component.reset(velocity={1: (0.3, 0.2)})
     component.step(5e-3, force=ge.Profile.half_sine(2.0, 4e-3) * apart)
@@ -104,7 +104,7 @@ GRID_YIELDING = {
 
 
 def driven_grid(component: ge.Component) -> None:
-    """Tractions along an edge and a force on a node, first as profiles, then as numbers."""
+    """Apply tractions along an edge and a force on a node, first as profiles, then as numbers."""
     traction = np.outer(0.25 * np.arange(6.0) - 0.5, [2e6, -5e6])
     component.reset(velocity=(0.1, -0.2))
     component.step(
@@ -200,7 +200,7 @@ COUPLED_CRACKING = {
 
 
 def sheared_core(component: ge.Component) -> None:
-    """Shear and compress by a moving edge, then pull."""
+    """Shear and compress the core by a moving edge, then pull it."""
     component.step(6e-5, grid_top_velocity=ge.Profile.half_sine(1.0, 1.2e-4) * [4.0, -2.0])
     component.step(4e-5, grid_top_velocity=[-2.0, 4.0])
 

@@ -34,7 +34,7 @@ LONG = (
 
 
 class KernelScheduler(LoadFileScheduling):
-    """A scheduler that gives each worker the longest file of its kind, then files of no kind, then files of the other kind."""
+    """A scheduler: each worker gets the longest files of its list, then files of neither list, then those of the other list."""
 
     def _assign_work_unit(self, node: Any) -> None:
         own, other = (CHAIN, BODIES) if self.nodes.index(node) % 2 == 0 else (BODIES, CHAIN)

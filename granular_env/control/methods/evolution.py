@@ -18,9 +18,9 @@ class Evolution(MethodTable):
 
     type: Literal["cma"] = "cma"
     population: int = Field(default=16, ge=4, le=100_000, description="drives per generation")
-    begin: str = Field(default="", description="baseline that is the mean of the first generation; default: none")
-    start: float = Field(default=0.0, ge=-1.0, le=1.0, description="mean of all knots in the first generation, without begin")
-    spread: float = Field(default=0.3, gt=0.0, description="initial standard deviation, in units of the bounds' distance")
+    begin: str = Field(default="", description="name of the baseline used as mean of the first generation; default: none")
+    start: float = Field(default=0.0, ge=-1.0, le=1.0, description="mean of all knots at the start (unless begin is set)")
+    spread: float = Field(default=0.3, gt=0.0, description="initial standard deviation, as a fraction of highest - lowest")
 
     def run(self, search: Search) -> None:
         """Search by generations; restart at another point after convergence."""

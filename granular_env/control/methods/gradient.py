@@ -24,29 +24,29 @@ class Gradient(MethodTable):
     needs_gradient: ClassVar[bool] = True
 
     type: Literal["gradient"] = "gradient"
-    begin: str = Field(default="", description="baseline that is the first start, and the centre of the others; default: none")
+    begin: str = Field(default="", description="baseline used as first start and centre of the others; default: none")
     start: float = Field(
-        default=0.0, ge=-1.0, le=1.0, description="value of all knots at the centre of the starts, without begin"
+        default=0.0, ge=-1.0, le=1.0, description="value of all knots at the centre of the starts (unless begin is set)"
     )
-    spread: float = Field(default=0.3, ge=0.0, description="half-width of the draws, in units of the bounds' distance")
+    spread: float = Field(default=0.3, ge=0.0, description="half-width of the random starts, as a fraction of highest - lowest")
     draws: int | None = Field(
-        default=None, ge=2, description="random values of a start, with linear interpolation between; default: one per knot"
+        default=None, ge=2, description="number of random values per entry, interpolated to the knots; default: one per knot"
     )
-    starts: int = Field(default=4, ge=1, description="starts per round")
-    trial: int = Field(default=20, ge=1, description="iterations from each start of a round")
-    iterations: int = Field(default=1000, ge=1, description="maximum number of iterations from the best start")
+    starts: int = Field(default=4, ge=1, description="number of start points per round")
+    trial: int = Field(default=20, ge=1, description="number of iterations from each start point of a round")
+    iterations: int = Field(default=1000, ge=1, description="maximum number of iterations from the best point of a round")
     rounds: int | None = Field(
-        default=None, ge=1, description="rounds of starts; default: until the budget is spent", examples=[3]
+        default=None, ge=1, description="number of rounds; default: until the budget is spent", examples=[3]
     )
     stages: list[dict[str, Any]] = Field(
         default=[{}],
         min_length=1,
-        description="arguments of the task's objective, one table per stage; a stage starts from the best of the one before",
+        description="arguments of the task's objective, one table per stage; each stage starts from the previous stage's best",
     )
-    memory: int = Field(default=20, ge=1, le=1000, description="steps in the estimate of the curvature")
+    memory: int = Field(default=20, ge=1, le=1000, description="number of previous steps in the approximation of the Hessian")
 
     def run(self, search: Search) -> None:
-        """Search in rounds: the first stage compares the starts, and each stage descends from the best."""
+        """Search in rounds: the first stage compares the start points, and each stage descends from the best point."""
         shape, number = search.shape, 0
         as_tuples = [{key: tuple(one) if isinstance(one, list) else one for key, one in stage.items()} for stage in self.stages]
         middle = search.baseline_point(self.begin) if self.begin else np.full(shape.size, self.start)
@@ -61,7 +61,7 @@ class Gradient(MethodTable):
             number += 1
 
     def _start_point(self, search: Search, middle: FloatArray, number: int) -> FloatArray:
-        """Return start `number` around the middle; the very first start is the baseline."""
+        """Return start point `number` around the middle; the first start point is the baseline, if one is given."""
         shape = search.shape
         if self.begin and number == 0:
             return middle

@@ -26,11 +26,11 @@ class MethodTable(Table):
     packages: ClassVar[tuple[str, ...]] = ()
     needs_gradient: ClassVar[bool] = False
 
-    type: Any = Field(description="gradient, cma, random, ppo or sac")
+    type: Any = Field(description="type of the method: gradient, cma, random, ppo or sac")
     name: str = Field(
         default="", pattern=r"^([A-Za-z0-9][A-Za-z0-9_-]{0,60})?$", description="name in the results; default: the type"
     )
-    knots: int | None = Field(default=None, ge=1, le=100_000, description="values of each entry; default: those of [drive]")
+    knots: int | None = Field(default=None, ge=1, le=100_000, description="knots per entry; default: those of [drive]")
 
     @property
     def label(self) -> str:

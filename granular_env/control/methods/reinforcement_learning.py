@@ -28,13 +28,13 @@ class Reinforcement(MethodTable):
     packages: ClassVar[tuple[str, ...]] = ("torch", "stable_baselines3")
 
     environments: int = Field(default=16, ge=1, le=10_000, description="environments in the batch")
-    hold: int = Field(default=1, ge=1, description="control steps for which an action is held")
-    clock: int = Field(default=4, ge=0, le=100, description="number of cosines of the time in the observation")
+    hold: int = Field(default=1, ge=1, description="number of control steps per action (frame skip)")
+    clock: int = Field(default=4, ge=0, le=100, description="number of cosines of the elapsed time in the observation")
     layers: list[int] = Field(default=[64, 64], description="widths of the networks' hidden layers")
     learning_rate: float = Field(default=3e-4, gt=0.0, description="learning rate of the optimiser")
     discount: float = Field(default=0.99, gt=0.0, le=1.0, description="discount factor per decision")
     rollout: int = Field(ge=1, description="decisions per environment and round")
-    evaluate_every: int = Field(default=10, ge=1, description="rounds of training between two evaluations")
+    evaluate_every: int = Field(default=10, ge=1, description="number of training rounds between two evaluations")
 
     @abstractmethod
     def algorithm(self, env: Any, seed: int) -> Any:
@@ -78,8 +78,8 @@ class PPO(Reinforcement):
     type: Literal["ppo"] = "ppo"
     rollout: int = Field(default=64, ge=2, description="decisions per environment and round")
     batch: int = Field(default=256, ge=2, description="decisions in a minibatch")
-    epochs: int = Field(default=10, ge=1, description="passes over the decisions of a round")
-    trace: float = Field(default=0.95, ge=0.0, le=1.0, description="lambda of the advantage estimation; 1: whole returns")
+    epochs: int = Field(default=10, ge=1, description="number of passes over the decisions of a round")
+    trace: float = Field(default=0.95, ge=0.0, le=1.0, description="lambda of the advantage estimation; 1: full returns")
     noise: float = Field(default=0.6, gt=0.0, description="initial standard deviation of the actions")
 
     def algorithm(self, env: Any, seed: int) -> Any:
@@ -101,9 +101,9 @@ class SAC(Reinforcement):
     type: Literal["sac"] = "sac"
     rollout: int = Field(default=16, ge=1, description="decisions per environment and round")
     batch: int = Field(default=256, ge=2, description="decisions in a minibatch")
-    memory: int = Field(default=100_000, ge=100, description="decisions in the replay buffer")
-    first: int = Field(default=1000, ge=0, description="random decisions before learning starts")
-    updates: int = Field(default=8, ge=1, description="optimiser steps per decision of the batch")
+    memory: int = Field(default=100_000, ge=100, description="number of decisions in the replay buffer")
+    first: int = Field(default=1000, ge=0, description="number of random decisions before learning starts")
+    updates: int = Field(default=8, ge=1, description="number of optimiser steps per decision of the batch")
 
     def algorithm(self, env: Any, seed: int) -> Any:
         """Return SAC of stable-baselines3."""

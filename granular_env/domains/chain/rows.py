@@ -39,14 +39,14 @@ class ChainRows:
     A single chain has no axis of chains: outputs keep their own shapes, and scalars stay scalars.
 
     Args:
-        chains: of equal size, law and integrator.
+        chains: chains of equal size, law and integrator.
         is_batch: whether to copy the chains into one array; otherwise there is one chain, which keeps its memory.
 
     Attributes:
         components: the chains.
         tables: their tables, shape (chains, rows, width).
-        displacement: of the grains, shape (chains, grains) [m]; a read-only view.
-        velocity: likewise [m/s].
+        displacement: displacements of the grains, shape (chains, grains) [m]; a read-only view.
+        velocity: velocities of the grains, in the same form [m/s].
     """
 
     def __init__(self, chains: Sequence[Chain], is_batch: bool = False) -> None:
@@ -135,7 +135,7 @@ class ChainRows:
         chain = self.components[k]
         if chain.is_observed:
             raise ParameterError(
-                "a component of a batch is recorded", hint="restore its state in a single environment", at="record"
+                "a component of the batch is being recorded", hint="restore its state in a single environment", at="record"
             )
         if chain.has_profile_input:
             raise ParameterError("an input follows a profile", hint="continue in a single environment", at="state")

@@ -12,7 +12,7 @@ def remark(parameters: Mapping[str, Any]) -> str:
     """Return a remark on the mirror image that a picture of a half tube omits; "" for other bodies.
 
     Args:
-        parameters: of a `shell`, or of a `tube` (which contains one), as plain values; from a log they are not validated.
+        parameters: parameters of a `shell`, or of a `tube` with a shell, as plain values; may come unvalidated from a log.
     """
     shell = parameters.get("shell", parameters)
     body = shell.get("body") if isinstance(shell, Mapping) else None

@@ -194,7 +194,7 @@ def make_confinement(
     if price < 0.0:
         raise ParameterError(f"got {price:g}", expected="0 or more", at="price")
     if lost > 1.0:
-        raise ParameterError(f"got {lost:g}", expected="at most 1, all pairs", at="lost")
+        raise ParameterError(f"got {lost:g}", expected="at most 1 (all pairs)", at="lost")
     task = ConfinementTask(
         specimen, positive_number("pressure", pressure), positive_number("strain", strain),
         internal_steps * specimen.step_size, deadline, grip, price, lost,

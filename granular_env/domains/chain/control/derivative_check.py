@@ -33,7 +33,7 @@ def check_objective(objective: Objective, chain: Chain, *, steps: int = 8, toler
     Args:
         objective: the objective to check.
         chain: a chain of the objective's size and law; it is not changed.
-        steps: control steps of the imagined run; its first, second and last are checked.
+        steps: number of control steps of a hypothetical run; its first, second and last are checked.
         tolerance: largest accepted error relative to the derivative.
 
     Returns:
@@ -95,7 +95,7 @@ def _feature_sums(objective: Objective, a: FloatArray, step: int, steps: int, in
     objective.note(a, step, steps, inputs, objective.constants, sums)
     if not np.isfinite(sums).all():
         k = int(np.argmin(np.isfinite(sums)))
-        raise ParameterError(f"sums[{k}] is {sums[k]} at control step {step} in a state of finite numbers", at="objective.note")
+        raise ParameterError(f"sums[{k}] is {sums[k]} at control step {step} for a finite state", at="objective.note")
     return sums
 
 
@@ -123,7 +123,7 @@ def _check_value(objective: Objective, sums: FloatArray, tolerance: float) -> fl
     sizes = np.maximum(np.abs(slopes), np.abs(quotients)) * scales
     return _largest_error(
         errors, sizes, abs(float(value())), tolerance,
-        lambda k: Fault(("objective", "value"), f"slopes[{k}] is {slopes[k]:.9g}", f"{quotients[k]:.9g} as its differences"),
+        lambda k: Fault(("objective", "value"), f"slopes[{k}] is {slopes[k]:.9g}", f"quotient {quotients[k]:.9g}"),
     )  # fmt: skip
 
 
@@ -141,7 +141,7 @@ def _check_pullback(
     objective.pullback(a, adjoint, step, steps, inputs, input_adjoint, objective.constants, slopes)
     if not np.array_equal(a, before):
         raise ParameterError(
-            "it changes `a`", expected="it to add to `adjoint` and `input_adjoint` only", at="objective.pullback"
+            "it changes `chain`", expected="additions to `adjoint` and `input_adjoint` only", at="objective.pullback"
         )
 
     def feature() -> FloatArray:
@@ -165,7 +165,7 @@ def _check_pullback(
     return _largest_error(
         np.abs(found - wanted) * weights, sizes, abs(float(feature())), tolerance,
         lambda k: Fault(
-            ("objective", "pullback"), f"{names[k]} is {found[k]:.9g} at step {step}", f"{wanted[k]:.9g} as differences of note"
+            ("objective", "pullback"), f"{names[k]} is {found[k]:.9g} at step {step}", f"{wanted[k]:.9g}, quotient of note"
         ),
     )  # fmt: skip
 
@@ -180,9 +180,9 @@ def _refuse_peaks(objective: Objective, a: FloatArray, step: int, steps: int, in
         a[row] = kept
         if not np.array_equal(before, after):
             raise ParameterError(
-                f"it reads the row {name}, which no derivative goes through",
+                f"it reads the row {name}, which has no derivative",
                 hint=(
-                    "use displacements, velocities, inputs and the table's constants (for a peak over time the p-norm of "
+                    "use displacements, velocities, inputs and the table's constants (for a peak over time, use the p-norm "
                     "`differentiable_quantities.peak_value`)"
                 ),
                 at="objective.note",

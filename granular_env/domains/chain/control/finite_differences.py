@@ -55,7 +55,7 @@ def central_differences(
     """Return the directional derivative from central differences with decreasing steps, extrapolated (Ridders 1982).
 
     Args:
-        objective: as for `value_and_grad`.
+        objective: objective, as for `value_and_grad`.
         chain: the driven chain in its start state; it is not changed.
         drive: shape (steps, 2).
         direction: name (as in `value_and_grad`) -> change, in the shape of its gradient.
@@ -79,8 +79,8 @@ def _extrapolate_quotients(quotients: list[float], roundings: list[float]) -> tu
     """Return the entry of Neville's table with the smallest error: C. J. F. Ridders, Adv. Eng. Softw. 4 (1982) 75.
 
     `scipy.differentiate.derivative` needs 11 to 15 evaluations instead of 16. In the test cases, however, its errors are 5 to
-    18 times as large (median, orders 4 to 8), and a third to a half of its error estimates are below the true error. None is
-    here.
+    18 times as large (median, orders 4 to 8), and a third to a half of its error estimates are below the true error. Here,
+    none is.
     """
     best, error, row = quotients[0], float("inf"), [quotients[0]]
     for quotient, rounding in zip(quotients[1:], roundings[1:], strict=True):
@@ -107,13 +107,13 @@ def _perturbed_run(
         return _apply_changes(chain, drive, changes)
     except ParameterError as error:
         raise ParameterError(
-            f"{h:g} times {', '.join(direction)} leaves what a chain may be: {error}",
+            f"a step of {h:g} in {', '.join(direction)} gives an invalid chain: {error}",
             hint="take a smaller step, or move the chain away from the limit",
             at="direction",
         ) from None
     except ValueError as error:  # NumPy's error for shapes that do not broadcast
         shapes = ", ".join(f"{name} of shape {np.shape(way)}" for name, way in direction.items())
-        raise ParameterError(f"got {shapes}", expected=f"the shapes of their gradients: {error}", at="direction") from None
+        raise ParameterError(f"got {shapes}", expected=f"the shapes of the gradients ({error})", at="direction") from None
 
 
 def _apply_changes(chain: Chain, drive: FloatArray, changes: dict[str, FloatArray]) -> tuple[Chain, FloatArray]:

@@ -22,7 +22,7 @@ def refuse_without_gradients(component: object) -> None:
         raise ParameterError(
             f"got {one_line(component)}",
             expected="a Chain",
-            hint=f"components with gradients: {gradient_domains()}; of an environment give env.unwrapped.component",
+            hint=f"components with gradients: {gradient_domains()}; for an environment, pass env.unwrapped.component",
             at="chain",
         )
 
@@ -31,7 +31,7 @@ class ObjectiveSource(Protocol):
     """A task, or another object with an objective."""
 
     objective: Callable[[Chain, int], Objective]
-    """objective(chain, steps): what is to become small, for an episode of so many control steps."""
+    """objective(chain, steps): the quantity to minimise over an episode of `steps` control steps."""
 
 
 def value_and_grad(
@@ -82,5 +82,5 @@ def make_objective(objective: Objective | ObjectiveSource, chain: Chain, steps: 
     build = getattr(objective, "objective", None)
     found = build(chain, steps) if callable(build) else None
     if not isinstance(found, Objective):
-        raise ParameterError(f"got {one_line(objective)}", expected="an Objective, or a task that has one", at="objective")
+        raise ParameterError(f"got {one_line(objective)}", expected="an Objective, or a task with an objective", at="objective")
     return found

@@ -97,7 +97,7 @@ class Quantity:
             end: first control step after the window; 0 or negative values count from the end.
         """
         if not (isinstance(scale, (int, float)) and 0.0 < scale < float("inf")):
-            raise ParameterError(f"got {one_line(scale)}", expected="the size of the peak to come, above 0", at="scale")
+            raise ParameterError(f"got {one_line(scale)}", expected="a positive estimate of the peak", at="scale")
         if not isinstance(power, int) or power < 2 or power % 2:
             raise ParameterError(f"got {one_line(power)}", expected="an even number, at least 2", at="power")
         _check_window(begin, end)
@@ -144,7 +144,7 @@ class Term:
 def _check_window(begin: Any, end: Any) -> None:
     for name, place in (("begin", begin), ("end", end)):
         if isinstance(place, bool) or not isinstance(place, (int, np.integer)):
-            raise ParameterError(f"got {one_line(place)}", expected="a control step, negative from the end", at=name)
+            raise ParameterError(f"got {one_line(place)}", expected="a control step (negative: from the end)", at=name)
     if end <= begin and (begin < 0 or end > 0):  # both counted from the same side
         raise ParameterError(f"begin, end: got {begin} and {end}", expected="at least one control step between them")
 
@@ -196,10 +196,10 @@ def total(chain: Chain, *terms: Term) -> Objective:
     refuse_without_gradients(chain)
     for term in terms:
         if not isinstance(term, Term):
-            raise ParameterError(f"got {one_line(term)}", expected="such as velocity(-1).at_end()", at="terms")
+            raise ParameterError(f"got {one_line(term)}", expected="a term, such as velocity(-1).at_end()", at="terms")
     parts = [part for term in terms for part in term.parts]
     if not parts:
-        raise ParameterError("got none", expected="at least one, such as velocity(-1).at_end()", at="terms")
+        raise ParameterError("got none", expected="at least one term, such as velocity(-1).at_end()", at="terms")
     constants = np.array([_term_row(chain, part) for part in parts])
     said = " + ".join(term.description for term in terms)
     return Objective(
@@ -220,14 +220,14 @@ def _term_row(chain: Chain, part: tuple[Quantity, int, float, int, int, int, flo
     if quantity.code == _CONTACT_FORCE:
         first = last = _valid_index(quantity, first, parameters.contact_places)
         if not parameters.has_contact(first):
-            raise ParameterError(parameters.missing_contact_reason(first), hint="name a contact of the chain", at=quantity.name)
+            raise ParameterError(parameters.missing_contact_reason(first), hint="give an existing contact", at=quantity.name)
     elif quantity.code != _APPLIED:
         first, last = _valid_index(quantity, first, grains), _valid_index(quantity, last, grains)
         if first > last:
-            raise ParameterError(f"got {first} to {last}", expected="the first grain before the last one", at=(quantity.name,))
+            raise ParameterError(f"got {first} to {last}", expected="first grain <= last grain", at=(quantity.name,))
     if quantity.code in (_CONTACT_FORCE, _ENERGY) and chain.parameters.law.has_history:
         raise ParameterError(
-            f"contacts of law {chain.parameters.law.name!r} remember", hint="use another law", at=quantity.name
+            f"contacts of law {chain.parameters.law.name!r} depend on their history", hint="use another law", at=quantity.name
         )  # type: ignore[attr-defined]
     return [quantity.code, first, last, kind, target, power, begin, end, weight]
 

@@ -33,12 +33,12 @@ class History:
         mass: shape (n,) [kg].
         stiffness: k of F = k overlap^p, shape (n + 1,), 0 where there is no contact [N/m^p]; p = 1.5 for spheres.
         rest_overlap: overlap in the reference configuration, shape (n + 1,), negative for a gap [m].
-        position: of the grains in the reference configuration, shape (n,) [m].
+        position: positions of the grains in the reference configuration, shape (n,) [m].
         displacement: shape (T, n) [m]; None if unknown.
         piston: mask of the grains with a prescribed velocity, shape (n,), bool.
         recorded_overlap: shape (T, n + 1) [m], if known without the displacement.
         recorded_force: shape (T, n + 1) [N], if contact forces were recorded.
-        law: of the contacts.
+        law: law of the contacts.
         law_constants: further constants of the law for each contact, such as dissipation, shape (n + 1, k); None if none.
     """
 
@@ -76,7 +76,7 @@ class History:
             )
         for name in ("time", "velocity"):
             if not np.isfinite(getattr(self, name)).all():
-                raise ParameterError(f"{name} holds a value that is not finite", at="history")
+                raise ParameterError(f"{name} contains a value that is not finite", at="history")
         if (np.diff(self.time) <= 0.0).any():
             raise ParameterError("time does not increase", hint="give one run, without a reset within it", at="history")
 
@@ -99,7 +99,7 @@ class History:
         if self.displacement is None:
             if self.recorded_overlap is None:
                 raise LogError(
-                    "displacement was not recorded, and overlaps, forces and energies need it",
+                    "displacement was not recorded, but overlaps, forces and energies require it",
                     hint="record with variables=['velocity', 'displacement']",
                 )
             return self.recorded_overlap
@@ -119,8 +119,8 @@ class History:
             return self.recorded_force
         if self.law.has_history:
             raise LogError(
-                f"contact_force was not recorded, and with law {self.law.name!r} it depends on what each contact has "
-                "been through, which frames do not tell",
+                f"contact_force was not recorded, and with law {self.law.name!r} it depends on the history of the "
+                "contact, which is not in the frames",
                 hint="record with variables=['velocity', 'displacement', 'contact_force']",
             )
         return self._contact_forces_and_energies[0]
@@ -134,9 +134,8 @@ class History:
         """
         if self.law.has_history:
             raise LogError(
-                f"with law {self.law.name!r} the energy in a contact depends on what it has been through, which frames "
-                "do not tell",
-                hint="the whole chain's is its output 'potential_energy': record that",
+                f"with law {self.law.name!r} the energy of a contact depends on its history, which is not in the frames",
+                hint="record the output 'potential_energy', the energy of all contacts",
             )
         return self._contact_forces_and_energies[1]
 
@@ -172,7 +171,7 @@ class History:
         first, last = float(self.time[0]), float(self.time[-1])
         margin = 1e-9 * (last - first)
         if not (isinstance(time, (int, float, np.number)) and first - margin <= time <= last + margin):
-            raise ParameterError(f"got {one_line(time)} s, the history goes from {first:.12g} s to {last:.12g} s", at="time")
+            raise ParameterError(f"got {one_line(time)} s; the history extends from {first:.12g} s to {last:.12g} s", at="time")
         return int(np.argmin(np.abs(self.time - time)))
 
     def window(self, begin: float | None = None, end: float | None = None) -> slice:
@@ -181,7 +180,7 @@ class History:
         last = len(self.time) - 1 if end is None else self.frame_number(end)
         if last < first:
             raise ParameterError(
-                f"it begins at {begin:g} s and ends at {end:g} s", expected="the end to come later", at="window"
+                f"it begins at {begin:g} s and ends at {end:g} s", expected="an end after the beginning", at="window"
             )
         return slice(first, last + 1)
 
@@ -198,8 +197,8 @@ class History:
         place = self.valid_grain(grain) + (0 if direction_sign(direction) > 0.0 else 1)
         if self.stiffness[place] == 0.0:
             raise ParameterError(
-                f"no contact is behind grain {grain}, through which a wave to the {direction} could come",
-                hint="take one further on",
+                f"grain {grain} has no contact on the side from which a wave travelling {direction} arrives",
+                hint="choose a grain further along",
                 at="grain",
             )
         return place
@@ -209,7 +208,7 @@ def require_history(name: str, value: Any) -> None:
     """Raise `ParameterError` unless the value is a history."""
     if not isinstance(value, History):
         raise ParameterError(
-            f"got {one_line(value)}", expected="a History", hint="measurement.history or observe makes one", at=name
+            f"got {one_line(value)}", expected="a History", hint="use measurement.history or measurement.observe", at=name
         )
 
 
@@ -230,9 +229,9 @@ def forces_and_energies(
     Args:
         law: the contact law.
         stiffness: shape (n + 1,), 0 without a contact.
-        constants: of the law in addition to the stiffness, shape (n + 1, k).
+        constants: constants of the law in addition to the stiffness, shape (n + 1, k).
         overlap: shape (T, n + 1), 0 without a contact [m].
-        velocity: of the grains, shape (T, n) [m/s].
+        velocity: velocities of the grains, shape (T, n) [m/s].
     """
     table, places = np.zeros((layout.FREE_ROW, layout.row_width(len(stiffness) - 1))), slice(0, len(stiffness))
     table[layout.STIFFNESS, places] = stiffness

@@ -9,7 +9,7 @@ from typing import Any
 from granular_env.domains.chain import measurement
 
 Taken = Callable[[Any, int, dict[str, Any]], float]
-"""taken(history, which, arguments): one number; NaN where there are fewer waves than `which` asks for."""
+"""taken(history, which, arguments): one number; NaN if there are fewer waves than `which` requires."""
 
 
 def measurement_function(name: str) -> Callable[..., Any]:

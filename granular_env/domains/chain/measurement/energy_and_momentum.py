@@ -56,9 +56,9 @@ def energy_ratio(history: History, begin: float | None = None, end: float | None
     The virial theorem gives (p + 1)/2 for F = k d^p: 1.25 for Hertz's law.
 
     Args:
-        history: of a chain, with overlaps.
-        begin: of the window [s]; default the first frame.
-        end: of the window [s]; default the last frame.
+        history: history of a chain, with overlaps.
+        begin: start of the window [s]; default the first frame.
+        end: end of the window [s]; default the last frame.
         piston: whether the kinetic energy of a piston counts.
 
     Raises:
@@ -69,7 +69,7 @@ def energy_ratio(history: History, begin: float | None = None, end: float | None
     potential = potential_energy(history)[window]
     if not (potential > 0.0).all():
         at = float(history.time[window][int(np.argmin(potential))])
-        raise ParameterError(f"begin, end: no contact is pressed at {at:g} s", expected="a window in which energy is stored")
+        raise ParameterError(f"begin, end: no contact is compressed at {at:g} s", expected="a window with stored energy")
     ratio = kinetic_energy(history, piston)[window] / potential
     mean = float(ratio.mean())
     least, greatest = float(ratio.min()), float(ratio.max())
@@ -80,7 +80,7 @@ def momentum_carried_off(history: History, time: float | None = None) -> float:
     """Return the momentum of the grains that move backwards, as a fraction of the initial momentum (section 3.1).
 
     Args:
-        history: of a chain with non-zero initial momentum.
+        history: history of a chain with non-zero initial momentum.
         time: time of the measurement [s]; default the last frame.
 
     Raises:
@@ -90,7 +90,7 @@ def momentum_carried_off(history: History, time: float | None = None) -> float:
     start = float(momentum(history)[0])
     scale = float((np.abs(history.velocity[0]) * history.mass).sum())
     if not abs(start) > 1e-12 * scale:
-        raise ParameterError("the chain has no momentum at its first frame, of which a part could be carried off", at="history")
+        raise ParameterError("the momentum of the chain in its first frame is zero", at="history")
     own = history.mass * history.velocity[frame] * np.sign(start)
     return float(-own[own < 0.0].sum() / abs(start))
 

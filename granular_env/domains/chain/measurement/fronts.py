@@ -20,7 +20,7 @@ def arrivals(history: History, above: float, direction: Direction = "right") -> 
     A grain above the threshold in the first frame gets the time of that frame.
 
     Args:
-        history: of a chain.
+        history: history of a chain.
         above: velocity threshold, greater than 0 [m/s].
         direction: the sign of the velocities that count.
 
@@ -57,7 +57,7 @@ def front_speed(history: History, above: float, first: int, last: int, direction
     """Return the mean speed of the front between two grains, in the reference configuration [m/s].
 
     Args:
-        history: of a chain.
+        history: history of a chain.
         above: velocity threshold that defines the front [m/s].
         first: grain at the start of the path.
         last: grain at the end of the path.
@@ -70,7 +70,7 @@ def front_speed(history: History, above: float, first: int, last: int, direction
     seen = arrivals(history, above, direction)
     for name, grain in (("first", first), ("last", last)):
         if np.isnan(seen[grain]):
-            raise ParameterError(f"the front above {above:g} m/s does not reach grain {grain}", hint="look longer", at=name)
+            raise ParameterError(f"the front above {above:g} m/s does not reach grain {grain}", hint="run longer", at=name)
     if not (last - first) * direction_sign(direction) > 0.0 or not seen[last] > seen[first]:
         raise ParameterError(f"first, last: got {first} and {last}", expected="two grains that the front reaches in this order")
     return float(abs(history.position[last] - history.position[first]) / (seen[last] - seen[first]))
@@ -81,7 +81,7 @@ class PressureRatio:
     """The first maximum of a front, and the settled force behind it.
 
     Attributes:
-        first_maximum: of the contact force at the front, p_m [N].
+        first_maximum: first maximum of the contact force at the front, p_m [N].
         settled: mean contact force near the driven end, p_c [N].
     """
 
@@ -101,7 +101,7 @@ def pressure_ratio(history: History, grain: int, near: int | None = None, direct
     forces is the ratio of pressures.
 
     Args:
-        history: of a chain, with overlaps.
+        history: history of a chain, with overlaps.
         grain: grain at which the front's first maximum is measured.
         near: grain whose rear contact gives the settled force; default the second from the driven end.
         direction: direction in which the front runs.
@@ -118,10 +118,10 @@ def pressure_ratio(history: History, grain: int, near: int | None = None, direct
     found = crests(history.time, force[:, place], 0.5 * largest) if largest > 0.0 else []
     after = history.time > found[0].time if found else np.zeros(0, dtype=bool)
     if not after.any():
-        raise ParameterError(f"the force behind grain {grain} has no maximum in this history", hint="look longer", at="grain")
+        raise ParameterError(f"the force behind grain {grain} has no maximum in this history", hint="run longer", at="grain")
     mean = float(force[after, settled].mean())
     if not mean > 0.0:
         raise ParameterError(
-            f"no force settles behind that grain after {found[0].time:g} s", expected="a driven chain", at="near"
+            f"the contact behind this grain carries no force after {found[0].time:g} s", expected="a driven chain", at="near"
         )
     return PressureRatio(found[0].height, mean)

@@ -33,8 +33,8 @@ def make_history(
         time: shape (T,) [s].
         velocity: shape (T, n) [m/s].
         displacement: shape (T, n) [m].
-        overlap: as the chain's variable, shape (T, n + 1) [m].
-        contact_force: as the chain's variable, shape (T, n + 1) [N].
+        overlap: variable of the chain, shape (T, n + 1) [m].
+        contact_force: variable of the chain, shape (T, n + 1) [N].
     """
     chain = chain_geometry(component)
     parameters: Any = component.parameters
@@ -50,7 +50,7 @@ def make_history(
 def chain_geometry(component: Component) -> Any:
     """Return the `Geometry` of a chain; `ParameterError` for any other component."""
     if component.name != "chain":
-        raise ParameterError(f"got a {component.name!r}", expected="a chain", hint="only chains are measured", at="component")
+        raise ParameterError(f"got a {component.name!r}", expected="a chain", hint="no other is supported", at="component")
     return component.geometry  # type: ignore[attr-defined]
 
 
@@ -58,7 +58,7 @@ def history(log: Log, segment: int | None = None) -> History:
     """Return the history in a log of a chain: its frames, and the geometry derived from its parameters.
 
     Args:
-        log: as returned by `ge.open_log`.
+        log: log opened by `ge.open_log`.
         segment: number of the run, from 0; resets and restores during recording divide a log into several runs.
 
     Raises:
@@ -66,31 +66,31 @@ def history(log: Log, segment: int | None = None) -> History:
         LogError: not a log of a chain, velocity not recorded, or a log with several runs and no `segment`.
     """
     if isinstance(log, Component):
-        raise ParameterError("got a running chain", expected="a log", hint="watch a chain with measurement.observe", at="log")
+        raise ParameterError("got a running chain", expected="a log", hint="use measurement.observe", at="log")
     if not hasattr(log, "new_component"):
-        raise ParameterError(f"got {one_line(log)}", expected="what granular_env.open_log gives", at="log")
+        raise ParameterError(f"got {one_line(log)}", expected="a log opened by granular_env.open_log", at="log")
     component = log.new_component() if log.metadata["component"] == "chain" else None
     if component is None:
         raise LogError(
-            f"log {str(log.path)!r} is of a {log.metadata['component']!r}", expected="a chain", hint="only chains are measured"
+            f"log {str(log.path)!r} is of {log.metadata['component']!r}", expected="a chain", hint="no other is supported"
         )
     if "velocity" not in log.variables:
         raise LogError(
-            f"velocity was not recorded, recorded are {', '.join(log.variables) or 'none'}",
+            f"velocity was not recorded (recorded: {', '.join(log.variables) or 'none'})",
             hint="record with variables=['velocity', 'displacement']",
             source=f"log {str(log.path)!r}",
         )
     own = _find_segment(log, segment)
     time, velocity = log.series("velocity", own)
     if not len(time):
-        raise LogError(f"log {str(log.path)!r} holds no frame of the velocity", hint="record with every= and step")
+        raise LogError(f"log {str(log.path)!r} contains no frame of velocity", hint="record with every=, and call step")
     frames = {}
     for name in ("displacement" if "displacement" in log.variables else "overlap", "contact_force"):
         if name in log.variables:
             times, frames[name] = log.series(name, own)
             if not np.array_equal(times, time):
                 raise LogError(
-                    "recorded at other times than velocity",
+                    "recorded at different times than velocity",
                     hint="record both at the same times",
                     at=("frames", name),
                     source=f"log {str(log.path)!r}",
@@ -104,7 +104,7 @@ def _find_segment(log: Log, number: int | None) -> Segment | None:
         return segments[whole_number("segment", number, 0, len(segments) - 1)]
     if len(segments) > 1:
         raise LogError(
-            f"log {str(log.path)!r} holds {len(segments)} runs, a reset or restore between them",
-            hint=f"name one: segment = 0 to {len(segments) - 1}",
+            f"log {str(log.path)!r} contains {len(segments)} runs, separated by resets or restores",
+            hint=f"select one with segment = 0 to {len(segments) - 1}",
         )
     return segments[0] if segments else None

@@ -58,7 +58,7 @@ class Watch:
     def history(self) -> History:
         """Return the history so far, as a copy."""
         if self._component is None:
-            raise ParameterError("it has seen no chain yet", hint="let it look on: chain.observe(watch)", at="watch")
+            raise ParameterError("it has not observed a chain yet", hint="attach it with chain.observe(watch)", at="watch")
         time = np.array(self._ticks) * self._component.step_size
         frames = {name: np.array([frame[i] for frame in self._frames]) for i, name in enumerate(self._variables)}
         return make_history(self._component, time, **frames)
@@ -103,7 +103,7 @@ def observe(chain: Component, duration: float, every: float, **inputs: Any) -> H
         chain: the chain; afterwards its state is that after ``chain.step(duration, **inputs)``.
         duration: a whole number of internal steps [s].
         every: time between two frames, a whole number of internal steps [s].
-        **inputs: of the step: numbers or profiles.
+        **inputs: inputs of the step (numbers or profiles).
 
     Raises:
         ParameterError: not a chain, a time that is not a whole number of steps, an invalid input, or too many frames.

@@ -18,14 +18,14 @@ class WaveInChain:
 
     Attributes:
         grain: the fastest grain at that instant.
-        position: of the crest between the grains, in the reference configuration [m].
+        position: position of the crest between the grains, in the reference configuration [m].
         amplitude: the fastest grain's velocity at that instant [m/s]. While the crest is between two grains, it is up to a
             quarter below the amplitude from `waves_at`.
         first: first grain of the wave.
         last: last grain of the wave.
-        kinetic_energy: of the wave's grains [J].
-        potential_energy: of its contacts, above the static energy; a contact at the border counts half [J].
-        momentum: in the wave's direction [kg m/s].
+        kinetic_energy: kinetic energy of the wave's grains [J].
+        potential_energy: potential energy of its contacts, above the static energy; a contact at the border counts half [J].
+        momentum: momentum in the wave's direction [kg m/s].
     """
 
     grain: int
@@ -51,8 +51,8 @@ def waves_along(
     Neighbouring waves share no grain, so energies add up.
 
     Args:
-        history: of a chain, with overlaps.
-        time: the nearest frame is taken [s].
+        history: history of a chain, with overlaps.
+        time: time of the instant [s]; the nearest frame is used.
         above: least velocity of a wave's fastest grain, greater than 0 [m/s].
         separation: as in `waves_at`, here along the chain.
         direction: direction in which the waves run.

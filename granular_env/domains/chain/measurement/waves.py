@@ -31,7 +31,7 @@ class Wave:
         duration: time for which the velocity exceeds half the amplitude [s]; NaN if it does not fall below half.
         width: duration x speed, full width at half the amplitude [m].
         begin: time of the minimum of the velocity before the crest, or of its last sample that is not positive [s].
-        end: likewise after the crest [s].
+        end: time of the corresponding minimum or sample after the crest [s].
     """
 
     grain: int
@@ -53,7 +53,7 @@ def waves_at(
     A wave is a maximum of the grain's velocity, as in the pulse counts of Nesterenko (1983), sections 3.1 to 3.4.
 
     Args:
-        history: of a chain.
+        history: history of a chain.
         grain: the first is 0.
         above: smallest amplitude that counts, greater than 0 [m/s].
         separation: two maxima are separate waves if the velocity between them falls below this fraction of the lower
@@ -111,7 +111,7 @@ def _wave_speed(
         return [one.time for one in found if one.height >= _SAME_WAVE * crest.height]
 
     def arrival_time(found: list[Crest], lead: int) -> float:
-        """Return the time of the same crest at a neighbour, if `lead` more crests than here have passed it by now; else NaN."""
+        """Return the time of this crest at a neighbour; NaN unless exactly `lead` more crests have passed the neighbour."""
         others = crest_times(found)
         passed = sum(time < crest.time for time in others)
         return others[number] if passed == number + lead and number < len(others) else math.nan
@@ -145,7 +145,7 @@ def _matching_crest(history: History, values: np.ndarray, wave: Wave) -> Crest:
         found = [c for c in found if c.time <= wave.time] or found
         if found:
             return max(found, key=lambda c: (c.time, c.height))
-    raise ParameterError(f"the contact behind grain {wave.grain} is not pressed at {wave.time:g} s", at="wave")
+    raise ParameterError(f"the contact behind grain {wave.grain} is not compressed at {wave.time:g} s", at="wave")
 
 
 def energy_of(history: History, wave: Wave) -> float:
@@ -215,6 +215,6 @@ def phase_shifts(
     for name, waves in zip(("history", "reference"), seen, strict=True):
         if not waves:
             raise ParameterError(
-                f"no wave above {above:g} m/s passes grain {grain}", hint="lower the threshold or look longer", at=name
+                f"no wave above {above:g} m/s passes grain {grain}", hint="lower the threshold or run longer", at=name
             )
     return [Shift(old.time - new.time, new.amplitude / old.amplitude - 1.0) for new, old in zip(*seen, strict=False)]

@@ -87,7 +87,7 @@ class AbsorptionTask(DrivenEndTask):
     def objective(self, component: Chain, steps: int) -> Objective:
         """Return the final energy of the grains divided by the present energy of the chain (1 J if that is 0)."""
         incoming = float(ChainRows([component]).tail_energy(0))
-        text = "energy left in the chain at the end over that at the start"
+        text = "final energy of the chain divided by its initial energy"
         return Objective(
             _add_to_sums, single_sum_value, _pullback, np.array([incoming if incoming > 0.0 else 1.0]), description=text
         )

@@ -241,12 +241,12 @@ def refuse_unreachable_deadline(
         if most >= target or (step >= end.steps and most > _PART * target):
             break
     drive = " and ".join(f"{name} = {value:g}" for name, value in inputs.items())
-    reason = f"{drive} from the first one on brings nothing earlier" if drive else "the fastest wave comes no earlier"
+    reason = f"{drive} from the first step on is no faster" if drive else "the fastest wave arrives no earlier"
     refuse_early_deadline(end.steps, step, end.duration, reason)
     if most < target and unit:
         issue_warning(
-            f"deadline: {end.steps} control steps of {end.duration:g} s are too few: with {drive} from the first on, "
-            f"{most:.3g} {unit} of the wanted {target:g} {unit} arrive; give a later deadline, or a larger action_scale"
+            f"deadline: {end.steps} control steps of {end.duration:g} s are too few: with {drive} from the first step on, only "
+            f"{most:.3g} {unit} of the required {target:g} {unit} arrive; give a later deadline, or a larger action_scale"
         )
 
 

@@ -100,7 +100,7 @@ class EnergyDeliveryTask(DrivenEndTask):
         Without dissipation and from rest, the final energy of the chain is the work done, and the objective is 1 minus the
         return. The energy of a piston's grain is not counted.
         """
-        text = "squared relative error of the energy delivered, and the price of the energy in the chain"
+        text = "squared relative error of the delivered energy, plus the cost of the energy in the chain"
         constants = np.array([*self.constants, self._first + 1.0])
         return Objective(_add_to_sums, _objective_value, _pullback, constants, count=2, description=text)
 

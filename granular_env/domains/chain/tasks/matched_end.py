@@ -50,10 +50,10 @@ class MatchedPiston:
     the piston to the predicted position of this grain.
 
     Args:
-        mass: of a grain [kg].
+        mass: mass of a grain [kg].
         stiffness: k of a contact [N/m^1.5].
         step_size: internal step of the virtual chain [s].
-        duration: of a control step [s].
+        duration: duration of a control step [s].
         scale: velocity at action 1 [m/s].
         sensors: scales of the observation.
     """
@@ -94,10 +94,10 @@ class MatchedForce:
     its acceleration; the impulse that the virtual grains behind it receive in this step is applied to the end grain in reverse.
 
     Args:
-        mass: of a grain [kg].
+        mass: mass of a grain [kg].
         stiffness: k of a contact [N/m^1.5].
         step_size: internal step of the virtual chain [s].
-        duration: of a control step [s].
+        duration: duration of a control step [s].
         scale: force at action 1 [N].
         sensors: scales of the observation.
     """
@@ -145,7 +145,7 @@ class Dashpot:
     Args:
         coefficient: c [N / (m/s)^p].
         exponent: p.
-        duration: of a control step [s].
+        duration: duration of a control step [s].
         scale: force at action 1 [N].
         sensors: scales of the observation.
     """

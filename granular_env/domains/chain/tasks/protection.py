@@ -152,7 +152,7 @@ class ProtectionTask(DrivenEndTask):
             ParameterError: the contacts are not Hertz contacts.
         """
         hertz_constants(self.name, component)
-        text = "undelivered part of the wall's impulse, its positive part rounded, and the p-norm of its force / peak_scale"
+        text = "smoothed undelivered fraction of the wall's impulse, plus the p-norm of the wall force / peak_scale"
         return Objective(
             _add_to_sums, _objective_value, _pullback, np.array([*self.constants, *sharpness]), count=2, description=text
         )

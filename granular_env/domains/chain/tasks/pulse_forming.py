@@ -111,7 +111,7 @@ class PulseFormingTask(WaveTask):
         if np.any(amplitudes <= 0.0):
             raise ParameterError(f"got {amplitudes.tolist()} m/s", expected="more than 0", at="amplitude")
         if len(amplitudes) != len(places) or not np.all((places >= 0.0) & (places <= grains - 1)):
-            expected = f"grains from 0 to {grains - 1}, one for each of {len(amplitudes)} waves"
+            expected = f"one grain number from 0 to {grains - 1} for each of {len(amplitudes)} waves"
             raise ParameterError(f"got {places.tolist()}", expected=expected, at="place")
         shapes, speeds = wave_shapes(mass, stiffness, rest, amplitudes)
         waves = np.column_stack([amplitudes, places, speeds])

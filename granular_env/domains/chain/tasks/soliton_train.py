@@ -59,8 +59,8 @@ class SolitonTrainTask(WaveTask):
         self.waves, self.amplitude, self.spacing, self.front = waves, amplitude, spacing, front
         mass, stiffness, rest = hertz_constants(self.name, chain)
         if rest > 0.0:
-            came = "waves of many heights have one shape only in a chain without it"
-            raise ParameterError(came, hint="take PulseForming-v1", at="precompression")
+            came = "waves of different heights share one shape only without precompression"
+            raise ParameterError(came, hint="use PulseForming-v1", at="precompression")
         shapes, speeds = wave_shapes(mass, stiffness, 0.0, np.ones(1))
         self.speed = float(speeds[0])
         names = [f"{what}_{w + 1}" for w in range(waves) for what in ("amplitude", "place", "speed")]
@@ -70,7 +70,7 @@ class SolitonTrainTask(WaveTask):
         self.constants = WaveTarget(horizon, end.duration, unit, positive_number("window", window), np.zeros(0), shapes)
         least = 2.0 * half_width(shapes, 0)
         if waves > 1 and spacing[0] < least:
-            hint = "nearer waves lie over each other"
+            hint = "waves at smaller distances overlap"
             raise ParameterError(f"got {spacing}", expected=f"{least:g} grains or more", hint=hint, at="spacing")
         for place in (front[0] - (waves - 1) * spacing[1], front[1]):
             refuse_crowded_waves(shapes, np.array([[amplitude[0], place, 0.0]]), self.grains, "front")
@@ -119,12 +119,12 @@ class SolitonTrainTask(WaveTask):
         return goal.reshape(-1)
 
     def objective(self, component: Chain, steps: int, *, goal: FloatArray | None = None) -> Objective:
-        """Return the distance from the demanded waves after the last control step, which is minus the return.
+        """Return the distance from the requested waves after the last control step, which is minus the return.
 
         Args:
             component: the driven chain.
             steps: control steps.
-            goal: the demanded waves, as returned by `sample_goal` or `parse_goal`; default: the goal of seed 0.
+            goal: the requested waves, as returned by `sample_goal` or `parse_goal`; default: the goal of seed 0.
         """
         demanded = self.sample_goal(np.random.default_rng(0)) if goal is None else goal
         squares = float(np.sum(demanded[AMPLITUDE::COLUMNS] ** 2))
@@ -132,12 +132,12 @@ class SolitonTrainTask(WaveTask):
         return distance_objective(demanded, self.constants.shapes, energy, self.end.duration)
 
     def baselines(self) -> Mapping[str, Policy]:
-        """Return the policy "nothing", and the drive of the demanded waves passing the left end."""
+        """Return the policy "nothing", and the drive of the requested waves passing the left end."""
         return {"nothing": Constant(0.0), "theory": PassingTrain(self)}
 
 
 class PassingTrain:
-    """Action of the missing grains on the left end while the requested waves pass: goal read from ``info``, then open-loop.
+    """Open-loop drive by the missing grains on the left as the waves of the goal pass; ``info`` provides the goal.
 
     Args:
         task: task with the goal.
@@ -148,7 +148,7 @@ class PassingTrain:
         self.reset()
 
     def reset(self) -> None:
-        """Discard the last demand, so that the next demand is read."""
+        """Discard the last goal, so that the next goal is read."""
         self.step, self.drive = 0, np.zeros(0)
 
     def __call__(self, observation: Any, info: Mapping[str, Any]) -> FloatArray:
@@ -204,7 +204,7 @@ def make_soliton_train(
     count, gaps, first = whole_number("waves", waves, 1, 16), parse_range("spacing", spacing), parse_range("front", front)
     last = chain.parameters.grains - 1
     if first[0] - (count - 1) * gaps[1] < 0.0 or first[1] > last:
-        expected = f"places up to {last} that leave room for {count} waves with up to {gaps[1]:g} grains between them"
+        expected = f"places up to {last} that leave space for {count} waves at distances of up to {gaps[1]:g} grains"
         raise ParameterError(f"got {one_line(front)}", expected=expected, at="front")
     heights = parse_range("amplitude", amplitude)
     task = partial(SolitonTrainTask, end=end, waves=count, amplitude=heights, spacing=gaps, front=first, window=window)

@@ -1,8 +1,8 @@
-"""Wanted solitary waves: shapes, distance of a chain's state from them in the energy norm, and drives that generate them.
+"""Target solitary waves: shapes, distance of a chain's state from them in the energy norm, and drives that generate them.
 
 A goal has rows (amplitude, place, speed): largest grain velocity [m/s], place of the crest at the deadline (a real number,
 the first grain is 0), and speed [grains/s]. Before the deadline, the target crest is behind its place by speed x time left,
-so a correct wave matches the target at all times. Rows of amplitude 0 are ignored.
+so an exact wave matches the target at all times. Rows of amplitude 0 are ignored.
 
 Shapes are tables over the distance to the crest: grain velocity / amplitude, and energy root of the contact / (sqrt(m)
 amplitude), for the exact lattice wave (`theory.lattice_wave`), with cubic interpolation through four points. Without
@@ -157,12 +157,12 @@ def compare_with_goals(law, tables, shapes, goals, time_left, windows, energies,
 
     Args:
         law: a contact law of the class used by the chains.
-        tables: of the chains.
-        shapes: of the waves.
+        tables: tables of the chains.
+        shapes: shapes of the waves.
         goals: rows (amplitude, place, speed), shape (chains, 3 waves).
         time_left: time until the deadline [s].
         windows: half width of a wave's window [grains].
-        energies: of the wanted waves, the unit of the distance [J].
+        energies: energies of the target waves, which normalise the distance [J].
         results: shape (chains, 3); written.
     """
     for k in range(len(time_left)):
@@ -183,7 +183,7 @@ _ENERGY, _WAVES, _DURATION, _WAY, _GOAL = range(5)
 
 @jit
 def _step_weight(step, steps, constants):
-    """Return the weight of the distance after a control step: way / steps for each step, plus 1 - way for the last."""
+    """Return the weight of the distance after a control step: way / steps, plus 1 - way for the last step."""
     way = constants[_WAY]
     return way / steps + (1.0 - way if step == steps - 1 else 0.0)
 
@@ -211,14 +211,14 @@ def distance_objective(goal: FloatArray, shapes: FloatArray, energy: float, dura
 
     Args:
         goal: rows (amplitude, place, speed), flattened.
-        shapes: of the waves.
-        energy: of the waves [J].
-        duration: of a control step [s].
+        shapes: shapes of the waves.
+        energy: energy of the waves [J].
+        duration: duration of a control step [s].
         way: weight, 0 to 1, of the mean distance over all control steps. This mean has a gradient far from any solution,
             where the final distance of a misplaced wave has none.
     """
     constants = np.concatenate([[energy, len(goal) // COLUMNS, duration, way], goal, shapes])
-    text = "square of the distance to the wanted waves at the end, in the energy norm, over their energy"
+    text = "final squared distance from the wanted waves in the energy norm, divided by their energy"
     return Objective(_add_to_sums, single_sum_value, _pullback, constants, description=text)
 
 
@@ -229,10 +229,10 @@ def wave_shapes(mass: float, stiffness: float, rest_overlap: float, amplitudes: 
     """Return the shapes of the wanted waves in the layout of the kernels, and their speeds [grains/s], shape (waves,).
 
     Args:
-        mass: of a grain [kg].
+        mass: mass of a grain [kg].
         stiffness: k of its contacts [N/m^1.5].
         rest_overlap: overlap of the contacts at rest; 0 without precompression [m].
-        amplitudes: of the waves, shape (waves,) [m/s].
+        amplitudes: amplitudes of the waves, shape (waves,) [m/s].
     """
     constant = stiffness / mass
     if rest_overlap <= 0.0:
@@ -266,7 +266,7 @@ def _precompressed_wave(constant: float, rest_overlap: float, amplitude: float) 
     if amplitude_excess(low) > 0.0 or amplitude_excess(high) < 0.0:
         raise ParameterError(
             f"got {amplitude:g} m/s",
-            expected=f"1e-2 to 1e7 times {unit:.3g} m/s in a chain of this precompression",
+            expected=f"1e-2 to 1e7 times {unit:.3g} m/s at this precompression",
             at="amplitude",
         )
     height = float(exponential(brentq(amplitude_excess, low, high, xtol=1e-13)))  # type: ignore[arg-type]
@@ -317,7 +317,7 @@ def shape_energies(shapes: FloatArray, amplitudes: FloatArray) -> FloatArray:
 
 
 def half_width(shapes: FloatArray, row: int) -> float:
-    """Return a wave's half width: a thousandth of its kinetic energy is farther behind the crest than this [grains]."""
+    """Return a wave's half width: a thousandth of its kinetic energy is farther than this behind the crest [grains]."""
     place, velocity = _velocity_table(shapes, row)
     squares = velocity * velocity
     return float(-place[np.searchsorted(np.cumsum(squares), _PART * squares.sum())])
@@ -341,9 +341,9 @@ def passing_waves(shapes: FloatArray, goal: FloatArray, duration: float, steps: 
     the impulse, exactly for the infinite chain. The velocity of a piston is the mean velocity of grain 0.
 
     Args:
-        shapes: of the waves.
+        shapes: shapes of the waves.
         goal: rows (amplitude, place, speed), due after the last step.
-        duration: of a control step [s].
+        duration: duration of a control step [s].
         steps: number of control steps.
         action: the input, "left_force" or "left_velocity".
     """
@@ -390,9 +390,9 @@ def refuse_early_waves(shapes: FloatArray, waves: FloatArray, duration: float, s
     """Refuse waves that would have to be in the chain before the agent can send them.
 
     Args:
-        shapes: of the waves.
+        shapes: shapes of the waves.
         waves: rows (amplitude, place, speed).
-        duration: of a control step [s].
+        duration: duration of a control step [s].
         steps: control steps until the deadline.
         name: name of the argument at fault.
 
@@ -407,7 +407,7 @@ def refuse_early_waves(shapes: FloatArray, waves: FloatArray, duration: float, s
             front = place[np.flatnonzero(ahead / ahead[0] > _PART)[-1]]
             # At the start this point must be left of the first grain's left side.
             least = math.floor((wave[PLACE] + front + 0.5) / (wave[SPEED] * duration)) + 1
-            arrival = f"a wave of {wave[AMPLITUDE]:g} m/s needs them from the left end to grain {wave[PLACE]:g}"
+            arrival = f"a wave of {wave[AMPLITUDE]:g} m/s needs this many to travel from the left end to grain {wave[PLACE]:g}"
             refuse_early_deadline(steps, least, duration, arrival, name)
 
 
@@ -415,9 +415,9 @@ def refuse_crowded_waves(shapes: FloatArray, waves: FloatArray, grains: int, nam
     """Refuse waves that overlap or extend beyond an end of the chain, because no state is their sum.
 
     Args:
-        shapes: of the waves.
+        shapes: shapes of the waves.
         waves: rows (amplitude, place, speed), in any order.
-        grains: of the chain.
+        grains: number of grains of the chain.
         name: name of the argument at fault.
 
     Raises:
@@ -428,15 +428,15 @@ def refuse_crowded_waves(shapes: FloatArray, waves: FloatArray, grains: int, nam
         low, high = half - 0.5, grains - 0.5 - half
         if not low <= place <= high:
             raise ParameterError(
-                f"a wave at grain {place:g} hangs over the end of the chain",
+                f"a wave at grain {place:g} extends beyond the end of the chain",
                 expected=f"{low:g} to {high:g}",
-                hint="give another place, or more grains",
+                hint="choose another place, or more grains",
                 at=name,
             )
     for (place, half), (other, other_half) in zip(kept, kept[1:], strict=False):
         if other - place < half + other_half:
             raise ParameterError(
-                f"waves at grains {place:g} and {other:g} lie over each other",
-                expected=f"{half + other_half:g} grains between them or more",
+                f"waves at grains {place:g} and {other:g} overlap",
+                expected=f"a distance of at least {half + other_half:g} grains",
                 at=name,
             )

@@ -84,7 +84,7 @@ class ChainViews(Views):
         """Return the close-up."""
         if not has_closeup(motion):
             return []
-        name = f"Close-up: the {WINDOW} grains around the one of largest {motion.colour_variable.name}"
+        name = f"Close-up: the {WINDOW} grains around the largest {motion.colour_variable.name}"
         drawn = f"overlaps drawn {scales.stretch_text}" if motion.located else "positions at the start"
         return [(closeup_camera(motion).make_pane(f"{name}; {drawn}", ["closeup/**"]), 1.2)]
 
@@ -104,11 +104,11 @@ class ChainViews(Views):
             limit = f"{self._row.contact_limit:g} {motion.contact_unit}"
             words.append(f"**Bars below:** {motion.contact_name} of each contact, full length {limit}.")
         if has_closeup(motion):
-            words.append(f"**Close-up:** the {WINDOW} grains around the one of largest {name}, numbered from 0 at the left.")
+            words.append(f"**Close-up:** the {WINDOW} grains around the largest {name}, numbered from 0 at the left.")
         if len(motion.times) > 1 or not scales.settled:
-            words.append(f"**x-t diagram:** {name} of every grain; grey: instants of which there is no frame.")
+            words.append(f"**x-t diagram:** {name} of every grain; grey: instants without a frame.")
         if len(motion.times) > 1:
-            words.append("The orange line is now.")
+            words.append("The orange line marks the present time.")
         return words
 
 

@@ -124,7 +124,7 @@ def make_splitting(
         raise ParameterError(f"got {component.parameters.rows}", expected="1, a single row to split", at=("discs", "rows"))
     links = len(component.get("linked"))
     if links < 2:
-        raise ParameterError(f"got {one_line(columns)}", expected="at least 3: a link to break, one to keep", at="columns")
+        raise ParameterError(f"got {one_line(columns)}", expected="at least 3 discs, which have 2 links", at="columns")
     target = whole_number("target", target, 0, links - 1)
     settings: dict[str, Any] = {"internal_steps": 4, "deadline": 60, **options}
     control_step, deadline = (

@@ -158,12 +158,12 @@ def make_buried_target(
     loads = whole_number("loads", loads)
     if loads > (_COLUMNS - 2) // _SPACING:
         raise ParameterError(
-            f"got {loads}", expected=f"at most {(_COLUMNS - 2) // _SPACING}: they are {_SPACING} cells apart", at="loads"
+            f"got {loads}", expected=f"at most {(_COLUMNS - 2) // _SPACING} loads, {_SPACING} cells apart", at="loads"
         )
     place = [finite_number(f"target[{axis}]", number) for axis, number in enumerate(_parse_pair(target))]
     if not (abs(place[0]) <= 0.5 * _COLUMNS * _CELL and -_ROWS * _CELL <= place[1] < 0.0):
         raise ParameterError(
-            f"got {place}", expected="a point of the block: |x| at most 0.15 m, y from -0.18 m to below 0", at="target"
+            f"got {place}", expected="a point inside the block: |x| at most 0.15 m, y from -0.18 m to below 0", at="target"
         )
     settings: dict[str, Any] = {"internal_steps": 4, "deadline": 24, "hold": 1, "clock": 2, **options}
     internal_steps, deadline, hold = (whole_number(name, settings[name]) for name in ("internal_steps", "deadline", "hold"))
