@@ -312,7 +312,7 @@ def forget_code():
     """Unload the package, as in a new process."""
     sys.modules.pop("ball_of_another_package", None)
     importlib.invalidate_caches()
-    for cached in (jit._hashed_packages, code_hash):
+    for cached in (jit._hashed_package_names, code_hash):
         cached.cache_clear()
 
 

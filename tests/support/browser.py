@@ -112,10 +112,6 @@ class Browser:
         return [one["request"]["url"] for one in sent]
 
     def take_screenshot(self, path: Path, whole: bool = True) -> None:
-<<<<<<< HEAD
-        """Write a picture of the page."""
-=======
         """Save a screenshot as PNG, of the whole page by default."""
->>>>>>> m4
         data = self.call("Page.captureScreenshot", captureBeyondViewport=whole)["data"]
         path.write_bytes(base64.b64decode(data))
