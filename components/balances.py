@@ -68,5 +68,5 @@ def balance_variables(balance: Balance) -> Iterable[Variable]:
             text = words if what == "stored" and quantity in words else f"{words}: {quantity} {what}"
             yield Variable(name, "output", balance.unit, np.shape(amount), text)
     added, given = (" + ".join(names) for names in ([*balance.stored, *balance.lost], balance.supplied))
-    text = f"{added} - {quantity} at the reset{f' - ({given})' if given else ''}: the error of the numerics"
+    text = f"error of the numerical scheme: {added} - {quantity} at the reset{f' - ({given})' if given else ''}"
     yield Variable(f"{balance.quantity}_residual", "output", balance.unit, np.shape(balance.residual), text)

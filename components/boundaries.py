@@ -42,7 +42,7 @@ class Symmetry(Boundary):
     """A mirror: nodes or automata slide along the edge, which lies along x or along y."""
 
     precedence: ClassVar[int] = 1
-    name: Literal["symmetry"] = field("symmetry", "a mirror: what lies on the edge slides along it", "1")
+    name: Literal["symmetry"] = field("symmetry", "a mirror plane: nodes or automata slide along the edge", "1")
 
 
 class Periodic(Boundary):
@@ -56,7 +56,7 @@ class PrescribedVelocity(Boundary):
 
     precedence: ClassVar[int] = 2
     name: Literal["velocity"] = field("velocity", "prescribed velocity, an input", "1")
-    components: Literal["both", "x", "y"] = field("both", "which components are prescribed; the other one is free", "1")
+    components: Literal["both", "x", "y"] = field("both", "prescribed velocity components; the other component is free", "1")
 
     @property
     def prescribed_axes(self) -> tuple[int, ...]:

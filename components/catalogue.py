@@ -91,7 +91,7 @@ def _load_class(entry_point: EntryPoint) -> type[Component]:
         loaded = entry_point.load()
     except Exception as error:
         came = f"loading {entry_point.value} failed: {type(error).__name__}: {error}"
-        raise ParameterError(came, hint="install or mend its package", source=source) from error
+        raise ParameterError(came, hint="install or fix the package that provides it", source=source) from error
     if not (isinstance(loaded, type) and issubclass(loaded, Component)):
         raise ParameterError(f"got {entry_point.value}", expected="a subclass of Component", source=source)
     return loaded

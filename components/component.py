@@ -59,8 +59,8 @@ class Component(Stepping):
         try:
             self._build()
         except MemoryError as error:
-            came = f"this size does not fit into memory: {error}"
-            raise ParameterError(came, hint="make it smaller", source=self._full_name) from None
+            came = f"a component of this size does not fit into memory: {error}"
+            raise ParameterError(came, hint="reduce its size", source=self._full_name) from None
         # Parameters at their defaults are not hashed, so that adding a parameter later does not change existing identities.
         chosen = self.parameters.model_dump(mode="json", exclude_defaults=True)
         self.identity: str = hashlib.sha256(canonical_json([self.name, self.version, chosen])).hexdigest()
@@ -89,7 +89,7 @@ class Component(Stepping):
     def __setattr__(self, name: str, value: Any) -> None:
         variables = self.__dict__.get("variables", {})
         if name in variables or (variables and name == "parameters"):
-            hint = f"parameters are fixed, an input is given to step(duration, {name}=...), a start value to reset({name}=...)"
+            hint = f"parameters are fixed; pass an input to step(duration, {name}=...), a start value to reset({name}=...)"
             raise ParameterError("cannot be set", hint=hint, at=name)
         object.__setattr__(self, name, value)
 
@@ -202,7 +202,7 @@ class Component(Stepping):
         variable = self.variables.get(name)
         if variable is None or not variable.state:
             known = [v.name for v in self.variables.values() if v.state]
-            came = "an output, but not of the state" if variable is not None else "unknown"
+            came = "it is an output, but not part of the state" if variable is not None else "unknown"
             raise ParameterError(came, hint=spelling_hint(name, known), at=("start", name), source=self._full_name)
         return start_array(("start", name), value, variable.shape)
 
@@ -210,8 +210,8 @@ class Component(Stepping):
         for balance in self.balances():
             for name, amount in balance.entries.items():
                 if not np.isfinite(amount).all():
-                    came = f"a {name} of {one_line(amount)} {balance.unit} follows from these values"
-                    raise ParameterError(came, expected="a finite one", hint="give smaller values", at="start")
+                    came = f"these values give a {name} of {one_line(amount)} {balance.unit}"
+                    raise ParameterError(came, expected="a finite amount", hint="give smaller values", at="start")
 
     # -- reading ----------------------------------------------------------------------------------------------------
 
@@ -372,17 +372,17 @@ class Component(Stepping):
     def refuse_foreign_snapshot(self, snapshot: Snapshot) -> None:
         """Raise the error that `restore` would raise for this snapshot; change nothing."""
         if snapshot.__class__ is not Snapshot:
-            expected = "what save() or Snapshot.from_bytes() gave"
+            expected = "a snapshot from save() or Snapshot.from_bytes()"
             raise ParameterError(f"got {one_line(snapshot)}", expected=expected, at="snapshot")
         if snapshot.identity != self.identity:
             raise ParameterError(
-                f"got one of a component with identity {str(snapshot.identity)[:12]}...",
-                expected=f"one with {self.identity[:12]}..., as this {self._full_name} has",
-                hint="restore it into one of the same parameters and version",
+                f"got a snapshot of a component with identity {str(snapshot.identity)[:12]}...",
+                expected=f"{self.identity[:12]}..., the identity of this {self._full_name}",
+                hint="restore it into a component with the same parameters and version",
                 at="snapshot",
             )
         if self._block.list_sizes(snapshot.data) is None:
-            came = f"got a state of {len(snapshot.data)} bytes, whose sizes do not agree"
+            came = f"got a state of {len(snapshot.data)} bytes, with inconsistent sizes"
             raise ParameterError(came, expected=f"a state of this {self._full_name}", at="snapshot")
         if not snapshot.is_checked:
             self._refuse_invalid_state(self._block, snapshot.data, snapshot.tick, ("snapshot",))
@@ -398,10 +398,10 @@ class Component(Stepping):
             ticks, kinds, indices = events.T[:3]
             first, beyond = self._index_limits[kinds.astype(np.int64)].T
             if not ((indices >= first) & (indices < beyond) & (np.diff(ticks, append=tick) >= 0.0)).all():
-                expected = f"indices of existing elements, and ticks that do not decrease, up to {tick}"
-                raise ParameterError("got other events", expected=expected, at=(*at, "events"))
+                expected = f"events with indices of existing elements, and ticks that do not decrease, up to {tick}"
+                raise ParameterError("got invalid events", expected=expected, at=(*at, "events"))
         if fault := self._contradiction(state):
-            raise ParameterError(fault, hint="save() gives no such state", at=at)
+            raise ParameterError(fault, hint="save() never returns such a state", at=at)
         for part, prefix, part_ticks in self._included:
             part._refuse_invalid_state(block, data, tick * part_ticks, (*at, prefix))
 
@@ -415,8 +415,8 @@ class Component(Stepping):
 
     def _snapshot_inputs(self, snapshot: Snapshot) -> Mapping[str, Held]:
         if snapshot.inputs.keys() != self._inputs.keys():
-            expected = f"those of this {self._full_name}, {sorted(self._inputs)}"
-            raise ParameterError(f"got one with the inputs {sorted(snapshot.inputs)}", expected=expected, at="snapshot")
+            expected = f"the inputs of this {self._full_name}, {sorted(self._inputs)}"
+            raise ParameterError(f"got a snapshot with the inputs {sorted(snapshot.inputs)}", expected=expected, at="snapshot")
         held = self.checked_inputs(snapshot.inputs)
         # Keep the snapshot's own mapping if its values are unchanged: the next restore then skips the checks.
         return snapshot.inputs if all(held[name] is value for name, value in snapshot.inputs.items()) else held

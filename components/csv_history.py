@@ -98,7 +98,7 @@ def read_history(
     try:
         lines, cells = _read_rows(Path(path), delimiter, skip)
         if not cells:
-            raise ParameterError("it holds no rows", hint="write a header such as 'time [us],force [kN]' and samples")
+            raise ParameterError("it has no rows", hint="write a header such as 'time [us],force [kN]' and samples")
         header = None if any(_is_number(cell, decimal) for cell in cells[0]) else cells[0]
         columns = [
             _column_conversion(cells[0], header, lines[0], "time", time_column, time_unit, "s", False),
@@ -117,11 +117,11 @@ def read_history(
 def _read_rows(path: Path, delimiter: str, skip: int) -> tuple[list[int], list[list[str]]]:
     """Return the numbers and the cells of all lines except comments, empty lines and skipped lines."""
     try:
-        text = read_limited_file(path, LARGEST_FILE, "thin the samples out").decode("utf-8-sig")
+        text = read_limited_file(path, LARGEST_FILE, "reduce the number of samples").decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise ParameterError(f"byte {error.start} is not UTF-8 text", hint="save the file as plain CSV") from None
     except OSError as error:
-        hint = "paths are relative to the experiment file, from Python to the current folder"
+        hint = "paths in an experiment are relative to its file, paths in Python to the current folder"
         raise ParameterError(f"{path} cannot be read: {error.strerror or error}", hint=hint) from None
     lines = {number: line.strip() for number, line in enumerate(text.splitlines(), start=1) if number > skip}
     lines = {number: line for number, line in lines.items() if line and not line.startswith("#")}
@@ -134,7 +134,7 @@ def _read_rows(path: Path, delimiter: str, skip: int) -> tuple[list[int], list[l
         cells.append([cell.strip() for cell in row])
         expected = len(cells[0])
         if len(row) != expected or expected < 2:
-            hint = "" if expected > 1 else f"the delimiter is {delimiter!r}: set delimiter or skip"
+            hint = "" if expected > 1 else f"the delimiter is {delimiter!r}; set delimiter, or skip lines of a preamble"
             came = f"line {number}: it has {len(row)} cells"
             raise ParameterError(came, expected=f"{expected} as in the first row" if expected > 1 else "at least 2", hint=hint)
     return list(lines), cells
@@ -150,14 +150,18 @@ def _column_conversion(
     if isinstance(column, str):
         names = [name for name, _ in parsed] if column not in (header or []) else header or []
         if names.count(column) != 1:
-            hint = spelling_hint(column, names) if header else "there is no header line; give the column's number from 0"
-            raise ParameterError(f"{where}: {key} = {column!r} is no column of the header", hint=hint)
+            hint = (
+                spelling_hint(column, names)
+                if header
+                else "the file has no header line; give the number of the column, counted from 0"
+            )
+            raise ParameterError(f"{where}: {key} = {column!r} is not in the header", hint=hint)
         place = names.index(column)
     elif not 0 <= column < len(first_row):
         raise ParameterError(f"{where}: {key} = {column}", expected=f"a column from 0 to {len(first_row) - 1}")
     written = parsed[int(place)][1] if header else None
     if unit is not None and written not in (None, unit) and (written in UNITS or written == wanted_unit):
-        raise ParameterError(f"{where}: the header says {written!r}, and {quantity}_unit = {unit!r} was given", hint="give one")
+        raise ParameterError(f"{where}: the unit in the header is {written!r}, but {quantity}_unit = {unit!r}", hint="omit one")
     found = unit if unit is not None else written
     if found is None:
         raise ParameterError(
@@ -185,7 +189,7 @@ def _parse_samples(
     lines: list[int], cells: list[list[str]], columns: list[_Column], decimal: str, gaps: str, scale: float
 ) -> tuple[FloatArray, FloatArray]:
     if len(lines) < 2:
-        raise ParameterError(f"it holds {len(lines)} samples", expected="at least 2")
+        raise ParameterError(f"it has {len(lines)} samples", expected="at least 2")
     found = []
     for what, factor, (place, multiply, divide) in zip(("time", "value"), (1.0, scale), columns, strict=True):
         numbers = np.empty(len(lines))
@@ -193,7 +197,7 @@ def _parse_samples(
             text = texts[place]
             if not _is_number(text, decimal):
                 came, expected = f"line {line}: the {what} is {text[:40]!r}", f"a finite number such as 1{decimal}5e-3"
-                raise ParameterError(came, expected=expected, hint="set decimal, or skip lines, if need be")
+                raise ParameterError(came, expected=expected, hint="set decimal, or skip lines of a preamble")
             numbers[row] = float(text.replace(decimal, "."))
         with np.errstate(over="ignore"):  # infinite values are refused
             numbers = numbers * multiply / divide * factor
@@ -211,9 +215,9 @@ def _parse_samples(
     if gaps == "refuse" and len(holes):
         at = int(holes[0])
         raise ParameterError(
-            f"line {lines[at + 1]}: a hole from {times[at]:g} s to {times[at + 1]:g} s, one of {len(holes)}, where the median "
+            f"line {lines[at + 1]}: a gap from {times[at]:g} s to {times[at + 1]:g} s, the first of {len(holes)}; the median "
             f"step is {usual:g} s",
-            hint='fill it in, or set gaps = "bridge" to cross it in a straight line',
+            hint='add the samples, or set gaps = "bridge" to interpolate linearly across gaps',
         )
     return times, values
 

@@ -74,7 +74,7 @@ FAULTS = [
     (GOOD.replace("10,301,1.5", "0,301,1.5"), {}, ["line 4", "follows", "line 3"]),
     (GOOD.replace("10,301,1.5\n", ""), {}, ["1 samples, expected at least 2"]),
     (GOOD.replace(" [us]", ""), {}, ["line 2", "no unit", "time_unit"]),
-    (GOOD, {"time_unit": "ms"}, ["line 2", "the header says 'us'", "time_unit = 'ms'"]),
+    (GOOD, {"time_unit": "ms"}, ["line 2", "the unit in the header is 'us'", "time_unit = 'ms'"]),
     (GOOD, {"unit": "m/s"}, ["line 2", "'kN'", "expected m/s"]),
     (GOOD, {"columns": ("tim", "force")}, ["line 2", "time_column = 'tim'", "did you mean 'time'?"]),
     ("0,1\n1,2\n", {"columns": ("time", "force")}, ["line 1", "no header line"]),

@@ -110,7 +110,7 @@ def test_all_faults_are_told_at_once(good):
     ],
 )
 def test_sizes_beyond_all_measure_are_refused_and_nothing_hangs(override):
-    with pytest.raises(ExperimentError, match="units, which are SI"):
+    with pytest.raises(ExperimentError, match="units, which must be SI"):
         prepare_experiment(load_experiment("nesterenko-1983/3.1-one-grain", parse_assignments([f"component.{override}"])))
 
 

@@ -32,7 +32,7 @@ _STOPPED_IN_A_STEP = 0.3
 _NO_PIECES = np.zeros((0, 2))
 # Outside these limits the unit is probably wrong [m, kg/m^3, kg/m^3, m/s]; a heavy striker may weigh as much as many grains.
 _LARGE_RADIUS, _LIGHT_DENSITY, _HEAVY_DENSITY, _SLOW_SOUND = 0.1, 100.0, 1e6, 20.0
-_NUMBERING = "place i is left of grain i, the last one right of the last grain; 0 where there is no contact"
+_NUMBERING = "entry i is left of grain i, the last entry right of the last grain; 0 without a contact"
 _OF_A_WALL = "wall on the chain, positive to the right; 0 without a wall"
 # Kind of an end -> name, unit and description of its input.
 _INPUTS = {
@@ -41,12 +41,12 @@ _INPUTS = {
 }
 # Name, unit, meaning of the index, description.
 _OUTPUTS = (
-    ("position", "m", "grain", "position of the grains' centres, the first one's start is 0"),
-    ("displacement", "m", "grain", "displacement from the start, positive to the right"),
-    ("velocity", "m/s", "grain", "velocity, positive to the right"),
-    ("overlap", "m", "contact", f"approach of the surfaces in each contact, negative: a gap; {_NUMBERING}"),
+    ("position", "m", "grain", "positions of the grain centres; the first grain starts at 0"),
+    ("displacement", "m", "grain", "displacement of each grain from its reference position, positive to the right"),
+    ("velocity", "m/s", "grain", "velocity of each grain, positive to the right"),
+    ("overlap", "m", "contact", f"overlap of the surfaces in each contact, negative for a gap; {_NUMBERING}"),
     ("contact_force", "N", "contact", f"compressive force in each contact, never negative; {_NUMBERING}"),
-    ("potential_energy", "J", None, "stored energy: elastic, and of the weight where there is gravity"),
+    ("potential_energy", "J", None, "elastic energy and, with gravity, potential energy of the weights"),
     ("left_wall_force", "N", None, f"force of the left {_OF_A_WALL}"),
     ("right_wall_force", "N", None, f"force of the right {_OF_A_WALL}"),
 )
@@ -298,17 +298,17 @@ class Chain(Component):
                 advice = self._dissipation_caution()
             elif limit >= 0.999 * self.parameters.overlap_limit * radius:
                 advice = (
-                    f"that is {value / radius:.2g} radii, contact laws are for small overlaps: load less, "
+                    f"that is {value / radius:.2g} radii, but contact laws hold for small overlaps: reduce the load, "
                     "or raise overlap_limit"
                 )
             else:
                 advice = (
-                    f"the contact would see fewer than {_LEAST_FORCES:.0f} force evaluations: take a smaller step_size "
-                    f"(now {self.step_size:g} s) or give the velocity_scale of the run"
+                    f"the contact would get fewer than {_LEAST_FORCES:.0f} force evaluations: take a smaller step_size "
+                    f"(now {self.step_size:g} s) or set velocity_scale to the largest relative speed"
                 )
         else:
             value, limit = float(self.get(name)[index]), float(self._table[layout.SCALARS, layout.SPEED_LIMIT])
-            advice = "that is above the material's sound speed: load the chain less, or take a smaller step_size"
+            advice = "that is above the material's sound speed: reduce the load, or take a smaller step_size"
         unit, advice = self.variables[name].unit, "; ".join([*self._unit_cautions(), advice])
         return StepError(
             f"reached {value:.6g} {unit} at {time:.9g} s, the limit is {limit:.6g} {unit}; {advice}",
@@ -424,11 +424,11 @@ class Chain(Component):
             (radius / _LARGE_RADIUS, radius, "grain {} has a radius of {:.4g} m: radius is in metres, 2.38e-3 not 2.38"),
             (
                 _LIGHT_DENSITY / density, density,
-                "grain {} weighs {:.4g} kg/m^3, less than any solid grain: density is in kg/m^3, 7800 not 7.8",
+                "grain {} has density {:.4g} kg/m^3, less than any solid grain: density is in kg/m^3, 7800 not 7.8",
             ),
             (
                 density / _HEAVY_DENSITY, density,
-                "grain {} weighs {:.4g} kg/m^3, far more than any solid: mass is in kg, 8.8e-4 not 0.88, and density in kg/m^3",
+                "grain {} has density {:.4g} kg/m^3, more than any solid: mass is in kg, 8.8e-4 not 0.88, density in kg/m^3",
             ),
             (
                 _SLOW_SOUND / sound, sound,
@@ -442,8 +442,8 @@ class Chain(Component):
 
     def _dissipation_caution(self) -> str:
         return (
-            f"dissipation would stop {self._dissipation_per_step():.2g} times the approach of a contact in a step, less than "
-            f"{_STOPPED_IN_A_STEP:g} is wanted: take a smaller step_size (now {self.step_size:g} s)"
+            f"dissipation would remove {self._dissipation_per_step():.2g} times the approach speed of a contact in a step; "
+            f"less than {_STOPPED_IN_A_STEP:g} is required: take a smaller step_size (now {self.step_size:g} s)"
         )
 
     def _dissipation_per_step(self) -> float:
@@ -461,8 +461,8 @@ class Chain(Component):
         # The warning appears at the first occurrence; the smallest number of evaluations is only known at the end.
         return (
             f"contacts get fewer than the {self._minimum_evaluations:.0f} force evaluations that {self.parameters.integrator} "
-            f"wants (report() has the number at the end): take a smaller step_size (now {self.step_size:g} s) or give the "
-            "velocity_scale of the run"
+            f"requires (report() returns the number at the end): take a smaller step_size (now {self.step_size:g} s) or set "
+            "velocity_scale to the largest relative speed"
         )
 
 

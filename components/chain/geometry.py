@@ -119,15 +119,15 @@ def _refuse_extreme_sizes(mass: FloatArray, stiffness: FloatArray, position: Flo
     for name, values, least, most, unit in (
         ("mass", mass, _SMALLEST, _LARGEST, "kg"),
         ("contact_stiffness", stiffness, _SMALLEST, stiffest, f"N/m^{exponent:g}"),
-        ("gap", position, -_LARGEST, _LARGEST, "m from the first grain to the others"),
+        ("gap", position, -_LARGEST, _LARGEST, "m between the first grain and another"),
     ):
         wrong = ~((values > least) & (values < most))
         if wrong.any():
             where = int(np.argmax(wrong))
             raise ParameterError(
-                f"radius, material, gap and overrides give {values[where]:g} {unit}",
+                f"radius, material, gap and overrides result in {values[where]:g} {unit}",
                 expected=f"{least:g} to {most:g}",
-                hint="check their units, which are SI",
+                hint="check their units, which must be SI",
                 at=f"{name}[{where}]",
             )
 
@@ -247,8 +247,8 @@ def _left_end_force(p: ChainParameters, cumulative_weight: FloatArray) -> float:
     total = float(cumulative_weight[-1])
     if p.left == "free" and p.right == "free":
         raise ParameterError(
-            f"{p.gravity:g} m/s^2 pulls a chain whose both ends are free, so there is no equilibrium",
-            hint="give one end a wall or a piston, or give the grains gaps to let them fall",
+            f"{p.gravity:g} m/s^2 acts on a chain with two free ends, which has no equilibrium",
+            hint="make one end a wall or a piston, or set gap > 0 to let the grains fall",
             at="gravity",
         )
     if p.left == "free":
@@ -260,7 +260,7 @@ def _left_end_force(p: ChainParameters, cumulative_weight: FloatArray) -> float:
     lowest = force + float(cumulative_weight.min())
     if lowest < 0.0:
         raise ParameterError(
-            f"{p.gravity:g} m/s^2 would pull the grains away from the {end} end with {-lowest:.6g} N, and contacts "
+            f"{p.gravity:g} m/s^2 would pull the grains away from the {end} end with {-lowest:.6g} N, but contacts "
             "carry no tension",
             hint=f"reverse gravity, or give precompression of at least {p.precompression - lowest:.6g} N",
             at="gravity",

@@ -77,9 +77,11 @@ class Objective:
         """
         if self.grains not in (None, grains):
             raise ParameterError(
-                f"it is for chains of {self.grains} grains, this one has {grains}",
-                hint="build it again",
+                f"it requires a chain of {self.grains} grains, but this chain has {grains}",
+                hint="build it again for this chain",
                 at="objective",
             )
         if steps < self.fewest_steps:
-            raise ParameterError(f"it looks at control step {self.fewest_steps - 1}, but the drive has {steps}", at="objective")
+            raise ParameterError(
+                f"it evaluates control step {self.fewest_steps - 1}, but the drive has {steps}", at="objective"
+            )

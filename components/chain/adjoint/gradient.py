@@ -136,8 +136,8 @@ class _BlockwiseRun:
             if sound < done:
                 k = int(np.argmin(np.isfinite(sums)))
                 raise ParameterError(
-                    f"sums[{k}] became {sums[k]} after control step {begin + sound} of {len(drive)}, the state being finite",
-                    hint="mend the feature, or check its constants",
+                    f"sums[{k}] became {sums[k]} after control step {begin + sound} of {len(drive)}; the state is finite",
+                    hint="correct the feature, or check its constants",
                     at="objective.note",
                 )
             if done < len(some):
@@ -207,7 +207,7 @@ def value_and_slopes(objective: Objective, sums: FloatArray) -> tuple[float, Flo
     if not math.isfinite(value) or not np.isfinite(slopes).all():
         what = f"J is {value}" if not math.isfinite(value) else f"dJ/dsums is {one_line(slopes)}"
         raise ParameterError(
-            f"{what} for the sums {one_line(sums)}", hint="mend the function, or check its constants", at="objective.value"
+            f"{what} for the sums {one_line(sums)}", hint="correct the function, or check its constants", at="objective.value"
         )
     return value, slopes
 
@@ -222,15 +222,15 @@ def refuse_missing_adjoint(chain: Chain) -> None:
     law, integrator = chain.parameters.law, chain.parameters.integrator
     if not has_gradient(type(law)):
         missing = missing_members(type(law), gradient=True)
-        reason = "whose contacts remember" if law.has_history else f"which lacks {', '.join(missing)}"
+        reason = "its contacts have a history" if law.has_history else f"it lacks {', '.join(missing)}"
         known = [name for name, one in LAWS.items() if has_gradient(one)]
         raise ParameterError(
-            f"there are no gradients of {law.name!r}, {reason}", hint=f"use {', '.join(known[:-1])} or {known[-1]}", at="law"
+            f"law {law.name!r} has no gradients: {reason}", hint=f"use {', '.join(known[:-1])} or {known[-1]}", at="law"
         )
     if type(chain.scheme) not in reverse_tick.implementations:
         known = " or ".join(repr(name) for name, one in SCHEMES.items() if not one.is_explicit)
         raise ParameterError(
-            f"there are no gradients of {integrator!r}", hint=f"build the chain with integrator = {known}", at="integrator"
+            f"integrator {integrator!r} has no gradients", hint=f"build the chain with integrator = {known}", at="integrator"
         )
 
 
@@ -255,12 +255,12 @@ def _raise_infinite_derivative(adjoint: FloatArray, step: int, steps: int, *, by
     name, row = ("U", U) if not np.isfinite(adjoint[U]).all() else ("V", V)
     column = int(np.argmin(np.isfinite(adjoint[row])))
     hint = (
-        "the run is too long or too chaotic for a gradient, so shorten it; or a derivative of the contact law is not finite, "
-        "perhaps where a contact opens"
+        "shorten the run, which may be too long or too chaotic for a gradient; or check the derivatives of the contact law, "
+        "which may be infinite when a contact opens"
     )
     raise ParameterError(
-        f"adjoint[{name}, {column}] became {adjoint[row, column]} in control step {step} of {steps}, on the way back",
-        hint="mend the derivative, or check its constants" if by_objective else hint,
+        f"adjoint[{name}, {column}] became {adjoint[row, column]} in control step {step} of {steps}, during the backward sweep",
+        hint="correct the derivative, or check its constants" if by_objective else hint,
         at="objective.pullback" if by_objective else "objective",
     )
 
@@ -276,4 +276,4 @@ def _raise_step_error(chain: Chain, drive: FloatArray, ticks: int, failed_step: 
             twin.step(ticks * twin.step_size, **inputs)
         except StepError as error:
             raise error.with_source(f"control step {step} of {len(drive)}") from None
-    raise AssertionError("a run failed whose steps do not")
+    raise AssertionError("the run failed, but its single steps did not")

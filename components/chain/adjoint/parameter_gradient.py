@@ -100,7 +100,7 @@ def _refuse_dependent_constants(chain: Chain, name: str) -> None:
     moved = chosen.contact_constants(1.5 * g.stiffness, 1.25 * g.reduced_radius, g.yield_strength, g.contact_slice)
     if not np.array_equal(moved, g.law_constants[g.contact_slice, : moved.shape[1]]):
         raise ParameterError(
-            f"{name!r} has no derivative for law {chosen.name!r}, whose constants follow from stiffness or radius",
+            f"{name!r} has no derivative for law {chosen.name!r}, whose constants depend on stiffness or radius",
             hint=f"leave {name!r} out",
             at="with_respect_to",
         )
@@ -176,7 +176,7 @@ def _gravity_gradient(chain: Chain, adjoints: Adjoints) -> float:
     derivatives = _GeometryDerivatives(chain, adjoints)
     if chain.parameters.gravity == 0.0:
         raise ParameterError(
-            "'gravity' has a gradient only where there is gravity", hint="give the chain some", at="with_respect_to"
+            "'gravity' has no gradient at gravity = 0", hint="set gravity, or leave 'gravity' out", at="with_respect_to"
         )
     if _has_static_weight(chain):
         _refuse_unloaded_contacts(chain, derivatives, "gravity")

@@ -128,8 +128,8 @@ def refuse_incomplete(law: type[Law], name: str) -> None:
     missing = missing_members(law)
     if missing:
         raise ValueError(
-            f"law {name!r} lacks {', '.join(missing)} in {law.__module__}; define what `laws/functions.py` and "
-            "`laws/law.py` describe, or choose another law"
+            f"law {name!r} lacks {', '.join(missing)} in {law.__module__}; define the members that `laws/functions.py` and "
+            "`laws/law.py` list, or choose another law"
         )
     if issubclass(law, Dissipative) and law.history_rows:
         raise ValueError(f"law {name!r} has a history and a dissipation; no integrator combines them: expected one of the two")

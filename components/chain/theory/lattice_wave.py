@@ -137,7 +137,7 @@ def lattice_wave(rest_overlap: float, height: float = 1.0) -> LatticeWave:
     if not (rest >= 0.0 and 0.0 < height < math.inf and height >= _SMALLEST_RISE * rest):
         raise ParameterError(
             f"got {height:g} above a rest_overlap of {rest:g}",
-            expected=f"more than 0, and at least {_SMALLEST_RISE:g} of it",
+            expected=f"more than 0, and at least {_SMALLEST_RISE:g} times the rest_overlap",
             at="height",
         )
     rise = height / rest if rest else math.inf
