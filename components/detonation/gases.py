@@ -23,8 +23,8 @@ class Gas(Parameters):
     """A perfect gas with one adiabatic exponent, which may release heat."""
 
     gamma: float = field(1.4, "adiabatic exponent", "1", gt=SMALLEST_GAMMA, le=LARGEST_GAMMA)
-    gas_constant: Magnitude = field(287.05, "pressure over density and temperature, p / (rho T)", "J/(kg K)")
-    heat_release: NotNegativeMagnitude = field(0.0, "heat that the whole reaction sets free; 0: an inert gas", "J/kg")
+    gas_constant: Magnitude = field(287.05, "specific gas constant, p / (rho T)", "J/(kg K)")
+    heat_release: NotNegativeMagnitude = field(0.0, "heat released by the complete reaction; 0 for an inert gas", "J/kg")
 
 
 class Mixture(NamedTuple):
@@ -67,7 +67,7 @@ _TEMPERATURE_RANGE = 15.0
 def _validate_name(name: str) -> str:
     known = [*MIXTURES, *INERT_GASES]
     if name not in known:
-        raise ValueError(f"{name!r} is no gas; known: {', '.join(known)}; {_OWN_GAS}")
+        raise ValueError(f"{name!r} is not a gas; known: {', '.join(known)}; {_OWN_GAS}")
     return name
 
 
@@ -131,7 +131,7 @@ def fit_gas(speed: float, cj_pressure: float, pressure: float, density: float, t
     mach_squared = density * speed * speed / (gamma * pressure)
     if not (SMALLEST_GAMMA < gamma <= LARGEST_GAMMA and mach_squared > 1.0):
         raise ParameterError(
-            f"got {cj_pressure:g} Pa: gamma would be {gamma:.4g}, the square of the front's Mach number {mach_squared:.4g}",
+            f"got {cj_pressure:g} Pa: gamma would be {gamma:.4g}, and the squared Mach number of the front {mach_squared:.4g}",
             expected=f"a gamma of {SMALLEST_GAMMA:g} to {LARGEST_GAMMA:g}, and a front faster than sound",
             at="cj_pressure",
         )
