@@ -57,7 +57,7 @@ def _convert_numbers(at: str | Location, value: Any, expected: str) -> FloatArra
                 return np.array(given, dtype=np.float64, order="C")
     except (ValueError, OverflowError, TypeError):
         if isinstance(value, list | tuple) and any(isinstance(row, list | tuple | np.ndarray) for row in value):
-            raise ParameterError("got rows of unlike length", expected=expected, at=at) from None
+            raise ParameterError("got rows of different length", expected=expected, at=at) from None
     raise ParameterError(f"got {one_line(value)}", expected=expected, at=at)
 
 

@@ -116,7 +116,7 @@ class CompiledProfile:
             return self
         if self.pattern is not None:
             raise ParameterError(
-                f"got a profile of shape {self.shape}", expected=f"one of shape {shape}, or one for all elements"
+                f"got a profile of shape {self.shape}", expected=f"a profile of shape {shape}, or one for all elements"
             )
         return CompiledProfile(self.step_size, self.ticks, self.coefficients, np.ones(shape))
 
@@ -181,7 +181,7 @@ class Profile:
             starts.append(start + rise)
             rows.append([peak, -peak / (duration - rise)])
         if not starts:
-            raise ParameterError(f"got {duration:g} s, which is below the rounding of the start, {start:g} s", at="duration")
+            raise ParameterError(f"got {duration:g} s, less than the rounding error of the start, {start:g} s", at="duration")
         starts.append(start + duration)
         rows.append([0.0, 0.0])
         return Profile(np.array(starts), np.array(rows), f"triangle of peak {peak:g}, {duration:g} s")
@@ -216,7 +216,7 @@ class Profile:
         """
         instants, samples = _to_vector("times", times), _to_vector("values", values)
         if len(instants) != len(samples):
-            raise ParameterError(f"got {len(samples)}", expected=f"one for each of {len(instants)} times", at="values")
+            raise ParameterError(f"got {len(samples)} values", expected=f"one for each of {len(instants)} times", at="values")
         if len(instants) < 2:
             raise ParameterError(f"got {len(instants)} sample", expected="at least 2", at="times")
         _refuse_decreasing_times("times", instants)
@@ -287,8 +287,8 @@ class Profile:
         pattern = profiles[0].pattern
         for place, profile in enumerate(profiles):
             if not np.array_equal(profile.pattern, pattern):  # type: ignore[arg-type] - None is equal to None alone
-                hint = "add up the profiles of time first, then multiply the sum by one array"
-                raise ParameterError("its pattern is not that of the first one", hint=hint, at=f"profiles[{place}]")
+                hint = "add the scalar profiles first, then multiply the sum by an array"
+                raise ParameterError("its pattern differs from that of the first profile", hint=hint, at=f"profiles[{place}]")
         times = np.unique(np.concatenate([profile.starts for profile in profiles]))
         new = np.append(True, np.diff(times) > _SAME_INSTANT * np.abs(times).max())
         # First and last time of each group of times that differ only by rounding.
@@ -402,8 +402,8 @@ class Profile:
         if len(averaged):
             issue_warning(
                 f"{name}: {int(inside.sum())} of {len(inside)} breakpoints or samples lie between ticks of {step_size:g} s, "
-                f"{int(short.sum())} curves last fewer than {_RESOLVED} ticks: in {len(averaged)} of the ticks the mean over "
-                "the tick replaces the signal and keeps its impulse; a smaller step_size that divides these times resolves it"
+                f"and {int(short.sum())} curves last fewer than {_RESOLVED} ticks: {len(averaged)} ticks use the mean of the "
+                "signal, which keeps its impulse; to resolve the signal, choose a smaller step_size that divides these times"
             )
         return CompiledProfile(step_size, ticks.astype(np.int64), rows, self.pattern)
 
@@ -417,7 +417,7 @@ class Profile:
             issue_warning(
                 f"{name}: {early} of {len(self.starts)} breakpoints or samples lie before time 0 (the first at "
                 f"{self.starts[0]:.6g} s) and are not used: the signal begins with {self._polynomial_value(0.0):.6g}; "
-                f"to run all of it, add {-self.starts[0]:.6g} s to its times (offset_time, start)"
+                f"to use all of it, add {-self.starts[0]:.6g} s to its times (offset_time, start)"
             )
 
 

@@ -146,15 +146,15 @@ class Stepping(Physics):
         """Refuse a call in the middle of a step, and a call on a part that does not come from its owner."""
         if self._busy:
             raise GranularError(
-                f"component {self.name!r} is in the middle of a step, of another thread or of an observer",
-                hint="give each thread a component of its own",
+                f"component {self.name!r} is in the middle of a step of another thread or an observer",
+                hint="use a separate component in each thread",
                 at=call,
             )
         owner = self._owner
         if owner is not None and not owner._is_stepping:
             raise GranularError(
-                f"component {self.name!r} is a part of component {owner.name!r}, which holds the state of both",
-                hint=f"{call} the whole, or a `copy.copy` of the part",
+                f"component {self.name!r} is a part of component {owner.name!r}, which owns the state of both",
+                hint=f"call {call} of the whole, or of a `copy.copy` of the part",
                 at=call,
             )
 
@@ -234,7 +234,7 @@ class Stepping(Physics):
         ticks = round(exact)
         if ticks > 2**52:
             came = f"got {duration:.12g} s, which is {exact:.3g} internal steps"
-            raise ParameterError(came, expected="at most 2^52 of them", at=name)
+            raise ParameterError(came, expected="at most 2^52 internal steps", at=name)
         if ticks < 1 or abs(exact - ticks) > 1e-9 * ticks:
             counts = sorted({max(math.floor(exact), 1), max(math.ceil(exact), 1)})
             choices = " or ".join(f"{count * self.step_size:.12g} s" for count in counts)

@@ -111,7 +111,7 @@ def parse_element(text: Any) -> Element:
     """Return the element named by a text; `ParameterError` for anything else."""
     match = _ELEMENT.fullmatch("".join(text.split())) if isinstance(text, str) else None
     if match is None:
-        expected = "a variable, or an element of one, such as velocity, velocity[40] or velocity[3,1]"
+        expected = "a variable or an element of a variable, such as velocity, velocity[40] or velocity[3,1]"
         raise ParameterError(f"got {one_line(text)}", expected=expected)
     return Element(match["name"], () if match["index"] is None else parse_index(match["index"]))
 

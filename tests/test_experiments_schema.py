@@ -145,7 +145,10 @@ def test_an_array_and_a_profile_with_a_pattern_are_held(tmp_path):
             [1.0, 2.0],
             "input.force: got an array of shape (2,), expected an array of shape (4, 2)",
         ),
-        ([[1.0, 2.0], [3.0]], "input.force: got rows of unlike length, expected numbers, in a list or in rows of equal length"),
+        (
+            [[1.0, 2.0], [3.0]],
+            "input.force: got rows of different length, expected numbers, in a list or in rows of equal length",
+        ),
         (
             {"profile": "sum", "profiles": [{"profile": "constant", "value": 1.0, "pattern": CORNER}]},
             "input.force.profiles[0].pattern: got a pattern, expected none in a part of a sum",

@@ -78,8 +78,8 @@ def _register_class(kind: type) -> None:
     known = _classes.setdefault(kind.__name__, kind)
     if known is not kind:
         raise TypeError(
-            f"{kind.__module__}.{kind.__name__}: {known.__module__} has a law of that name, and compiled code tells laws apart "
-            "by their names; rename one, or restart Python if it was defined again"
+            f"{kind.__module__}.{kind.__name__}: {known.__module__} has a law of that name, but compiled code distinguishes "
+            "laws by name; rename one, or restart Python if it was defined again"
         )
     module = sys.modules.get(kind.__module__)
     if module is not None and kind.__module__ != "__main__" and not is_cached(kind.__module__):

@@ -96,10 +96,12 @@ def cache_folder() -> Path | None:
         _delete_old_folders(kernels)
     except (OSError, RuntimeError) as error:  # RuntimeError: no home folder
         reason = getattr(error, "strerror", None) or str(error)
-        print_notice(f"compiled kernels cannot be kept ({reason}): every process compiles them; set GRANULAR_ENV_CACHE")
+        print_notice(f"compiled kernels cannot be cached ({reason}): every process compiles them; set GRANULAR_ENV_CACHE")
         return None
     if is_new:
-        print_notice(f"the first run of each system compiles its kernels, which takes some seconds; they are kept in {folder}")
+        print_notice(
+            f"the first run of each system compiles its kernels, which takes some seconds; they are cached in {folder}"
+        )
     return folder
 
 

@@ -49,7 +49,7 @@ class Tube(Component):
     Parameters = TubeParameters
     parameters: TubeParameters
     event_kinds = {
-        _GROWN: "the cross-section at a station had grown by more than half, unfelt by the gas; the index is the station's"
+        _GROWN: "the cross-section had grown by more than half, without effect on the gas; index: number of the station"
     }
     event_details = {_GROWN: EventDetail("1", ends_validity=True)}
 
@@ -106,7 +106,7 @@ class Tube(Component):
                 raise
             raise ParameterError(
                 f"got {getattr(self, f'{part}_steps')}, steps of {step:g} s in an internal step of {self.step_size:g} s",
-                expected=f"steps of {fault.expected}", hint="give more, or leave it out", at=f"{part}_steps",
+                expected=f"steps of {fault.expected}", hint="give more steps, or leave it out", at=f"{part}_steps",
             ) from None  # fmt: skip
 
     def _step_count(self, part: str, limit: float) -> int:
@@ -116,7 +116,7 @@ class Tube(Component):
             raise ParameterError(
                 f"got {steps:.4g} steps of {limit:g} s in an internal step of {self.step_size:g} s",
                 expected=f"at most {MOST_STEPS}",
-                hint="the waves of gas and shell are too different; give cells and nodes of like sizes, or a smaller step_size",
+                hint="the stable steps of gas and shell differ too much; use cells and nodes of similar size",
                 at=f"{part}_steps",
             )
         return math.ceil(steps)
@@ -141,24 +141,24 @@ class Tube(Component):
         yield from map(self._declare_output, part_variables({"gas": self.gas, "shell": self.shell}, ("gauge",)))
         if self.parameters.vent is not None:
             yield Variable(
-                "vent_area", "input", "m^2", (), "area of the opening at `vent`, through which gas leaves", start=0.0,
+                "vent_area", "input", "m^2", (), "area of the opening at `vent` through which gas leaves", start=0.0,
                 minimum=0.0, nominal=float(self.interface.area.mean()),
             )  # fmt: skip
         axes = ("station",)
         yield Variable(
-            "peak_pressure", "output", "Pa", (stations,), "largest pressure on the inner surface since the reset", minimum=0.0,
-            axes=axes, nominal=1e6,
+            "peak_pressure", "output", "Pa", (stations,), "largest pressure on the inner surface since the reset",
+            minimum=0.0, axes=axes, nominal=1e6,
         )  # fmt: skip
         yield Variable(
-            "radial_displacement", "output", "m", (stations,), "mean of the inner surface at each station", axes=axes,
-            nominal=1e-4,
+            "radial_displacement", "output", "m", (stations,), "mean radial displacement of the inner surface",
+            axes=axes, nominal=1e-4,
         )  # fmt: skip
         yield Variable("gas_kinetic_energy", "output", "J", (), "kinetic energy of the gas", minimum=0.0)
         yield Variable("shell_kinetic_energy", "output", "J", (), "kinetic energy of the shell", minimum=0.0)
         yield Variable("work_on_room", "output", "J", (), "work of the shell on the room around it since the reset")
         yield Variable(
-            "exchange_difference", "output", "J", (), "work that the shell and the room got less that of the gas since the "
-            "reset: 0 but for rounding with two-way coupling; with one-way what the gas should have lost",
+            "exchange_difference", "output", "J", (), "work received by shell and room minus work done by the gas, since the "
+            "reset: 0 to rounding with two-way coupling; with one-way coupling, the work that the gas lacks as a loss",
         )  # fmt: skip
 
     def _declare_output(self, variable: Variable) -> Variable:
@@ -353,7 +353,7 @@ class Tube(Component):
         error = part._explain(status).with_part_prefix(prefix)
         if part is self.shell and error.index is not None:
             x = self.parameters.position + self.shell.assembly.coordinates(error.index)[0]
-            error = error.with_hint(f"x is that of the shell; of the gas it is {x:.4g} m")
+            error = error.with_hint(f"x is the coordinate of the shell; that of the gas is {x:.4g} m")
         if steps == 1:
             return error
         return error.with_hint(f"the {prefix} makes {steps} such steps in a tick of {self.step_size:g} s")
@@ -391,14 +391,12 @@ class Tube(Component):
         work = float(self.shell.balances()[0].supplied["pressure_work"])
         return {
             **found,
-            "steps of the gas in a tick": float(self.gas_steps),
-            "steps of the shell in a tick": float(self.shell_steps),
+            "steps of the gas per tick": float(self.gas_steps),
+            "steps of the shell per tick": float(self.shell_steps),
             "largest pressure at the shell so far, Pa": float(self._block["peak_pressure"].max()),
             "largest change of the cross-section now": self._largest_area_change(),
-            "work of the gas that it did not pay for, over that on the shell": self._exchange_difference() / work
-            if work
-            else 0.0,
-            "energy residual over the work on the shell": float(self.balances()[0].residual) / work if work else 0.0,
+            "exchange difference / work on the shell": self._exchange_difference() / work if work else 0.0,
+            "energy residual / work on the shell": float(self.balances()[0].residual) / work if work else 0.0,
         }
 
     def _largest_area_change(self) -> float:
@@ -410,14 +408,14 @@ class Tube(Component):
         missing_detonation, found = self.gas.missing_detonation, [f"gas: {text}" for text in self.gas.conclusions()]
         found.append(
             f"wall: the largest pressure on it was {1e-6 * self._block['peak_pressure'].max():.4g} MPa, and the cross-section "
-            f"has changed by {100.0 * self._largest_area_change():.3g} % at most"
+            f"has changed by at most {100.0 * self._largest_area_change():.3g} %"
         )
         for event in self.events(_GROWN):
             assert event.index is not None
             place = self.parameters.position + float(self.shell.lattice.axes[0].positions[event.index])
             found.append(
                 f"not valid from {1e6 * event.tick * self.step_size:.4g} us on: the cross-section at {place:.4g} m had grown "
-                f"by {event.value:.0%}, and the gas of a one-way coupling flows as in a rigid tube; take coupling = 'two_way'"
+                f"by {event.value:.0%}, but with one-way coupling the gas flows as in a rigid tube; take coupling = 'two_way'"
             )
         outcome = f"; {missing_detonation}" if missing_detonation else ""
         return found + [f"shell: {text}{outcome if text.startswith('outcome: ') else ''}" for text in self.shell.conclusions()]
@@ -428,7 +426,7 @@ class Tube(Component):
         change = self._largest_area_change()
         if change > _LARGE_CHANGE and not self.parameters.coupling.has_moving_wall:
             said.append(
-                f"the wall has changed the cross-section by {change:.1%}, which a gas in a rigid tube does not feel; take "
+                f"the wall has changed the cross-section by {change:.1%}, which one-way coupling ignores; take "
                 "coupling = 'two_way'"
             )
         return said
