@@ -150,11 +150,7 @@ def _column_conversion(
     if isinstance(column, str):
         names = [name for name, _ in parsed] if column not in (header or []) else header or []
         if names.count(column) != 1:
-            hint = (
-                spelling_hint(column, names)
-                if header
-                else "the file has no header line; give the number of the column, counted from 0"
-            )
+            hint = spelling_hint(column, names) if header else "without a header, give the column number from 0"
             raise ParameterError(f"{where}: {key} = {column!r} is not in the header", hint=hint)
         place = names.index(column)
     elif not 0 <= column < len(first_row):

@@ -81,9 +81,7 @@ class Discs(Component):
     def _start(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         super()._start(seed, values)
         for i, j in self.pairs[self._pair_geometry()[1] < 1e-9 * self.diameter].tolist():
-            raise ParameterError(
-                f"puts disc {j} at the position of disc {i}", hint="move one of them", at=("start", "displacement", j)
-            )
+            raise ParameterError(f"puts disc {j} on top of disc {i}", hint="move one of them", at=("start", "displacement", j))
         energies, momentum = self._energies_and_momentum()
         self._block["start"] = ordered_sum(*energies.values()), *momentum
         return {}

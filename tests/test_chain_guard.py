@@ -103,7 +103,7 @@ REFUSED = [
     (GOOD | {"contact_stiffness": [1.0] * 5}, "contact_stiffness[0]: got 1, expected 0: left is 'free'"),
     (
         GOOD | {"left": "plane", "contact_stiffness": [0.0, 1.0, 1.0, 1.0, 0.0]},
-        "contact_stiffness[0]: got 0, expected more than 0, because this place has a contact",
+        "contact_stiffness[0]: got 0, expected more than 0: this place has a contact",
     ),
     (GOOD | {"right": "piston", "gap": [0.0, 0.0, 0.0, 0.0, 1e-6]}, "gap[4]: got 1e-06, expected 0: right is 'piston'"),
     (GOOD | {"gap": -1e-6}, "gap"),

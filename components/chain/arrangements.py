@@ -153,9 +153,7 @@ class Decorated(Arrangement):
     decoration_radius: Positive = field(..., "radius of the small grains", "m")
     taper: float = field(0.0, "q of R_(i+1) = (1 - q) R_i for successive large grains", "1", gt=-1.0, lt=1.0)
     material: Preset | Material | None = field(None, "material of the large grains; default: the chain's material", "1")
-    decoration_material: Preset | Material | None = field(
-        None, "material of the small grains; default: that of the large grains", "1"
-    )
+    decoration_material: Preset | Material | None = field(None, "material of the small grains; default: `material`", "1")
 
     def check_fit(self, grains: int) -> None:  # noqa: D102
         if grains < 3 or grains % 2 == 0:

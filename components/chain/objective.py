@@ -82,6 +82,4 @@ class Objective:
                 at="objective",
             )
         if steps < self.fewest_steps:
-            raise ParameterError(
-                f"it evaluates control step {self.fewest_steps - 1}, but the drive has {steps}", at="objective"
-            )
+            raise ParameterError(f"it reads control step {self.fewest_steps - 1}, but the drive has {steps}", at="objective")

@@ -69,12 +69,8 @@ class ChainParameters(Parameters):
     precompression: float = _field(0.0, "static compressive force in the chain at the start", "N", ge=0.0, le=1e60)
     left: Boundary = _field("free", "left end: free, piston (the end grain's velocity is prescribed), or a wall", "1")
     right: Boundary = _field("free", "right end: free, piston (the end grain's velocity is prescribed), or a wall", "1")
-    left_wall_material: Preset | Material | None = _field(
-        None, "material of the left wall; default: that of the first grain", "1"
-    )
-    right_wall_material: Preset | Material | None = _field(
-        None, "material of the right wall; default: that of the last grain", "1"
-    )
+    left_wall_material: Preset | Material | None = _field(None, "material of the left wall; default: the end grain's", "1")
+    right_wall_material: Preset | Material | None = _field(None, "material of the right wall; default: the end grain's", "1")
     integrator: Integrator = _field("pefrl", "pefrl, leapfrog, rk4 or hamming", "1")
     step_size: Positive | None = _field(None, "internal step; default: computed from stiffness, mass and velocity_scale", "s")
     velocity_scale: float = _field(
@@ -121,9 +117,7 @@ class ChainParameters(Parameters):
             )
         self._validate_contact_lists()
         if "piston" in (self.left, self.right) and self.grains == 1:
-            raise ParameterError(
-                "got 1", expected="at least 2 if an end is a piston, which must have a grain to push", at="grains"
-            )
+            raise ParameterError("got 1", expected="at least 2 if an end is a piston, which must push a grain", at="grains")
         gaps = self.gap if isinstance(self.gap, list) else [self.gap]
         if self.precompression > 0.0 and any(gap > 0.0 for gap in gaps):
             raise ParameterError("a precompressed chain has no gaps", hint="give gap = 0 or precompression = 0", at="gap")
@@ -154,9 +148,7 @@ class ChainParameters(Parameters):
                         f"got {value:g}", expected=f"0: {self.missing_contact_reason(place)}", at=f"{name}[{place}]"
                     )
                 if self.has_contact(place) and needed and value == 0.0:
-                    raise ParameterError(
-                        "got 0", expected="more than 0, because this place has a contact", at=f"{name}[{place}]"
-                    )
+                    raise ParameterError("got 0", expected="more than 0: this place has a contact", at=f"{name}[{place}]")
 
     @model_validator(mode="after")
     def _validate_arrangement(self) -> ChainParameters:

@@ -176,9 +176,7 @@ class DetonationTube(Component):
             least = -np.inf if name == "velocity" else 0.0
             nominal = getattr(self.front.burnt, name, 1.0)
             yield Variable(name, "output", unit, (n,), text, minimum=least, state=True, axes=cells, nominal=nominal or 1.0)
-        yield Variable(
-            "temperature", "output", "K", (n,), "temperature p / (rho R), with R of the unburnt gas", minimum=0.0, axes=cells
-        )
+        yield Variable("temperature", "output", "K", (n,), "p / (rho R), with R of the unburnt gas", minimum=0.0, axes=cells)
         yield Variable("arrival_time", "output", "s", (n,), "time at which half of the gas had reacted, else -1", axes=cells)
         yield Variable("left_front", "output", "m", (), "left end of the burnt gas; 0 if no gas has burnt")
         yield Variable("right_front", "output", "m", (), "right end of the burnt gas; 0 if no gas has burnt")

@@ -100,7 +100,5 @@ def ignition_cautions(gas: DetonationTube) -> list[str]:
     sound = math.sqrt(gas.gas.gamma * ahead.pressure / ahead.density)
     given = float(tally[kernel_arrays.IGNITION])
     enough = ", which is enough but was added too slowly" if given >= heat else ""
-    slowly = (
-        f" within {1e6 * _AT_ONCE * length / sound:.3g} us, or about {1e-6 * power:.3g} MW over a longer time" if exits else ""
-    )
+    slowly = f" within {1e6 * _AT_ONCE * length / sound:.3g} us, or about {1e-6 * power:.3g} MW for longer" if exits else ""
     return [f"{said}: the ignition zone received {given:.3g} J{enough}; it requires {heat:.3g} J{slowly} (ignition_power)"]

@@ -51,9 +51,7 @@ class DetonationParameters(Parameters):
         "reaction law: pressure_burn, arrhenius, constant_volume, inert, or a table; a gas that releases no heat is inert",
         "1",
     )
-    gauges: list[NotNegativeMagnitude] = field(
-        [], "positions x of gauges for the outputs gauge_pressure and gauge_velocity", "m"
-    )
+    gauges: list[NotNegativeMagnitude] = field([], "positions x of gauges, with outputs of pressure and velocity", "m")
     limiter: LimiterName = field("monotonized_central", "limiter of slopes: first_order, minmod, monotonized_central", "1")
     step_size: Magnitude | None = field(None, "internal step; default: computed from the fastest expected wave", "s")
 

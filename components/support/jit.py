@@ -99,9 +99,7 @@ def cache_folder() -> Path | None:
         print_notice(f"compiled kernels cannot be cached ({reason}): every process compiles them; set GRANULAR_ENV_CACHE")
         return None
     if is_new:
-        print_notice(
-            f"the first run of each system compiles its kernels, which takes some seconds; they are cached in {folder}"
-        )
+        print_notice(f"the first run of each system compiles its kernels and caches them in {folder}; this takes some seconds")
     return folder
 
 

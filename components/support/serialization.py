@@ -121,9 +121,7 @@ def _unpack(view: memoryview, text_limit: int | None) -> tuple[dict[str, Any], d
         size = count * dtype.itemsize
         if offset + size > len(body):
             raise LogError(
-                f"it requires {size} bytes, but the packed block has {len(body) - offset} left",
-                hint=_DAMAGED,
-                at=("array", name),
+                f"it takes {size} bytes, but the block has {len(body) - offset} left", hint=_DAMAGED, at=("array", name)
             )
         arrays[name] = np.frombuffer(body[offset : offset + size], dtype=dtype).reshape(shape).copy()
         offset += size

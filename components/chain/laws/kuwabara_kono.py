@@ -30,9 +30,7 @@ class KuwabaraKono(HertzRest, Dissipative):
     contacts: ClassVar[type] = KuwabaraKonoContacts
 
     name: Literal["kuwabara_kono"] = field("kuwabara_kono", "viscoelastic spheres", "1")
-    dissipation: NotNegative | list[NotNegative] = field(
-        ..., "coefficient gamma: one for all contacts, or one for each place", "N s/m^1.5"
-    )
+    dissipation: NotNegative | list[NotNegative] = field(..., "coefficient gamma: one for all or one per place", "N s/m^1.5")
 
     def damping_coefficients(self, constants: FloatArray, overlap: FloatArray) -> FloatArray:
         """Return gamma sqrt(d)."""

@@ -45,9 +45,7 @@ class Linear(Dashpot):
     needs_stiffness: ClassVar[bool] = True
 
     name: Literal["linear"] = field("linear", "a linear spring and dashpot", "1")
-    dissipation: NotNegative | list[NotNegative] = field(
-        0.0, "coefficient c: one for all contacts, or one for each place", "N s/m"
-    )
+    dissipation: NotNegative | list[NotNegative] = field(0.0, "coefficient c: one for all contacts or one per place", "N s/m")
 
     def static_overlap(self, force: FloatArray, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
         """Return F / k."""

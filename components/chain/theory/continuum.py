@@ -45,9 +45,7 @@ def extremes(c3: float) -> Extremes:
 def extreme_roots(c3: float) -> tuple[float, float]:
     """s1 and s2, s = y^(2/5): the two positive roots of s^2 - s^3 = 4 C3/5."""
     if not 0.0 <= c3 < LARGEST_C3:
-        raise ParameterError(
-            f"got {c3:g}", expected="at least 0 and less than 5/27, the range in which W has extremes", at="c3"
-        )
+        raise ParameterError(f"got {c3:g}", expected="at least 0 and less than 5/27, else W has no extremes", at="c3")
     # With s = 1/3 + 2/3 cos(angle) the cubic is cos(3 angle) = 1 - 10.8 C3; with sines no digits are lost for C3 -> 0.
     third = 2.0 / 3.0 * float(np.arcsin(min(1.0, (5.4 * c3) ** 0.5)))
     low = 2.0 * np.sin(0.5 * third) ** 2 + 3.0**0.5 * np.sin(third)
