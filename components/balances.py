@@ -20,8 +20,8 @@ class Balance:
     """The balance of a conserved quantity since the reset; each entry is an output variable of the same name.
 
     Attributes:
-        quantity: such as "energy"; `<quantity>_residual` is a variable too.
-        unit: of all entries.
+        quantity: name, such as "energy"; the variable `<quantity>_residual` is the residual.
+        unit: unit of all entries.
         stored: present amounts by entry, such as {"kinetic_energy": 2.0}.
         supplied: amounts from inputs and boundaries since the reset.
         lost: amounts dissipated or irreversibly stored since the reset.

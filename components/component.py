@@ -37,7 +37,7 @@ class Component(Stepping):
     """
 
     version: ClassVar[int] = 1
-    """Increased whenever the same parameters and inputs would give results that are not bitwise the same."""
+    """Version of the results; increased whenever the results for given parameters and inputs change by a bit."""
 
     # Parts stored in this component's memory: (part, prefix of its event kinds, its ticks per tick of this component).
     _included: tuple[tuple[Component, str, int], ...] = ()
@@ -46,9 +46,9 @@ class Component(Stepping):
         """Check the parameters, allocate everything once, and reset.
 
         Args:
-            memory: of a parent that owns it: float64, C-ordered, as large as `memory` of a component with these parameters. It
-                is overwritten, and holds the state from then on.
-            **parameters: see `Parameters`.
+            memory: array of a parent component: float64, C-ordered, as large as `memory` of a component with these
+                parameters. It is overwritten and then stores the state.
+            **parameters: fields of `Parameters`.
 
         Raises:
             ParameterError: a parameter is unknown, missing or out of range, or the component does not fit into memory.
@@ -122,8 +122,8 @@ class Component(Stepping):
         kinds `<prefix>_<kind>`.
 
         Args:
-            part: built in the memory of this component's block.
-            prefix: of its event kinds.
+            part: component built in the memory of this component's block.
+            prefix: prefix of its event kinds.
             ticks: internal steps of the part per internal step of this component.
         """
         self._block.include_part(part._block)
@@ -149,11 +149,11 @@ class Component(Stepping):
             part._owner = self
 
     def clone(self, memory: FloatArray | None = None) -> Self:
-        """Return a component with the same parameters, at its start; in the memory of a parent if given."""
+        """Return a new component with the same parameters, in the memory of a parent if given."""
         return type(self)(memory=memory, **self.parameters.model_dump())
 
     def declared_variables(self) -> list[Variable]:
-        """Return its inputs and outputs: all variables except parameters and balance entries."""
+        """Return the inputs and outputs: all variables except parameters and balance entries."""
         return list(self._declare())
 
     # -- start ------------------------------------------------------------------------------------------------------
@@ -253,9 +253,9 @@ class Component(Stepping):
         """Return the error for the first element of a variable that exceeds a limit or is NaN.
 
         Args:
-            variable: its name.
-            unit: of the sizes and the limit.
-            size: of each element, shape (n,); at least one exceeds the limit.
+            variable: name of the variable.
+            unit: unit of the sizes and the limit.
+            size: magnitude of each element, shape (n,); at least one exceeds the limit.
             limit: largest allowed size.
             advice: the meaning of the limit, and advice for the user.
         """
@@ -304,7 +304,7 @@ class Component(Stepping):
 
     @property
     def _own_event_kinds(self) -> list[str]:
-        """The event kinds that this component itself records; those of included parts follow them."""
+        """Event kinds that this component itself records, without those of included parts."""
         names = list(self.event_kinds)
         return names[: len(names) - sum(len(part.event_kinds) for part, _, _ in self._included)]
 
@@ -317,7 +317,7 @@ class Component(Stepping):
 
     @property
     def memory(self) -> FloatArray:
-        """The memory of the state and of the arrays that its kernels keep with it. Read it only."""
+        """Memory of the state and of the other arrays of the kernels; do not write to it."""
         return self._memory
 
     @property
@@ -327,7 +327,7 @@ class Component(Stepping):
 
     @property
     def cost_per_tick(self) -> int:
-        """Number of state words that a tick advances, with a part counted once per step: a measure of cost on any machine.
+        """Number of state words that a tick advances (each part counts once per step), a measure of cost on any machine.
 
         A word costs some nanoseconds; a component whose words cost far less or more scales the number.
         """
@@ -335,10 +335,10 @@ class Component(Stepping):
         return self.state_bytes // 8 + parts
 
     def wake(self) -> None:
-        """Make the next steps do all the work that can occur in a run: for estimates of run time, not for runs."""
+        """Make the next steps as expensive as any step of a run, to estimate run times."""
 
     def save(self) -> Snapshot:
-        """Return the whole state; this costs one copy."""
+        """Return a snapshot, i.e. a copy of the whole state."""
         return Snapshot(self.identity, self._tick, self._block.to_bytes(), self._held, True)
 
     def state_view(self) -> memoryview:
@@ -391,7 +391,7 @@ class Component(Stepping):
             self._snapshot_inputs(snapshot)
 
     def _refuse_invalid_state(self, block: Block, data: bytes, tick: int, at: tuple[str, ...]) -> None:
-        """Refuse a state of the whole component outside the declared ranges, on which kernels rely; `self` is a part of it."""
+        """Refuse a state in which an array of this component or of a part is outside the ranges that kernels rely on."""
         state = block.state_arrays(data, self._block)
         self._block.refuse_out_of_range(state, at)
         if self._own_event_kinds and len(events := state["events"]):
@@ -406,7 +406,7 @@ class Component(Stepping):
             part._refuse_invalid_state(block, data, tick * part_ticks, (*at, prefix))
 
     def _contradiction(self, state: Mapping[str, np.ndarray]) -> str:
-        """Return the inconsistency of arrays within their ranges, or ""; for components whose kernels rely on consistency.
+        """Return a description of an inconsistency between arrays that are within their ranges, or "" if there is none.
 
         Args:
             state: arrays and lists by name, of a state to be restored; read-only.

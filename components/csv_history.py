@@ -32,7 +32,7 @@ _CHOICES = {"delimiter": (",", ";", "\t", " "), "decimal": (".", ","), "gaps": (
 # "time [us]", "time (us)", "time / us"
 _HEADERS = [re.compile(rf"(?P<name>.*?)\s*{unit}") for unit in (r"\[(.*?)\]", r"\(([^()]*)\)", r"/\s*([^/]*(?:/s(?:\^2)?)?)")]
 
-# Unit -> (SI unit, multiply by, divide by). Both are integers that floats represent exactly: 3 us is exactly 3e-6 s.
+# Unit -> (SI unit, multiplier, divisor). Both numbers are exact integers, so that 3 us is exactly the float 3e-6 s.
 _PREFIXES = {
     "": (1.0, 1.0), "k": (1e3, 1.0), "M": (1e6, 1.0), "G": (1e9, 1.0),
     "c": (1.0, 1e2), "m": (1.0, 1e3), "u": (1.0, 1e6), "n": (1.0, 1e9),
@@ -72,11 +72,11 @@ def read_history(
     Args:
         path: the file, UTF-8; its header may contain the units, such as ``time [us],force [kN]``.
         time_column: a name from the header, with or without its unit, or a number from 0.
-        value_column: likewise.
+        value_column: likewise, for the values.
         time_unit: s, ms, us, ns or sec, ...; by default the unit in the header.
         value_unit: such as kN or mm/s, or V with a `scale`; by default the unit in the header.
         unit: SI unit of the values, such as N; None for the SI unit of the file's quantity.
-        delimiter: of the columns: a comma, a semicolon, a tab or blanks.
+        delimiter: column separator: a comma, a semicolon, a tab or blanks.
         decimal: the decimal mark, a point or a comma.
         skip: number of lines to skip at the beginning, such as the preamble of an oscilloscope.
         gaps: "refuse" gaps in the sampling, of over 10 median steps, or "bridge" them with a straight line.
@@ -172,7 +172,7 @@ def _column_conversion(
 
 
 def _name_and_unit(cell: str) -> tuple[str, str | None]:
-    """Return the name and the unit of a header cell; None without a unit: "speed m/s" is not a name divided by seconds."""
+    """Return the name and the unit (or None) of a header cell; "speed m/s" has no unit, as "/" is part of "m/s"."""
     for pattern in _HEADERS:
         if match := pattern.fullmatch(cell):
             name, unit = match[1].strip(), match[2].strip().replace("\u00b5", "u").replace("\u03bc", "u")
@@ -230,7 +230,7 @@ def read_limited_file(path: Path, size_limit: int, advice: str, error_type: type
     """Return the content of a regular file of at most `size_limit` bytes.
 
     Raises:
-        GranularError: an `error_type`; it is a folder, a device or a pipe, or too large; `advice` is a hint for the latter.
+        GranularError: an `error_type`; the path is a folder, a device or a pipe, or the file is too large (with `advice`).
         OSError: it cannot be read.
     """
     mode = path.stat().st_mode

@@ -1,4 +1,4 @@
-"""A toy component in the plane: discs in a box, tied together by links that break. The worked example for arrays and events.
+"""A toy component: discs in a plane box, tied by breakable links; the worked example of arrays and events.
 
 m x'' = F + contacts + links + walls: linear springs along the line of centres, advanced by leapfrog (second order, symplectic).
 """

@@ -2,7 +2,7 @@
 
 A `Profile` is a piecewise polynomial of time, multiplied by a constant array for array inputs. It is zero before its first
 piece, and its last piece never ends. Components integrate it with + and x only: the chain evaluates it at the stage times of
-its integrator, other components use the mean over each tick. First it is compiled to the component's ticks: a tick with a
+its integrator, other components use the mean over each tick. It is first compiled to the component's ticks: a tick with a
 breakpoint inside, or of a curve above degree 3 that lasts fewer than 10 ticks, gets the mean of the signal over the tick, so
 that the impulse is exact; all other ticks keep their polynomial.
 """
@@ -128,7 +128,7 @@ class Profile:
     Attributes:
         starts: time at which each piece begins, increasing, shape (pieces,) [s].
         coefficients: shape (pieces, degree + 1); value = sum_k c_k (t - start)^k, in the unit of the input per s^k.
-        description: text for users on how it was made.
+        description: text for users on the origin of the profile.
         pattern: array of the input's shape that multiplies the polynomial; `profile * array` sets it.
     """
 
@@ -138,7 +138,7 @@ class Profile:
     pattern: FloatArray | None = None
     _compiled: dict[float, CompiledProfile] = field(default_factory=dict, init=False, repr=False)
 
-    # Makes numpy use `__rmul__` for `array * profile`.
+    # Make numpy use `__rmul__` for `array * profile`.
     __array_ufunc__ = None
 
     def __post_init__(self) -> None:
@@ -340,11 +340,11 @@ class Profile:
         """Add the polynomials of this profile, shifted, to the coefficients of a sum.
 
         Args:
-            rows: of the sum, shape (breakpoints, degree + 1), written.
+            rows: coefficients of the sum, shape (breakpoints, degree + 1); updated.
             firsts: the sum's breakpoints, shape (breakpoints,) [s].
             lasts: last time of the group of times that each breakpoint represents, same shape [s].
         """
-        # Only the nonzero range: from the first piece on, and up to the last one if that is zero.
+        # Add only the nonzero range: from the first piece, up to the last piece if that is zero.
         begin = int(np.searchsorted(lasts, self.starts[0]))
         silent = not self.coefficients[-1].any()
         end = int(np.searchsorted(lasts, self.starts[-1])) if silent else len(lasts)
@@ -355,7 +355,7 @@ class Profile:
         rows[begin:end, : part.shape[1]] += part
 
     def compile(self, step_size: float, name: str = "profile") -> CompiledProfile:
-        """Return the signal on a tick grid.
+        """Return the profile on a tick grid.
 
         A tick with a breakpoint inside, or of a curve above degree 3 that lasts fewer than 10 ticks, gets the mean of the
         signal over the tick, with a warning. The integral over any whole number of ticks is exact.
@@ -376,7 +376,7 @@ class Profile:
             raise ParameterError(f"a breakpoint lies more than 2^52 steps of {step_size:g} s from the start", at=name)
         self._warn_about_early_samples(step_size, name)
         nearest = np.rint(places)
-        # The quotient of two rounded times is exact to a few ulp.
+        # The quotient of two rounded times has an error of a few ulp.
         inside = np.abs(places - nearest) > np.maximum(_SAME_TICK, 4.0 * np.spacing(np.abs(places)))
         places = np.where(inside, places, nearest)
         short = self.coefficients[:, 4:].any(axis=1) & (np.diff(places, append=np.inf) < _RESOLVED)

@@ -20,7 +20,7 @@ class Area(Named):
     @property
     @abstractmethod
     def bounds(self) -> tuple[float, float, float, float]:
-        """The smallest and largest x, the smallest and largest y [m]."""
+        """Smallest and largest x, then smallest and largest y [m]."""
 
     @abstractmethod
     def contains(self, points: FloatArray, margin: float = 0.0) -> np.ndarray:

@@ -20,8 +20,8 @@ class Snapshot:
     Attributes:
         identity: hash of the component's name, version and parameters.
         tick: integer time.
-        data: the bytes of the state.
-        inputs: the inputs held at that tick.
+        data: bytes of the state.
+        inputs: values of the inputs at that tick.
         is_checked: whether the state is known to lie in the ranges that the component declares: True after `save`, and after
             the first `restore` of any other snapshot.
     """
@@ -44,7 +44,7 @@ class Snapshot:
         return b"".join(self.to_parts())
 
     def to_parts(self) -> list[bytes | memoryview]:
-        """Return the parts that `to_bytes` joins; the state is not copied."""
+        """Return the pieces that `to_bytes` joins, without copying the state."""
         inputs = sorted(self.inputs.items())
         numbers = {name: value for name, value in inputs if isinstance(value, float)}
         profiles = {name: value for name, value in inputs if isinstance(value, CompiledProfile)}

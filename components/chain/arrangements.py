@@ -26,11 +26,11 @@ _Pair = Field(min_length=2, max_length=2)
 class Arrangement(Named):
     """An order of grains, chosen by its `name`: the radius and material of each grain, and the mass of some.
 
-    The chain's own `radius`, `material` and `mass` apply to everything that the arrangement leaves open.
+    The chain's own `radius`, `material` and `mass` apply to all properties that the arrangement does not set.
     """
 
     per_grain: ClassVar[tuple[str, ...]] = ("radius", "material")
-    """Fields that set chain parameters of the same name per grain: if given here, they must not be given for the chain."""
+    """Fields that set the chain parameters of the same names; a parameter must not be given in both places."""
 
     def replaced_parameters(self) -> tuple[str, ...]:
         """Return the chain parameters that this arrangement sets."""
@@ -78,7 +78,7 @@ class Dimer(Arrangement):
 
     @model_validator(mode="after")
     def _validate_kinds(self) -> Dimer:
-        # Two equal values may be the end of a scan of ratios; no pair of values at all is a mistake.
+        # A pair of equal values may be the end of a scan of ratios; without any pair, equal kinds are a mistake.
         if not isinstance(self.radius, list) and not isinstance(self.material, list):
             raise ParameterError("both kinds of grain are the same", hint="give two radii, two materials, or both", at="radius")
         return self
@@ -276,7 +276,7 @@ def _geometric_sequence(first: float, factor: float, count: int) -> FloatArray:
 
 
 def _last_radius(first: float, factor: float, count: int) -> float:
-    """Return the last of these terms, approximately; `ParameterError` if terms leave the range of a float."""
+    """Return the last of these terms approximately; raise `ParameterError` if a term leaves the range of a float."""
     last = first * integer_power(factor, count - 1)
     if not _TINY <= first <= _HUGE and 1e-100 <= last <= 1e100:
         return last  # reported by the check of the masses

@@ -27,7 +27,7 @@ _MAXIMUM_GRAINS = 100_000_000
 
 
 class UniformRadii(Parameters):
-    """Radii drawn uniformly between two bounds, as a function of the seed (the RAND of Nesterenko's section 3.5)."""
+    """Random radii, uniform between two bounds, as a function of the seed (the RAND of Nesterenko's section 3.5)."""
 
     low: float = _field(..., "smallest radius", "m", gt=0.0)
     high: float = _field(..., "largest radius", "m", gt=0.0)
@@ -81,7 +81,7 @@ class ChainParameters(Parameters):
     @model_validator(mode="before")
     @classmethod
     def _refuse_indices(cls, fields: Any) -> Any:
-        """Refuse {index: value} for parameters other than masses and start values, with a message that says so."""
+        """Refuse {index: value} for parameters other than the mass."""
         for name in ("radius", "material", "gap", "contact_stiffness"):
             value = fields.get(name) if isinstance(fields, dict) else None
             if isinstance(value, dict) and any(str(key).lstrip("-").isdigit() for key in value):
@@ -157,7 +157,7 @@ class ChainParameters(Parameters):
 
     @model_serializer(mode="wrap")
     def _serialize_without_arrangement(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Omit values set by the arrangement, so that the result can be read back, and an arrangement without effect."""
+        """Omit parameters that the arrangement sets, so that the result can be read back, and a uniform arrangement."""
         fields = serialize(self)
         spared = ("arrangement",) if isinstance(self.arrangement, Uniform) else self.arrangement.replaced_parameters()
         return {name: value for name, value in fields.items() if name not in spared}
@@ -166,7 +166,7 @@ class ChainParameters(Parameters):
     def contact_places(self) -> int:
         """Number of places for contacts, n + 1: place i is left of grain i, place n right of the last grain.
 
-        Ends without a wall have a place too, so that the kind of an end does not shift the numbers of other places.
+        Ends without a wall also have a place, so that the numbers of places do not depend on the kinds of the ends.
         """
         return self.grains + 1
 

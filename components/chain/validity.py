@@ -32,7 +32,7 @@ def validity_figures(chain: Geometry, law: Law, peak: FloatArray, force_rate: fl
 
     Args:
         chain: arrays of the chain.
-        law: of the contacts.
+        law: contact law.
         peak: largest overlap of each contact, shape (contacts,) [m].
         force_rate: force evaluations per second.
     """

@@ -27,15 +27,15 @@ from .parameters import DetonationParameters
 _SUGGESTED_COURANT = 0.5
 # Courant number of the step that an error message advises.
 _ADVISED_COURANT = 0.7
-# Speed of the fastest expected waves: behind a detonation and its reflection, in units of the detonation speed; in an inert
-# gas, in units of the speed of sound of its hottest region.
+# Speed of the fastest expected waves: in a reacting gas (reflected detonation) divided by the detonation speed; in an inert gas
+# divided by the speed of sound in its hottest region.
 _DETONATION_WAVES, _SOUND_WAVES = 1.3, 2.5
 # Memory per cell for state, scratch, tables and temporary arrays of the build: 488 bytes measured.
 _BYTES_OF_CELL = 500
-# Largest and smallest number of cells over which the front speed is measured. A burn zone of a few cells makes the arrival time
-# in a cell uncertain by a tenth of the time in which the front crosses the cell.
+# Largest and smallest number of cells over which the front speed is measured. With a burn zone of a few cells, the arrival time
+# in a cell is uncertain by a tenth of the time in which the front crosses the cell.
 _SPEED_CELLS, _LEAST_SPEED_CELLS = 50, 10
-# Pistons may not shorten or lengthen a tube to less or more than these fractions of its length.
+# Smallest and largest length of a tube with pistons, as fractions of the initial length.
 _SHORTEST, _LONGEST = 1e-9, 1e9
 _STATE = ("density", "momentum", "energy", "fuel", "velocity", "pressure", "progress", "area", "arrival", "flags")
 
@@ -72,7 +72,7 @@ class DetonationTube(Component):
     def _build(self) -> None:
         p = self.parameters
         self.gas = p.chosen_gas
-        # Positions of the ends, and front positions per cell; views of the state block if an end moves.
+        # Positions of the ends, and position of the front in each cell; views of the state block if an end moves.
         self._walls: FloatArray = np.array([0.0, p.length, 0.0, 0.0])
         self._places: FloatArray = np.zeros(p.cells)
         self.ahead = Flow(p.initial_pressure / (self.gas.gas_constant * p.initial_temperature), 0.0, p.initial_pressure)
@@ -241,7 +241,7 @@ class DetonationTube(Component):
 
     @np.errstate(all="ignore")
     def _courant_numbers(self, tick: int | None = None) -> FloatArray:
-        """Return (|u| + c) dt / dx, shape (n,); u is relative to the cells as they move in the tick that begins at `tick`."""
+        """Return (|u| + c) dt / dx, shape (n,); u is relative to the cells, which move as in the tick beginning at `tick`."""
         state, n = self._state, self.parameters.cells
         left, right = (0.0, 0.0) if tick is None else self._end_velocities(tick)
         relative = state.velocity - (left + (right - left) * (np.arange(n) + 0.5) / n)
@@ -270,7 +270,7 @@ class DetonationTube(Component):
         return float(begin), float(end)
 
     def _front_speed(self) -> float:
-        """Return the speed of the front that runs to the right or, without one, of the front that runs to the left [m/s]."""
+        """Return the speed of the front that runs to the right or, if there is none, to the left [m/s]."""
         reached = np.flatnonzero(self._state.arrival >= 0.0)
         if len(reached) < _LEAST_SPEED_CELLS:
             return 0.0
@@ -450,7 +450,7 @@ class DetonationTube(Component):
 
     @property
     def missing_detonation(self) -> str:
-        """Description of gas that could detonate but does not: not ignited, extinguished, or burning slowly; else ""."""
+        """Description of gas that could detonate but has not ignited, is extinguished or burns slowly; otherwise ""."""
         return ignition.missing_detonation_text(self)
 
     @property

@@ -15,7 +15,7 @@ from ..errors import ParameterError
 from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, field
 from ..support.validation import Parameters, positive_number
 
-# Bounds of gamma; they include every gas.
+# Bounds of gamma, within which every real gas lies.
 SMALLEST_GAMMA, LARGEST_GAMMA = 1.01, 3.0
 
 
@@ -31,9 +31,9 @@ class Mixture(NamedTuple):
     """A fuel and its oxidiser at one initial temperature.
 
     Attributes:
-        gas_constant: of the unburnt mixture [J/(kg K)].
-        temperature: initial [K].
-        rows: initial pressure [Pa], gamma [1] and heat release [J/kg], in order of increasing pressure.
+        gas_constant: specific gas constant of the unburnt mixture [J/(kg K)].
+        temperature: initial temperature [K].
+        rows: table of initial pressure [Pa], gamma [1] and heat release [J/kg], in order of increasing pressure.
     """
 
     gas_constant: float
@@ -80,8 +80,8 @@ def gas_from_name(value: str | Gas, pressure: float, temperature: float) -> Gas:
 
     Args:
         value: a name, or the gas itself.
-        pressure: initial [Pa].
-        temperature: initial [K].
+        pressure: initial pressure [Pa].
+        temperature: initial temperature [K].
 
     Raises:
         ValueError: the table of the mixture does not cover this state.
@@ -115,11 +115,11 @@ def fit_gas(speed: float, cj_pressure: float, pressure: float, density: float, t
     gamma = (p0 + rho0 D^2) / P_CJ - 1, and q from M = D / c0: H = ((M^2 - 1) / 2 M)^2 = (gamma^2 - 1) q / (2 c0^2).
 
     Args:
-        speed: of the detonation, computed for chemical equilibrium or measured [m/s].
-        cj_pressure: at the end of the reaction [Pa].
-        pressure: initial [Pa].
-        density: initial [kg/m^3].
-        temperature: initial [K].
+        speed: detonation speed, computed for chemical equilibrium or measured [m/s].
+        cj_pressure: pressure at the end of the reaction [Pa].
+        pressure: initial pressure [Pa].
+        density: initial density [kg/m^3].
+        temperature: initial temperature [K].
 
     Raises:
         ParameterError: a number is not positive, or no gas has these properties.

@@ -81,7 +81,7 @@ def ignition_conclusion(gas: DetonationTube) -> str:
 
 
 def ignition_cautions(gas: DetonationTube) -> list[str]:
-    """Return the heat or power that the ignition zone lacks if the gas does not burn."""
+    """Return a caution with the missing heat or power of the ignition zone if the gas does not detonate."""
     text = missing_detonation_text(gas)
     if not text:
         return []

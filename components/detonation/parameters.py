@@ -11,12 +11,12 @@ from .gases import MIXTURES, Gas, GasName, gas_from_name
 from .limiters import LimiterName
 from .reactions import ChosenReaction, Inert, PressureBurn, Reaction
 
-# Tolerance for a position beyond an end, as a fraction of the length: both are computed numbers.
+# Tolerance for a position beyond an end, as a fraction of the length, because both have rounding errors.
 _ROUNDING = 1e-9
 
 
 class StartRegion(Parameters):
-    """A part of the tube with another initial state."""
+    """A region of the tube with another initial state."""
 
     x: SignedPair = field(..., "both ends of the region, which contains the cells with centres between them", "m")
     pressure: Magnitude | None = field(None, "initial pressure; default: that of the tube", "Pa")
@@ -77,7 +77,7 @@ class DetonationParameters(Parameters):
 
     @property
     def has_pistons(self) -> bool:
-        """Whether an end, and the cells with it, moves."""
+        """Whether an end is a piston, with which the cells move."""
         return isinstance(self.left, Piston) or isinstance(self.right, Piston)
 
     @model_validator(mode="after")

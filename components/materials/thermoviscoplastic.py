@@ -36,8 +36,8 @@ from .tensors import Moduli, SymmetricTensor, equivalent_stress, trace, trial_st
 LEAST_FLOW, _LARGEST_POISSON = 1e-3, 0.49
 # Smaller plastic strains of a tick are set to zero.
 _NO_FLOW = 1e-18
-# Newton's steps shrink quadratically: after one of this size, relative to the strain, the error is below rounding. The limit on
-# their number is far above the ten that random stresses need.
+# Newton's method converges quadratically: after a step of this size, relative to the strain, the error is below rounding. The
+# limit on the number of steps is far above the ten that random stresses need.
 _LAST_STEP, _MOST_STEPS = 1e-6, 60
 # Up to this x the series of (1 + x)^p is exact to rounding.
 _SHORT_SERIES = 0.01
@@ -70,7 +70,7 @@ class Thermoviscoplastic(Named):
 
     @property
     def melting_temperature(self) -> float | None:
-        """Temperature at which the flow stress reaches its minimum [K], or None if it never does."""
+        """Temperature at which the flow stress reaches its minimum [K], or None if there is no such temperature."""
         rises = [math.inf]
         if self.softening > 0.0:
             rises.append(self.softening_temperature * math.log1p(1.0 / self.softening))

@@ -8,7 +8,7 @@ from pathlib import Path
 from ..errors import GranularError, ParameterError
 
 _MEMINFO = Path("/proc/meminfo")
-# Largest number of bytes in messages: whole numbers may exceed any float.
+# Upper limit of sizes in messages [bytes], because integers may exceed any float.
 _COUNTLESS = 10**300
 _CONTAINER_LIMIT = Path("/sys/fs/cgroup/memory.max")
 

@@ -30,12 +30,12 @@ _DTYPES = {"<f8", "<f4", "<i8", "<i4", "<u8", "<u4", "|u1"}
 
 
 def digest(data: bytes | memoryview) -> bytes:
-    """Eight bytes that change when the data does (BLAKE2b)."""
+    """Return an 8-byte BLAKE2b hash."""
     return hashlib.blake2b(data, digest_size=_DIGEST_SIZE).digest()
 
 
 def canonical_json(value: Any) -> bytes:
-    """JSON with sorted keys and no spaces, floats in their shortest exact form; NaN and infinity are refused."""
+    """Return JSON with sorted keys, no spaces and floats in their shortest exact form; refuse NaN and infinity."""
     return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
 
 

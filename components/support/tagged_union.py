@@ -14,7 +14,7 @@ from .validation import Choices, Parameters, validation_faults
 
 
 class Named(Parameters):
-    """A table of parameters, chosen among several by its `name`; each class declares that name, a Literal, as its default."""
+    """A table of parameters, chosen among several by its `name`; each class declares its name as a Literal with default."""
 
     name: Any
 

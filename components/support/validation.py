@@ -38,14 +38,14 @@ class Fixed(BaseModel):
 
 
 class Parameters(Fixed):
-    """Base of every component's parameters: frozen, no unknown keys, finite numbers; every field declares a unit."""
+    """Base of parameters of components: read-only, no unknown keys, finite numbers, and a unit for every field."""
 
     model_config = ConfigDict(validate_default=True)
 
 
 @dataclass(frozen=True)
 class Choices:
-    """Mark of a parameter field that holds one of several tables.
+    """Annotation of a parameter field whose value is one of several tables.
 
     Attributes:
         choices: the model of each table, by its name.

@@ -25,9 +25,9 @@ from . import balances, exchange
 from .interface_overlaps import Interface, find_overlaps
 from .parameters import MOST_STEPS, TubeParameters
 
-# Number of state words above which an unused component is garbage-collected at once.
+# Number of state words above which the memory of an unused component is collected at once.
 _LARGE_STATE = 100_000
-# Smallest load that wakes the shell, as a fraction of the pressure outside; smaller loads are rounding errors.
+# Smallest load that activates the shell, as a fraction of the outside pressure; smaller loads are rounding errors.
 _WAKING = 1e-9
 # Status offsets of `_advance` for failures of the gas, the shell and the exchange; the part's own status is added.
 _GAS, _SHELL, _WALL = 16, 32, 48
@@ -61,7 +61,7 @@ class Tube(Component):
         return DetonationTube.memory_needed(parameters.gas) + Shell.memory_needed(parameters.shell)
 
     def _build(self) -> None:
-        # Both parts are first built alone, to find their steps and the sizes of their states.
+        # Both parts are first built alone, to obtain their steps and the sizes of their states.
         gas, shell = make_part(DetonationTube, self, "gas"), make_part(Shell, self, "shell")
         self._choose_steps(gas, shell)
         stations, words = shell.parameters.body.node_counts[0], shell.memory.size
@@ -69,11 +69,11 @@ class Tube(Component):
             gas=("f8", (gas.memory.size,)), shell=("f8", (words,)), peak_pressure=("f8", (stations,)),
             widening=("f8", (stations,)), tally=("f8", (exchange.TALLY,)), awake=("i8", (1,), 0, 1),
         )  # fmt: skip
-        # The second shell shares the tables of the first one while these exist.
+        # While the tables of the first shell exist, the second shell shares them.
         tables = shell.assembly
         del shell
         if words > _LARGE_STATE:
-            gc.collect()  # a component is part of cycles, and would stay in memory until much later
+            gc.collect()  # a component is part of reference cycles, and would stay in memory for long
         gas_step, shell_step = self.step_size / self.gas_steps, self.step_size / self.shell_steps
         self.gas: DetonationTube = self._make_part_with_step(DetonationTube, "gas", gas_step)
         self.shell: Shell = self._make_part_with_step(Shell, "shell", shell_step)
@@ -83,7 +83,7 @@ class Tube(Component):
         self.interface: Interface = self._find_interface()
         # Read from the field, which does not interpolate the parameters of the nodes.
         self._rest_radii: FloatArray = self.shell.get("mean_inner_radius")
-        # Step of the gas or the shell that failed, and a cell without pressure.
+        # Step of the gas or the shell that failed, and the cell in which the pressure vanished.
         self._failed_tick = self._failed_cell = 0
 
     def _choose_steps(self, gas: DetonationTube, shell: Shell) -> None:
@@ -97,7 +97,7 @@ class Tube(Component):
         self.shell_steps: int = p.shell_steps or self._step_count("shell", shell.longest_suggested_step)
 
     def _make_part_with_step(self, kind: type[Part], part: str, step: float) -> Part:
-        """Return a part in this component's memory; report a step that is too large for it as a fault of its step number."""
+        """Return a part in this component's memory; report a step that is too large as a fault of the number of steps."""
         try:
             return make_part(kind, self, part, step_size=step, memory=self._block[part])
         except ParameterError as error:
@@ -162,7 +162,7 @@ class Tube(Component):
         )  # fmt: skip
 
     def _declare_output(self, variable: Variable) -> Variable:
-        """Return the variable, as an output if it is an input of one part that the other part sets."""
+        """Return the variable, or an output in place of an input of one part that the other part sets."""
         if variable.name not in ("gas_area", "shell_pressure"):
             return variable
         text = (
@@ -263,7 +263,7 @@ class Tube(Component):
         return 0 if self._failed_cell < 0 else _WALL
 
     def _record_growth(self, tick: int) -> None:
-        """Record, once, that the one-way-coupled gas flows through a cross-section different from that of the wall."""
+        """Record, once, that the cross-section of the wall differs too much from that of the one-way-coupled gas."""
         station = int(self._block["widening"].argmax())
         growth = float(self._block["widening"][station])
         if growth > _LARGEST_GROWTH and not self._block.count("events"):
@@ -311,11 +311,11 @@ class Tube(Component):
         return self.parameters.coupling.has_leakage and self.parameters.shell.fracture.name != "none"
 
     def wake(self) -> None:
-        """Let the shell move; otherwise it sleeps at rest until it is loaded."""
+        """Activate the shell, whose steps are otherwise skipped until it is loaded."""
         self._block["awake"][0] = True
 
     def _is_awake(self, pressures: FloatArray) -> bool:
-        """Return whether the shell moves; it sleeps at rest until it is loaded."""
+        """Return whether the shell is active; its steps are skipped until it is loaded."""
         awake, room = self._block["awake"], self.parameters.room_pressure
         if not awake[0]:
             awake[0] = float(np.abs(pressures - room).max()) > _WAKING * room

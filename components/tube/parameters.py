@@ -18,16 +18,16 @@ from ..support.validation import Parameters
 _SAME_AREA = 1e-3
 # Largest number of steps of a part in an internal step.
 MOST_STEPS = 1000
-# Boundaries of a shell in a tube: they neither move nor open.
+# Allowed boundaries of a shell in a tube, which neither move nor open.
 _ENDS = ("clamped", "symmetry")
 
 
 class Coupling(Named):
-    """A coupling, chosen by its `name`."""
+    """A coupling of gas and shell, chosen by its `name`."""
 
     @property
     def has_moving_wall(self) -> bool:
-        """Whether the gas has the present cross-section of the wall and loses the work on it."""
+        """Whether the gas has the present cross-section of the wall and does work on the wall."""
         return False
 
     @property
@@ -51,7 +51,7 @@ class TwoWay(Coupling):
 
     @property
     def has_moving_wall(self) -> bool:
-        """Whether the gas has the present cross-section of the wall and loses the work on it."""
+        """Whether the gas has the present cross-section of the wall and does work on the wall."""
         return self.motion
 
     @property

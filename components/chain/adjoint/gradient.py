@@ -23,9 +23,9 @@ from ..objective import Objective
 from .loops import ObjectiveLoops, make_objective_loops, make_run_loops
 from .reverse import INVERSE_MASS_SUM, reverse_tick
 
-# Control steps of a block if nothing is saved for the backward sweep.
+# Control steps per block if no states are saved for a backward sweep.
 _LONG_BLOCK = 256
-# Rows of a table that a run changes and an adjoint starts from.
+# Rows of a table that a run changes and from which an adjoint starts.
 _STATE = slice(U, V + 1)
 
 
@@ -35,11 +35,11 @@ class Adjoints:
 
     Attributes:
         value: J.
-        inputs: derivatives by the left and right input of each control step, shape (steps, 2); 0 for an end without input.
-        table: derivatives by entries of the table. Only constants are meaningful: STIFFNESS, REST_OVERLAP, INVERSE_MASS,
+        inputs: derivatives with respect to left and right inputs, shape (steps, 2); 0 for an end without input.
+        table: derivatives with respect to the table. Only constants are meaningful: STIFFNESS, REST_OVERLAP, INVERSE_MASS,
             LAW_CONSTANTS, those that the objective uses (MASS), and LEFT_STATIC, RIGHT_STATIC and GRAVITY of SCALARS.
-        displacement: derivatives by the start displacement, shape (n,).
-        velocity: derivatives by the start velocity, shape (n,).
+        displacement: derivatives with respect to the start displacement, shape (n,).
+        velocity: derivatives with respect to the start velocity, shape (n,).
     """
 
     value: float
@@ -56,7 +56,7 @@ def evaluate_objective(chain: Chain, drives: npt.ArrayLike, ticks: int, objectiv
         chain: any chain.
         drives: inputs held in each control step, left and right, shape (members, steps, 2); 0 for an end without input.
         ticks: internal steps per control step.
-        objective: what to evaluate.
+        objective: the objective.
 
     Returns:
         The values, shape (members,).
@@ -88,10 +88,10 @@ def value_and_adjoint(chain: Chain, drive: npt.ArrayLike, ticks: int, objective:
         chain: with the integrator pefrl or leapfrog, and a law without history.
         drive: inputs held in each control step, left and right, shape (steps, 2); 0 for an end without input.
         ticks: internal steps per control step.
-        objective: what to differentiate.
+        objective: the objective.
 
     Raises:
-        ParameterError: this chain has no adjoint, the drive does not fit, or the objective is not a number.
+        ParameterError: the chain has no adjoint, the drive does not fit, or the objective is not a number.
         StepError: the physics breaks down; it names the control step.
     """
     refuse_missing_adjoint(chain)
@@ -106,11 +106,11 @@ def value_and_adjoint(chain: Chain, drive: npt.ArrayLike, ticks: int, objective:
 
 
 class _BlockwiseRun:
-    """Runs of a drive on a copy of a chain, block by block.
+    """Runs of a drive on a copy of a chain, in blocks of control steps.
 
     Attributes:
-        table: of the copy.
-        start: the table at the beginning.
+        table: table of the copy.
+        start: initial table.
     """
 
     def __init__(self, chain: Chain, ticks: int, objective: Objective, steps: int) -> None:
@@ -147,7 +147,7 @@ class _BlockwiseRun:
     def backward(
         self, drive: FloatArray, block: int, saved_states: list[FloatArray], slopes: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return the derivatives by the table and by the inputs; each block is run again with a tape, then reversed."""
+        """Return the derivatives with respect to table and inputs, by running each block again with a tape and reversing it."""
         adjoint, input_adjoints, running = np.zeros_like(self.table), np.zeros_like(drive), np.zeros((2, self.table.shape[1]))
         states, sources = (np.zeros((block, 2, self.table.shape[1])) for _ in range(2))
         tape = np.zeros((block * self.ticks * tape_rows(self.chain), self.table.shape[1]))
@@ -167,7 +167,7 @@ class _BlockwiseRun:
             if sound > 0:
                 _raise_infinite_derivative(adjoint, begin + sound - 1, self.steps, by_objective=False)
             running[:] = adjoint[_STATE]
-        # The sums for the inverse masses, in a row of scratch, are in units of the inverse masses.
+        # The scratch row INVERSE_MASS_SUM holds the derivatives with respect to inverse masses, times the inverse masses.
         moved = self.table[INVERSE_MASS] > 0.0
         adjoint[INVERSE_MASS, moved] += adjoint[INVERSE_MASS_SUM, moved] / self.table[INVERSE_MASS, moved]
         adjoint[LEFT_DRIVE : LOST + 1] = 0.0
@@ -266,7 +266,7 @@ def _raise_infinite_derivative(adjoint: FloatArray, step: int, steps: int, *, by
 
 
 def _raise_step_error(chain: Chain, drive: FloatArray, ticks: int, failed_step: int) -> None:
-    """Step a twin of the chain to the failed control step, so that it raises its own error."""
+    """Step a copy of the chain to the failed control step, which raises the `StepError`."""
     twin = type(chain)(**chain.parameters.model_dump())
     twin.restore(chain.save())
     names = [name for name, variable in twin.variables.items() if variable.causality == "input"]

@@ -57,7 +57,7 @@ def damping(law, j, d):
 
 @functions.damping_pullback.register(KuwabaraKonoContacts)
 def damping_pullback(law, adjoint, j, d, slope):
-    """Add slope sqrt(d) to the derivative by gamma; return slope gamma / (2 sqrt(d))."""
+    """Add slope sqrt(d) to the adjoint of gamma; return slope gamma / (2 sqrt(d))."""
     root = sqrt(d)
     adjoint.dissipation[j] += slope * root
     return 0.5 * law.dissipation[j] / root * slope if d > 0.0 else 0.0

@@ -23,7 +23,7 @@ _ONE_OVER_E = 0.36787944117144233
 # The rate is zero above this exponent, to limit the argument of `power`.
 _LARGEST_EXPONENT = 100.0
 _INTERVALS = 400
-# Number of cells in the half-reaction length below which there is a caution.
+# Number of cells in the half-reaction length below which the law issues a caution.
 _LEAST_CELLS = 10.0
 
 

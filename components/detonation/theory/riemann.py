@@ -24,8 +24,8 @@ class RiemannSolution:
         left: the state at x < 0.
         right: the state at x > 0.
         gamma: adiabatic exponent.
-        pressure: between the two waves [Pa].
-        velocity: between the two waves, i.e. of the contact [m/s].
+        pressure: pressure between the two waves [Pa].
+        velocity: velocity between the two waves, i.e. of the contact [m/s].
     """
 
     left: Flow
