@@ -31,7 +31,7 @@ class DiscsParameters(Parameters):
     mass: float = field(0.01, "mass of each disc", "kg", gt=0.0)
     clearance: float = field(0.02, "distance from the block to each wall", "m", ge=0.0)
     stiffness: float = field(1e4, "stiffness of contacts, links and walls", "N/m", gt=0.0)
-    breaking_strain: float = field(0.01, "strain that breaks a link", "1", gt=0.0)
+    breaking_strain: float = field(0.01, "strain at which a link breaks", "1", gt=0.0)
     step_size: float = field(1e-5, "internal step", "s", gt=0.0)
 
 
@@ -68,9 +68,9 @@ class Discs(Component):
     def _declare(self) -> Iterable[Variable]:
         n, axes = len(self.reference), ("disc", "direction")
         yield Variable("force", "input", "N", (n, 2), "force on each disc", start=0.0, axes=axes)
-        yield Variable("displacement", "output", "m", (n, 2), "displacement from the block", state=True, axes=axes)
-        yield Variable("velocity", "output", "m/s", (n, 2), "velocity", state=True, axes=axes)
-        yield Variable("speed", "output", "m/s", (n,), "magnitude of the velocity", minimum=0.0, axes=("disc",))
+        yield Variable("displacement", "output", "m", (n, 2), "displacement of each disc", state=True, axes=axes)
+        yield Variable("velocity", "output", "m/s", (n, 2), "velocity of each disc", state=True, axes=axes)
+        yield Variable("speed", "output", "m/s", (n,), "speed of each disc", minimum=0.0, axes=("disc",))
         yield Variable("linked", "output", "1", (self.links,), "1 for an intact link, 0 for a broken one", axes=("link",))
         yield Variable("broken_links", "output", "1", (), "number of broken links")
 

@@ -15,7 +15,9 @@ import granular_env as ge
 def test_seldom_seen_contacts_are_warned_of_once() -> None:
     chain = unit_chain(5, step_size=0.3)
     chain.reset(velocity={0: 1.0})
-    with pytest.warns(ge.GranularWarning, match=r"fewer than the 60 force evaluations that pefrl wants.*step_size") as caught:
+    with pytest.warns(
+        ge.GranularWarning, match=r"fewer than the 60 force evaluations that pefrl requires.*step_size"
+    ) as caught:
         advance_chain(chain, 12.0)
     assert len(caught) == 1
     assert any("force evaluations" in sentence for sentence in chain.cautions())

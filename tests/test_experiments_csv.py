@@ -77,7 +77,7 @@ FAULTS = [
     (GOOD, {"time_unit": "ms"}, ["line 2", "the unit in the header is 'us'", "time_unit = 'ms'"]),
     (GOOD, {"unit": "m/s"}, ["line 2", "'kN'", "expected m/s"]),
     (GOOD, {"columns": ("tim", "force")}, ["line 2", "time_column = 'tim'", "did you mean 'time'?"]),
-    ("0,1\n1,2\n", {"columns": ("time", "force")}, ["line 1", "no header line"]),
+    ("0,1\n1,2\n", {"columns": ("time", "force")}, ["line 1", "without a header"]),
     (b"time [us],force [kN]\n0,0\n\xff,1\n", {}, ["not UTF-8"]),
     (GOOD.replace(",", ";"), {}, ["line 2", "the delimiter is ','", "set delimiter"]),
 ]
@@ -140,7 +140,7 @@ def test_a_hole_is_crossed_in_a_straight_line_where_the_experiment_says_so(tmp_p
     (tmp_path / "hammer.csv").write_text(sampled_at(0, 1, 2, 3, 53, 54))
     profile = prepare_experiment(load_experiment(path)).inputs["force"]
     assert [profile(time * 1e-6) for time in (3, 28, 53)] == pytest.approx([3.0, 28.0, 53.0], rel=1e-12, abs=0.0)
-    with pytest.raises(ExperimentError, match=r"hammer\.csv: line 7: a hole"):
+    with pytest.raises(ExperimentError, match=r"hammer\.csv: line 7: a gap"):
         prepare_experiment(load_experiment(path, {"input.force.gaps": "refuse"}))
 
 

@@ -158,7 +158,7 @@ class Decorated(Arrangement):
     def check_fit(self, grains: int) -> None:  # noqa: D102
         if grains < 3 or grains % 2 == 0:
             raise ParameterError(
-                f"'decorated' does not fit a chain of {grains} grains",
+                f"'decorated' does not fit {grains} grains",
                 hint="expected an odd number of at least 3, with a large grain at each end",
                 at="name",
             )

@@ -71,7 +71,7 @@ class ChainParameters(Parameters):
     right: Boundary = _field("free", "right end: free, piston (the end grain's velocity is prescribed), or a wall", "1")
     left_wall_material: Preset | Material | None = _field(None, "material of the left wall; default: the end grain's", "1")
     right_wall_material: Preset | Material | None = _field(None, "material of the right wall; default: the end grain's", "1")
-    integrator: Integrator = _field("pefrl", "pefrl, leapfrog, rk4 or hamming", "1")
+    integrator: Integrator = _field("pefrl", "integrator: pefrl, leapfrog, rk4 or hamming", "1")
     step_size: Positive | None = _field(None, "internal step; default: computed from stiffness, mass and velocity_scale", "s")
     velocity_scale: float = _field(
         10.0, "largest expected relative speed of neighbours, for the default step", "m/s", ge=1e-9, le=1e9

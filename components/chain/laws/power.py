@@ -33,7 +33,7 @@ class Power(Law):
 
     name: Literal["power"] = field("power", "a general exponent", "1")
     exponent: float = field(  # pyright: ignore[reportIncompatibleVariableOverride]
-        ..., "p of F = k d^p", "1", ge=1.0, le=10.0
+        ..., "exponent p of F = k d^p", "1", ge=1.0, le=10.0
     )
 
     def contact_constants(

@@ -37,7 +37,7 @@ class ArrheniusConstants(NamedTuple):
 class Arrhenius(Reaction):
     """A rate that grows with p / rho, so that the heat of the shock starts the reaction."""
 
-    name: Literal["arrhenius"] = field("arrhenius", "one step, k Y exp(-E rho / p)", "1")
+    name: Literal["arrhenius"] = field("arrhenius", "one-step reaction of the rate k Y exp(-E rho / p)", "1")
     activation: Magnitude = field(2.5, "activation energy E, divided by p / rho behind the leading shock", "1", le=40.0)
     half_reaction_length: Magnitude = field(
         5e-3, "distance behind the shock of the steady wave at which half of the gas has reacted", "m"
