@@ -1,6 +1,6 @@
 """The contract of components: the declarations and methods that the author of a component writes.
 
-    component = SomeComponent(**parameters)          # SI units; ParameterError names what is wrong
+    component = SomeComponent(**parameters)          # SI units; ParameterError names the faults
     component.reset(velocity=..., seed=...)          # start values
     component.step(1e-6, left_force=3.0)             # advance by exactly this time, inputs held
     component.get("velocity")                        # any variable, a copy

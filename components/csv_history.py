@@ -84,7 +84,7 @@ def read_history(
         name: name of the file in messages; None for its path.
 
     Raises:
-        ParameterError: names the file and the line, the text found, and what was expected.
+        ParameterError: names the file, the line, the text found, and the expected text.
     """
     for argument, given in {"delimiter": delimiter, "decimal": decimal, "gaps": gaps}.items():
         if given not in _CHOICES[argument]:

@@ -251,7 +251,7 @@ class Profile:
             **reading: columns, units, separators and scale; see `csv_history.read_history`.
 
         Raises:
-            ParameterError: names the file and the line, the text found and what was expected.
+            ParameterError: names the file, the line, the text found, and the expected text.
         """
         offset = finite_number("offset_time", offset_time)
         times, values = read_history(path, **reading)

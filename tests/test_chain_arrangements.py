@@ -95,7 +95,7 @@ REFUSED = [
     (5, {"arrangement": 3}, "arrangement: got 3, expected a name, or a named table"),
     (5, {"arrangement": {"radius": R}}, "arrangement.name: missing; known: uniform, dimer,"),
     (5, {"arrangement": {**DIMER, "raduis": 1}}, "arrangement.raduis: unknown; did you mean 'radius'?"),
-    (5, {"arrangement": "tapered"}, "arrangement.first_radius: missing; it is of the first grain"),
+    (5, {"arrangement": "tapered"}, "arrangement.first_radius: missing; meaning: radius of the first grain"),
     (5, {"arrangement": "dimer"}, "arrangement.radius: both kinds of grain are the same"),
     (5, {"arrangement": {"name": "dimer", "radius": [R]}}, "arrangement.radius: got [0.003], expected"),
     (5, {"arrangement": {"name": "dimer", "radius": [R, -R]}}, "arrangement.radius[1]: got -0.003, expected greater than 0"),

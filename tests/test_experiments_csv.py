@@ -100,7 +100,7 @@ def test_a_hole_in_the_sampling_is_refused_with_its_times_and_what_to_do(tmp_pat
         read(tmp_path, sampled_at(0, 1, 2, 3, 900, 901))
     for words in ("line 7", "from 3e-06 s to 0.0009 s", "median step is 1e-06 s", 'set gaps = "bridge"'):
         assert words in str(caught.value)
-    with pytest.raises(ParameterError, match="line 6: .*one of 2"):
+    with pytest.raises(ParameterError, match="line 6: .*the first of 2"):
         read(tmp_path, sampled_at(0, 1, 2, 30, 31, 60, 61, 62))
 
 

@@ -158,7 +158,7 @@ class Tube(Component):
         yield Variable("work_on_room", "output", "J", (), "work of the shell on the room around it since the reset")
         yield Variable(
             "exchange_difference", "output", "J", (), "work received by shell and room minus work done by the gas, since the "
-            "reset: 0 to rounding with two-way coupling; with one-way coupling, the work that the gas lacks as a loss",
+            "reset: 0 to rounding with two-way coupling; with one-way coupling, the work that the gas does not lose",
         )  # fmt: skip
 
     def _declare_output(self, variable: Variable) -> Variable:

@@ -79,7 +79,7 @@ class TubeParameters(Parameters):
         "1",
         examples=[{"body": COARSE_RING}],
     )
-    position: NotNegativeMagnitude = field(1.45, "begin of the section, in the coordinate x of the gas", "m")
+    position: NotNegativeMagnitude = field(1.45, "start of the section, in the coordinate x of the gas", "m")
     coupling: ChosenCoupling = field(
         OneWay(), "one_way: the gas flows as in a rigid tube; two_way: the wall acts back on the gas {motion, leakage}", "1"
     )
@@ -93,7 +93,7 @@ class TubeParameters(Parameters):
         None, "position x of a vent, whose area is the input `vent_area`", "m", absent="none"
     )
     discharge: Magnitude = field(
-        0.8, "mass flow through an opening / that of the ideal nozzle; 0.6 to 0.85 for sharp edges", "1", le=1.0
+        0.8, "discharge coefficient: mass flow / that of the ideal nozzle; 0.6 to 0.85 for sharp edges", "1", le=1.0
     )
     gas_steps: int | None = field(
         None, "steps of the gas per internal step; default: the suggested number", "1", ge=1, le=MOST_STEPS
