@@ -20,8 +20,8 @@ class Balance:
     """The balance of a conserved quantity since the reset; each entry is an output variable of the same name.
 
     Attributes:
-        quantity: such as "energy"; `<quantity>_residual` is a variable too.
-        unit: of all entries.
+        quantity: name, such as "energy"; the variable `<quantity>_residual` is the residual.
+        unit: unit of all entries.
         stored: present amounts by entry, such as {"kinetic_energy": 2.0}.
         supplied: amounts from inputs and boundaries since the reset.
         lost: amounts dissipated or irreversibly stored since the reset.
@@ -68,5 +68,5 @@ def balance_variables(balance: Balance) -> Iterable[Variable]:
             text = words if what == "stored" and quantity in words else f"{words}: {quantity} {what}"
             yield Variable(name, "output", balance.unit, np.shape(amount), text)
     added, given = (" + ".join(names) for names in ([*balance.stored, *balance.lost], balance.supplied))
-    text = f"{added} - {quantity} at the reset{f' - ({given})' if given else ''}: the error of the numerics"
+    text = f"error of the numerical scheme: {added} - {quantity} at the reset{f' - ({given})' if given else ''}"
     yield Variable(f"{balance.quantity}_residual", "output", balance.unit, np.shape(balance.residual), text)

@@ -1,4 +1,4 @@
-"""Boundary conditions for edges of plane bodies that several components share, by name.
+"""Boundary conditions, by name, that several components share for the edges of plane bodies.
 
 Components add their own conditions and specialise these; see `grid.boundaries`, `automata.parameters`.
 """
@@ -19,7 +19,7 @@ OPPOSITE = {"left": "right", "right": "left", "bottom": "top", "top": "bottom"}
 
 
 class Boundary(Named):
-    """A condition of an edge, chosen by its `name`."""
+    """A boundary condition of an edge, chosen by its `name`."""
 
     precedence: ClassVar[int] = 0
     """Rank for nodes where two edges prescribe the same velocity component: the edge with the higher rank applies."""
@@ -42,11 +42,11 @@ class Symmetry(Boundary):
     """A mirror: nodes or automata slide along the edge, which lies along x or along y."""
 
     precedence: ClassVar[int] = 1
-    name: Literal["symmetry"] = field("symmetry", "a mirror: what lies on the edge slides along it", "1")
+    name: Literal["symmetry"] = field("symmetry", "a mirror plane: nodes or automata slide along the edge", "1")
 
 
 class Periodic(Boundary):
-    """A joined edge: waves that leave here enter at the opposite edge, which is periodic too."""
+    """A periodic edge: waves that leave through it enter at the opposite edge, which is periodic too."""
 
     name: Literal["periodic"] = field("periodic", "joined to the opposite edge", "1")
 
@@ -56,7 +56,7 @@ class PrescribedVelocity(Boundary):
 
     precedence: ClassVar[int] = 2
     name: Literal["velocity"] = field("velocity", "prescribed velocity, an input", "1")
-    components: Literal["both", "x", "y"] = field("both", "which components are prescribed; the other one is free", "1")
+    components: Literal["both", "x", "y"] = field("both", "prescribed velocity components; the other component is free", "1")
 
     @property
     def prescribed_axes(self) -> tuple[int, ...]:
@@ -65,13 +65,13 @@ class PrescribedVelocity(Boundary):
 
 
 class Traction(Boundary):
-    """A force per initial area, the input `<edge>_traction`, in the fixed directions x and y."""
+    """A force per initial area, along the fixed directions x and y: the input `<edge>_traction`."""
 
     name: Literal["traction"] = field("traction", "prescribed traction, an input", "1")
 
 
 def edge_variable(edge: str, boundary: Traction | PrescribedVelocity) -> Variable:
-    """Return the declaration of the input of an edge, one vector for the whole edge."""
+    """Return the input variable of an edge, one vector for the whole edge."""
     quantity, unit, text = ("traction", "Pa", "force per area on")
     if isinstance(boundary, PrescribedVelocity):
         quantity, unit, text = ("velocity", "m/s", "velocity of")
@@ -84,10 +84,10 @@ def prescribed_components(
     members: Callable[[str], npt.NDArray[np.int64]],
     components: Callable[[str, Boundary], tuple[int, ...]],
 ) -> dict[int, dict[int, str]]:
-    """Return member -> component of its velocity -> edge whose boundary prescribes the component.
+    """Return, for each node or automaton, the edges that prescribe components of its velocity: member -> component -> edge.
 
     Args:
-        boundaries: of the edges, by name.
+        boundaries: boundary of each edge, by name.
         members: function that returns the numbers of the nodes or automata on an edge.
         components: function that returns the components that a boundary prescribes on an edge.
     """

@@ -38,12 +38,12 @@ def component_names() -> list[str]:
 
 
 def built_in_names() -> list[str]:
-    """Return the names of the components of this package, which a log may name without being trusted."""
+    """Return the names of the components of this package, which even an untrusted log may name."""
     return list(_OWN)
 
 
 def component_summary(name: str) -> str:
-    """Return the first sentence of a component's docstring; components of this package are not imported for it."""
+    """Return the first sentence of a component's docstring, without importing components of this package."""
     if name in _OWN:
         module, _, attribute = _OWN[name].partition(":")
         source = (Path(__file__).parent / f"{module.replace('.', '/')}.py").read_text(encoding="utf-8")
@@ -58,7 +58,7 @@ def component_summary(name: str) -> str:
 
 
 def component_class(name: str) -> type[Component]:
-    """Return the class for a catalogue name; it is imported only now.
+    """Import and return the class with a catalogue name.
 
     Raises:
         ParameterError: there is no such component, or a third-party component cannot be loaded.
@@ -91,7 +91,7 @@ def _load_class(entry_point: EntryPoint) -> type[Component]:
         loaded = entry_point.load()
     except Exception as error:
         came = f"loading {entry_point.value} failed: {type(error).__name__}: {error}"
-        raise ParameterError(came, hint="install or mend its package", source=source) from error
+        raise ParameterError(came, hint="install or fix the package that provides it", source=source) from error
     if not (isinstance(loaded, type) and issubclass(loaded, Component)):
         raise ParameterError(f"got {entry_point.value}", expected="a subclass of Component", source=source)
     return loaded

@@ -37,7 +37,7 @@ class Component(Stepping):
     """
 
     version: ClassVar[int] = 1
-    """Increased whenever the same parameters and inputs would give results that are not bitwise the same."""
+    """Version of the results; increased whenever the results for given parameters and inputs change by a bit."""
 
     # Parts stored in this component's memory: (part, prefix of its event kinds, its ticks per tick of this component).
     _included: tuple[tuple[Component, str, int], ...] = ()
@@ -46,9 +46,9 @@ class Component(Stepping):
         """Check the parameters, allocate everything once, and reset.
 
         Args:
-            memory: of a parent that owns it: float64, C-ordered, as large as `memory` of a component with these parameters. It
-                is overwritten, and holds the state from then on.
-            **parameters: see `Parameters`.
+            memory: array of a parent component: float64, C-ordered, as large as `memory` of a component with these
+                parameters. It is overwritten and then stores the state.
+            **parameters: fields of `Parameters`.
 
         Raises:
             ParameterError: a parameter is unknown, missing or out of range, or the component does not fit into memory.
@@ -59,8 +59,8 @@ class Component(Stepping):
         try:
             self._build_system()
         except MemoryError as error:
-            came = f"this size does not fit into memory: {error}"
-            raise ParameterError(came, hint="make it smaller", source=self._full_name) from None
+            came = f"a component of this size does not fit into memory: {error}"
+            raise ParameterError(came, hint="reduce its size", source=self._full_name) from None
         # Parameters at their defaults are not hashed, so that adding a parameter later does not change existing identities.
         chosen = self.parameters.model_dump(mode="json", exclude_defaults=True)
         self.identity: str = hashlib.sha256(canonical_json([self.name, self.version, chosen])).hexdigest()
@@ -89,7 +89,7 @@ class Component(Stepping):
     def __setattr__(self, name: str, value: Any) -> None:
         variables = self.__dict__.get("variables", {})
         if name in variables or (variables and name == "parameters"):
-            hint = f"parameters are fixed, an input is given to step(duration, {name}=...), a start value to reset({name}=...)"
+            hint = f"parameters are fixed; pass an input to step(duration, {name}=...), a start value to reset({name}=...)"
             raise ParameterError("cannot be set", hint=hint, at=name)
         object.__setattr__(self, name, value)
 
@@ -122,8 +122,8 @@ class Component(Stepping):
         kinds `<prefix>_<kind>`.
 
         Args:
-            part: built in the memory of this component's block.
-            prefix: of its event kinds.
+            part: component built in the memory of this component's block.
+            prefix: prefix of its event kinds.
             ticks: internal steps of the part per internal step of this component.
         """
         self._block.include_part(part._block)
@@ -149,11 +149,11 @@ class Component(Stepping):
             part._owner = self
 
     def clone(self, memory: FloatArray | None = None) -> Self:
-        """Return a component with the same parameters, at its start; in the memory of a parent if given."""
+        """Return a new component with the same parameters, in the memory of a parent if given."""
         return type(self)(memory=memory, **self.parameters.model_dump())
 
     def declared_variables(self) -> list[Variable]:
-        """Return its inputs and outputs: all variables except parameters and balance entries."""
+        """Return the inputs and outputs: all variables except parameters and balance entries."""
         return list(self._declare_variables())
 
     # -- start ------------------------------------------------------------------------------------------------------
@@ -202,7 +202,7 @@ class Component(Stepping):
         variable = self.variables.get(name)
         if variable is None or not variable.state:
             known = [v.name for v in self.variables.values() if v.state]
-            came = "an output, but not of the state" if variable is not None else "unknown"
+            came = "it is an output, but not part of the state" if variable is not None else "unknown"
             raise ParameterError(came, hint=spelling_hint(name, known), at=("start", name), source=self._full_name)
         return start_array(("start", name), value, variable.shape)
 
@@ -210,8 +210,8 @@ class Component(Stepping):
         for balance in self.balances():
             for name, amount in balance.entries.items():
                 if not np.isfinite(amount).all():
-                    came = f"a {name} of {one_line(amount)} {balance.unit} follows from these values"
-                    raise ParameterError(came, expected="a finite one", hint="give smaller values", at="start")
+                    came = f"these values give a {name} of {one_line(amount)} {balance.unit}"
+                    raise ParameterError(came, expected="a finite amount", hint="give smaller values", at="start")
 
     # -- reading ----------------------------------------------------------------------------------------------------
 
@@ -253,9 +253,9 @@ class Component(Stepping):
         """Return the error for the first element of a variable that exceeds a limit or is NaN.
 
         Args:
-            variable: its name.
-            unit: of the sizes and the limit.
-            size: of each element, shape (n,); at least one exceeds the limit.
+            variable: name of the variable.
+            unit: unit of the sizes and the limit.
+            size: magnitude of each element, shape (n,); at least one exceeds the limit.
             limit: largest allowed size.
             advice: the meaning of the limit, and advice for the user.
         """
@@ -304,7 +304,7 @@ class Component(Stepping):
 
     @property
     def _own_event_kinds(self) -> list[str]:
-        """The event kinds that this component itself records; those of included parts follow them."""
+        """Event kinds that this component itself records, without those of included parts."""
         names = list(self.event_kinds)
         return names[: len(names) - sum(len(part.event_kinds) for part, _, _ in self._included)]
 
@@ -317,7 +317,7 @@ class Component(Stepping):
 
     @property
     def memory(self) -> FloatArray:
-        """The memory of the state and of the arrays that its kernels keep with it. Read it only."""
+        """Memory of the state and of the other arrays of the kernels; do not write to it."""
         return self._memory
 
     @property
@@ -327,7 +327,7 @@ class Component(Stepping):
 
     @property
     def cost_per_tick(self) -> int:
-        """Number of state words that a tick advances, with a part counted once per step: a measure of cost on any machine.
+        """Number of state words that a tick advances (each part counts once per step), a measure of cost on any machine.
 
         A word costs some nanoseconds; a component whose words cost far less or more scales the number.
         """
@@ -335,10 +335,10 @@ class Component(Stepping):
         return self.state_bytes // 8 + parts
 
     def wake(self) -> None:
-        """Make the next steps do all the work that can occur in a run: for estimates of run time, not for runs."""
+        """Make the next steps as expensive as any step of a run, to estimate run times."""
 
     def save(self) -> Snapshot:
-        """Return the whole state; this costs one copy."""
+        """Return a snapshot, i.e. a copy of the whole state."""
         return Snapshot(self.identity, self._tick, self._block.to_bytes(), self._held, True)
 
     def state_view(self) -> memoryview:
@@ -372,17 +372,17 @@ class Component(Stepping):
     def refuse_foreign_snapshot(self, snapshot: Snapshot) -> None:
         """Raise the error that `restore` would raise for this snapshot; change nothing."""
         if snapshot.__class__ is not Snapshot:
-            expected = "what save() or Snapshot.from_bytes() gave"
+            expected = "a snapshot from save() or Snapshot.from_bytes()"
             raise ParameterError(f"got {one_line(snapshot)}", expected=expected, at="snapshot")
         if snapshot.identity != self.identity:
             raise ParameterError(
-                f"got one of a component with identity {str(snapshot.identity)[:12]}...",
-                expected=f"one with {self.identity[:12]}..., as this {self._full_name} has",
-                hint="restore it into one of the same parameters and version",
+                f"got a snapshot of a component with identity {str(snapshot.identity)[:12]}...",
+                expected=f"{self.identity[:12]}..., the identity of this {self._full_name}",
+                hint="restore it into a component with the same parameters and version",
                 at="snapshot",
             )
         if self._block.list_sizes(snapshot.data) is None:
-            came = f"got a state of {len(snapshot.data)} bytes, whose sizes do not agree"
+            came = f"got a state of {len(snapshot.data)} bytes, with inconsistent sizes"
             raise ParameterError(came, expected=f"a state of this {self._full_name}", at="snapshot")
         if not snapshot.is_checked:
             self._refuse_invalid_state(self._block, snapshot.data, snapshot.tick, ("snapshot",))
@@ -391,22 +391,22 @@ class Component(Stepping):
             self._snapshot_inputs(snapshot)
 
     def _refuse_invalid_state(self, block: Block, data: bytes, tick: int, at: tuple[str, ...]) -> None:
-        """Refuse a state of the whole component outside the declared ranges, on which kernels rely; `self` is a part of it."""
+        """Refuse a state in which an array of this component or of a part is outside the ranges that kernels rely on."""
         state = block.state_arrays(data, self._block)
         self._block.refuse_out_of_range(state, at)
         if self._own_event_kinds and len(events := state["events"]):
             ticks, kinds, indices = events.T[:3]
             first, beyond = self._index_limits[kinds.astype(np.int64)].T
             if not ((indices >= first) & (indices < beyond) & (np.diff(ticks, append=tick) >= 0.0)).all():
-                expected = f"indices of existing elements, and ticks that do not decrease, up to {tick}"
-                raise ParameterError("got other events", expected=expected, at=(*at, "events"))
+                expected = f"events with indices of existing elements, and ticks that do not decrease, up to {tick}"
+                raise ParameterError("got invalid events", expected=expected, at=(*at, "events"))
         if fault := self._state_contradiction(state):
-            raise ParameterError(fault, hint="save() gives no such state", at=at)
+            raise ParameterError(fault, hint="save() never returns such a state", at=at)
         for part, prefix, part_ticks in self._included:
             part._refuse_invalid_state(block, data, tick * part_ticks, (*at, prefix))
 
     def _state_contradiction(self, state: Mapping[str, np.ndarray]) -> str:
-        """Return the inconsistency of arrays within their ranges, or ""; for components whose kernels rely on consistency.
+        """Return a description of an inconsistency between arrays that are within their ranges, or "" if there is none.
 
         Args:
             state: arrays and lists by name, of a state to be restored; read-only.
@@ -415,8 +415,8 @@ class Component(Stepping):
 
     def _snapshot_inputs(self, snapshot: Snapshot) -> Mapping[str, Held]:
         if snapshot.inputs.keys() != self._inputs.keys():
-            expected = f"those of this {self._full_name}, {sorted(self._inputs)}"
-            raise ParameterError(f"got one with the inputs {sorted(snapshot.inputs)}", expected=expected, at="snapshot")
+            expected = f"the inputs of this {self._full_name}, {sorted(self._inputs)}"
+            raise ParameterError(f"got a snapshot with the inputs {sorted(snapshot.inputs)}", expected=expected, at="snapshot")
         held = self.checked_inputs(snapshot.inputs)
         # Keep the snapshot's own mapping if its values are unchanged: the next restore then skips the checks.
         return snapshot.inputs if all(held[name] is value for name, value in snapshot.inputs.items()) else held

@@ -1,6 +1,6 @@
-"""The contract on one page: what every component declares, and what its author writes.
+"""The contract of components: the declarations and methods that the author of a component writes.
 
-    component = SomeComponent(**parameters)          # SI units; ParameterError names what is wrong
+    component = SomeComponent(**parameters)          # SI units; ParameterError names the faults
     component.reset(velocity=..., seed=...)          # start values
     component.step(1e-6, left_force=3.0)             # advance by exactly this time, inputs held
     component.get("velocity")                        # any variable, a copy
@@ -35,7 +35,7 @@ class Physics(metaclass=ABCMeta):
     event_kinds: ClassVar[Mapping[str, str]] = {}
     """Kinds of possible events -> description; the state then has a list of events."""
     event_details: ClassVar[Mapping[str, EventDetail]] = {}
-    """Unit, meaning of the indices, and the output that measures how close an event is, for some or all kinds."""
+    """Unit, meaning of the indices, and output with the distance from the limit, for some or all kinds."""
     step_size: float
     """Length of one internal step [s]; set by `_build_system`."""
 
@@ -84,11 +84,11 @@ class Physics(metaclass=ABCMeta):
 
     @classmethod
     def memory_needed(cls, parameters: Any) -> int:
-        """Return a lower bound of the bytes for building and stepping, from the parameters alone; 0 if they hardly matter."""
+        """Return a lower bound of the memory for building and stepping [bytes], from the parameters alone; 0 if negligible."""
         return 0
 
     def report(self) -> dict[str, float]:
-        """Return figures that measure how well the model's assumptions hold, name with unit -> value."""
+        """Return figures on the validity of the model's assumptions: name with unit -> value."""
         return {}
 
     def drawables(self) -> tuple[Drawable, ...]:
@@ -96,7 +96,7 @@ class Physics(metaclass=ABCMeta):
         return ()
 
     def nearest_kind(self, ratio: str, index: int) -> str:
-        """Return the kind of event closest to its limit at an index, among the kinds of one output; "" if unknown.
+        """Return which of the event kinds of one output is closest to its limit at an index; "" if unknown.
 
         Args:
             ratio: name of the output, the `EventDetail.ratio` of several kinds.

@@ -32,7 +32,7 @@ _CHOICES = {"delimiter": (",", ";", "\t", " "), "decimal": (".", ","), "gaps": (
 # "time [us]", "time (us)", "time / us"
 _HEADERS = [re.compile(rf"(?P<name>.*?)\s*{unit}") for unit in (r"\[(.*?)\]", r"\(([^()]*)\)", r"/\s*([^/]*(?:/s(?:\^2)?)?)")]
 
-# Unit -> (SI unit, multiply by, divide by). Both are integers that floats represent exactly: 3 us is exactly 3e-6 s.
+# Unit -> (SI unit, multiplier, divisor). Both numbers are exact integers, so that 3 us is exactly the float 3e-6 s.
 _PREFIXES = {
     "": (1.0, 1.0), "k": (1e3, 1.0), "M": (1e6, 1.0), "G": (1e9, 1.0),
     "c": (1.0, 1e2), "m": (1.0, 1e3), "u": (1.0, 1e6), "n": (1.0, 1e9),
@@ -72,11 +72,11 @@ def read_history(
     Args:
         path: the file, UTF-8; its header may contain the units, such as ``time [us],force [kN]``.
         time_column: a name from the header, with or without its unit, or a number from 0.
-        value_column: likewise.
+        value_column: likewise, for the values.
         time_unit: s, ms, us, ns or sec, ...; by default the unit in the header.
         value_unit: such as kN or mm/s, or V with a `scale`; by default the unit in the header.
         unit: SI unit of the values, such as N; None for the SI unit of the file's quantity.
-        delimiter: of the columns: a comma, a semicolon, a tab or blanks.
+        delimiter: column separator: a comma, a semicolon, a tab or blanks.
         decimal: the decimal mark, a point or a comma.
         skip: number of lines to skip at the beginning, such as the preamble of an oscilloscope.
         gaps: "refuse" gaps in the sampling, of over 10 median steps, or "bridge" them with a straight line.
@@ -84,7 +84,7 @@ def read_history(
         name: name of the file in messages; None for its path.
 
     Raises:
-        ParameterError: names the file and the line, the text found, and what was expected.
+        ParameterError: names the file, the line, the text found, and the expected text.
     """
     for argument, given in {"delimiter": delimiter, "decimal": decimal, "gaps": gaps}.items():
         if given not in _CHOICES[argument]:
@@ -98,7 +98,7 @@ def read_history(
     try:
         lines, cells = _read_rows(Path(path), delimiter, skip)
         if not cells:
-            raise ParameterError("it holds no rows", hint="write a header such as 'time [us],force [kN]' and samples")
+            raise ParameterError("it has no rows", hint="write a header such as 'time [us],force [kN]' and samples")
         header = None if any(_is_number(cell, decimal) for cell in cells[0]) else cells[0]
         columns = [
             _column_conversion(cells[0], header, lines[0], "time", time_column, time_unit, "s", False),
@@ -117,11 +117,11 @@ def read_history(
 def _read_rows(path: Path, delimiter: str, skip: int) -> tuple[list[int], list[list[str]]]:
     """Return the numbers and the cells of all lines except comments, empty lines and skipped lines."""
     try:
-        text = read_limited_file(path, LARGEST_FILE, "thin the samples out").decode("utf-8-sig")
+        text = read_limited_file(path, LARGEST_FILE, "reduce the number of samples").decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise ParameterError(f"byte {error.start} is not UTF-8 text", hint="save the file as plain CSV") from None
     except OSError as error:
-        hint = "paths are relative to the experiment file, from Python to the current folder"
+        hint = "paths in an experiment are relative to its file, paths in Python to the current folder"
         raise ParameterError(f"{path} cannot be read: {error.strerror or error}", hint=hint) from None
     lines = {number: line.strip() for number, line in enumerate(text.splitlines(), start=1) if number > skip}
     lines = {number: line for number, line in lines.items() if line and not line.startswith("#")}
@@ -134,7 +134,7 @@ def _read_rows(path: Path, delimiter: str, skip: int) -> tuple[list[int], list[l
         cells.append([cell.strip() for cell in row])
         expected = len(cells[0])
         if len(row) != expected or expected < 2:
-            hint = "" if expected > 1 else f"the delimiter is {delimiter!r}: set delimiter or skip"
+            hint = "" if expected > 1 else f"the delimiter is {delimiter!r}; set delimiter, or skip lines of a preamble"
             came = f"line {number}: it has {len(row)} cells"
             raise ParameterError(came, expected=f"{expected} as in the first row" if expected > 1 else "at least 2", hint=hint)
     return list(lines), cells
@@ -150,14 +150,14 @@ def _column_conversion(
     if isinstance(column, str):
         names = [name for name, _ in parsed] if column not in (header or []) else header or []
         if names.count(column) != 1:
-            hint = spelling_hint(column, names) if header else "there is no header line; give the column's number from 0"
-            raise ParameterError(f"{where}: {key} = {column!r} is no column of the header", hint=hint)
+            hint = spelling_hint(column, names) if header else "without a header, give the column number from 0"
+            raise ParameterError(f"{where}: {key} = {column!r} is not in the header", hint=hint)
         place = names.index(column)
     elif not 0 <= column < len(first_row):
         raise ParameterError(f"{where}: {key} = {column}", expected=f"a column from 0 to {len(first_row) - 1}")
     written = parsed[int(place)][1] if header else None
     if unit is not None and written not in (None, unit) and (written in UNITS or written == wanted_unit):
-        raise ParameterError(f"{where}: the header says {written!r}, and {quantity}_unit = {unit!r} was given", hint="give one")
+        raise ParameterError(f"{where}: the unit in the header is {written!r}, but {quantity}_unit = {unit!r}", hint="omit one")
     found = unit if unit is not None else written
     if found is None:
         raise ParameterError(
@@ -172,7 +172,7 @@ def _column_conversion(
 
 
 def _name_and_unit(cell: str) -> tuple[str, str | None]:
-    """Return the name and the unit of a header cell; None without a unit: "speed m/s" is not a name divided by seconds."""
+    """Return the name and the unit (or None) of a header cell; "speed m/s" has no unit, as "/" is part of "m/s"."""
     for pattern in _HEADERS:
         if match := pattern.fullmatch(cell):
             name, unit = match[1].strip(), match[2].strip().replace("\u00b5", "u").replace("\u03bc", "u")
@@ -185,7 +185,7 @@ def _parse_samples(
     lines: list[int], cells: list[list[str]], columns: list[_Column], decimal: str, gaps: str, scale: float
 ) -> tuple[FloatArray, FloatArray]:
     if len(lines) < 2:
-        raise ParameterError(f"it holds {len(lines)} samples", expected="at least 2")
+        raise ParameterError(f"it has {len(lines)} samples", expected="at least 2")
     found = []
     for what, factor, (place, multiply, divide) in zip(("time", "value"), (1.0, scale), columns, strict=True):
         numbers = np.empty(len(lines))
@@ -193,7 +193,7 @@ def _parse_samples(
             text = texts[place]
             if not _is_number(text, decimal):
                 came, expected = f"line {line}: the {what} is {text[:40]!r}", f"a finite number such as 1{decimal}5e-3"
-                raise ParameterError(came, expected=expected, hint="set decimal, or skip lines, if need be")
+                raise ParameterError(came, expected=expected, hint="set decimal, or skip lines of a preamble")
             numbers[row] = float(text.replace(decimal, "."))
         with np.errstate(over="ignore"):  # infinite values are refused
             numbers = numbers * multiply / divide * factor
@@ -211,9 +211,9 @@ def _parse_samples(
     if gaps == "refuse" and len(holes):
         at = int(holes[0])
         raise ParameterError(
-            f"line {lines[at + 1]}: a hole from {times[at]:g} s to {times[at + 1]:g} s, one of {len(holes)}, where the median "
+            f"line {lines[at + 1]}: a gap from {times[at]:g} s to {times[at + 1]:g} s, the first of {len(holes)}; the median "
             f"step is {usual:g} s",
-            hint='fill it in, or set gaps = "bridge" to cross it in a straight line',
+            hint='add the samples, or set gaps = "bridge" to interpolate linearly across gaps',
         )
     return times, values
 
@@ -230,7 +230,7 @@ def read_limited_file(path: Path, size_limit: int, advice: str, error_type: type
     """Return the content of a regular file of at most `size_limit` bytes.
 
     Raises:
-        GranularError: an `error_type`; it is a folder, a device or a pipe, or too large; `advice` is a hint for the latter.
+        GranularError: an `error_type`; the path is a folder, a device or a pipe, or the file is too large (with `advice`).
         OSError: it cannot be read.
     """
     mode = path.stat().st_mode

@@ -1,4 +1,4 @@
-"""A toy component in the plane: discs in a box, tied together by links that break. The worked example for arrays and events.
+"""A toy component: discs in a plane box, tied by breakable links; the worked example of arrays and events.
 
 m x'' = F + contacts + links + walls: linear springs along the line of centres, advanced by leapfrog (second order, symplectic).
 """
@@ -25,13 +25,13 @@ from .variables import Variable
 class DiscsParameters(Parameters):
     """A block of equal discs, each linked to its neighbours along x and y, in the middle of a box."""
 
-    rows: int = field(2, "discs along y", "1", ge=1)
-    columns: int = field(4, "discs along x", "1", ge=1)
+    rows: int = field(2, "number of discs along y", "1", ge=1)
+    columns: int = field(4, "number of discs along x", "1", ge=1)
     radius: float = field(0.01, "radius of each disc", "m", gt=0.0)
     mass: float = field(0.01, "mass of each disc", "kg", gt=0.0)
-    clearance: float = field(0.02, "from the block to each wall", "m", ge=0.0)
-    stiffness: float = field(1e4, "of contacts, links and walls", "N/m", gt=0.0)
-    breaking_strain: float = field(0.01, "strain that breaks a link", "1", gt=0.0)
+    clearance: float = field(0.02, "distance from the block to each wall", "m", ge=0.0)
+    stiffness: float = field(1e4, "stiffness of contacts, links and walls", "N/m", gt=0.0)
+    breaking_strain: float = field(0.01, "strain at which a link breaks", "1", gt=0.0)
     step_size: float = field(1e-5, "internal step", "s", gt=0.0)
 
 
@@ -68,10 +68,10 @@ class Discs(Component):
     def _declare_variables(self) -> Iterable[Variable]:
         n, axes = len(self.reference), ("disc", "direction")
         yield Variable("force", "input", "N", (n, 2), "force on each disc", start=0.0, axes=axes)
-        yield Variable("displacement", "output", "m", (n, 2), "displacement from the block", state=True, axes=axes)
-        yield Variable("velocity", "output", "m/s", (n, 2), "velocity", state=True, axes=axes)
-        yield Variable("speed", "output", "m/s", (n,), "magnitude of the velocity", minimum=0.0, axes=("disc",))
-        yield Variable("linked", "output", "1", (self.links,), "1 for a link that holds, 0 for a broken one", axes=("link",))
+        yield Variable("displacement", "output", "m", (n, 2), "displacement of each disc", state=True, axes=axes)
+        yield Variable("velocity", "output", "m/s", (n, 2), "velocity of each disc", state=True, axes=axes)
+        yield Variable("speed", "output", "m/s", (n,), "speed of each disc", minimum=0.0, axes=("disc",))
+        yield Variable("linked", "output", "1", (self.links,), "1 for an intact link, 0 for a broken one", axes=("link",))
         yield Variable("broken_links", "output", "1", (), "number of broken links")
 
     def _output_readers(self) -> dict[str, Callable[[], Any]]:
@@ -81,7 +81,7 @@ class Discs(Component):
     def _write_start_state(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         super()._write_start_state(seed, values)
         for i, j in self.pairs[self._pair_geometry()[1] < 1e-9 * self.diameter].tolist():
-            raise ParameterError(f"puts disc {j} where disc {i} is", hint="move one of them", at=("start", "displacement", j))
+            raise ParameterError(f"puts disc {j} on top of disc {i}", hint="move one of them", at=("start", "displacement", j))
         energies, momentum = self._energies_and_momentum()
         self._block["start"] = ordered_sum(*energies.values()), *momentum
         return {}
@@ -106,7 +106,7 @@ class Discs(Component):
 
     def _step_error(self, status: int) -> StepError:
         speed, limit = norms(self._block["velocity"]), self.parameters.radius / self.step_size
-        return self._excess_error("velocity", "m/s", speed, limit, "a radius in a step; take a smaller step_size")
+        return self._excess_error("velocity", "m/s", speed, limit, "one radius per step; take a smaller step_size")
 
     def _pair_geometry(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the vector between the centres of each pair, its length, and the overlap of each disc with the walls [m]."""

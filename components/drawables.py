@@ -12,7 +12,7 @@ from .support.float_arrays import FloatArray
 
 
 class _Geometry:
-    """Copies the arrays of a drawable, which may be the component's own tables, and makes the copies read-only."""
+    """Base of drawables: replaces arrays, which may be the component's own tables, by read-only copies."""
 
     __slots__ = ()
 
@@ -49,7 +49,7 @@ class Points(_Geometry):
     period: FloatArray = dataclasses.field(default_factory=lambda: np.zeros(0))
 
     def shortest_vectors(self, pairs: npt.NDArray[np.int64]) -> FloatArray:
-        """Return the shortest vector from the first to the second point of each pair, initially, shape (m, d) [m]."""
+        """Return the initial shortest vector from the first to the second point of each pair, shape (m, d) [m]."""
         places = self.reference.reshape(len(self.radius), -1)
         ways = places[pairs[:, 1]] - places[pairs[:, 0]]
         for axis in np.flatnonzero(self.period):
@@ -120,7 +120,7 @@ class Curve(_Geometry):
 
 Drawable = Points | Links | Cells | Curve
 
-# Fields of drawables that name an output or are "".
+# Fields of drawables that contain the name of an output, or "".
 OUTPUT_FIELDS = ("displacement", "colour", "rotation", "state", "field")
 
 

@@ -47,9 +47,9 @@ class Override:
     """A key of a document that a Python mapping or `--set` on the command line overrides.
 
     Attributes:
-        key: its parts, beginning with the outermost table.
+        key: path of the key, beginning with the outermost table.
         value: new value of the key.
-        text: both, as ``key=value``.
+        text: key and value, as ``key=value``.
     """
 
     key: tuple[str, ...]
@@ -62,7 +62,7 @@ class Override:
 
 @dataclass(frozen=True)
 class Fault:
-    """One fault, as data.
+    """A fault as data.
 
     Attributes:
         location: the keys and indices that lead to the faulty value.
@@ -108,15 +108,15 @@ class GranularError(Exception):
         raise ParameterError("got -1", expected="a number above 0", at="start.velocity[3]")
 
     Args:
-        *faults: a text is the value received, or the whole sentence. Another error of this package contributes its faults:
-            Gymnasium raises the errors of its workers again as ``kind(error)``.
+        *faults: texts (the value received, or a whole sentence), `Fault` objects, or errors of this package, whose faults are
+            added (Gymnasium re-raises the errors of its workers as ``kind(error)``).
         expected: description of a valid value.
         at: the location: a text such as "input.force[0,1]", or its parts.
         hint: advice.
         source: the file, component or override that contains the value.
 
     Attributes:
-        faults: as data; the text of the error is rendered from them.
+        faults: the faults as data; the text of the error is rendered from them.
     """
 
     def __init__(
@@ -190,7 +190,7 @@ class StepError(GranularError, ArithmeticError):
     Attributes:
         time: simulated time at which the limit was passed [s].
         variable: name of the variable that passed its limit.
-        index: index in this variable, or of the corresponding cell or point; None for a scalar.
+        index: index of the element of this variable, or of the cell or point; None for a scalar.
         value: value reached.
         limit: limit that was exceeded.
     """
@@ -232,7 +232,7 @@ class ExperimentError(GranularError, ValueError):
 
 
 class SweepError(GranularError):
-    """A sweep's results cannot be stored or read, or the processes or the cluster that compute it cannot be used."""
+    """Results of a sweep cannot be stored or read, or its processes or its cluster fail."""
 
 
 class MissingExtraError(GranularError, ImportError):
@@ -258,7 +258,7 @@ def one_line(value: object, length: int = 80) -> str:
 
 
 def issue_warning(message: str) -> None:
-    """Warn with the line number of the caller's own code."""
+    """Issue a `GranularWarning` located at the caller's own code."""
     level, frame = 1, sys._getframe()
     package = __name__.partition(".")[0]
     while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == package:

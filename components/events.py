@@ -29,9 +29,9 @@ class Event:
     Attributes:
         tick: number at the end of the internal step.
         kind: one of the component's `event_kinds`.
-        index: of the link, grain, ...; None if not applicable.
-        value: of the decisive quantity.
-        limit: that this quantity passed.
+        index: index of the link, grain, ...; None if not applicable.
+        value: value of the decisive quantity.
+        limit: limit that this quantity passed.
     """
 
     tick: int
@@ -43,10 +43,10 @@ class Event:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class EventDetail:
-    """Unit of a kind of event, what its indices refer to, and which output shows how close each element is to the limit.
+    """Properties of a kind of event: unit, meaning of its indices, and the output with the distance from the limit.
 
     Attributes:
-        unit: of `value` and `limit`; "" if unspecified.
+        unit: unit of `value` and `limit`; "" if unspecified.
         counts: name of the drawable whose elements (points, links or cells) the indices refer to; "" for none.
         ratio: name of the output with the decisive quantity over its limit, for each index (1 = event); "" for none.
         ends_validity: whether an assumption of the model fails at such an event, so that later results are not valid.
@@ -66,7 +66,7 @@ def decode_events(rows: FloatArray, kinds: Iterable[str], kind: str | None, inde
         kinds: all kinds that can occur.
         kind: return only this kind.
         index: return only events of this link, grain, ...
-        source: for messages.
+        source: name of the component or log, for messages.
 
     Raises:
         ParameterError: there is no such kind, or the index is not valid.

@@ -1,4 +1,4 @@
-"""Inputs: numbers, arrays and profiles of time that a component holds over a step."""
+"""Inputs of components: numbers, arrays and profiles of time, which apply during a step."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ Held = float | npt.NDArray[np.float64] | CompiledProfile
 
 
 def hold_input(variable: Variable, value: Any, step_size: float) -> Held:
-    """Return the value that a component holds for a given value of one of its inputs.
+    """Check a given value of an input, and return it in the form that the component stores.
 
     Args:
         variable: the input.
         value: a number (for an array input: for all elements), an array of the input's shape, or a profile. Profiles are not
             checked against the bounds of the input.
-        step_size: of the component [s].
+        step_size: internal step of the component [s].
 
     Raises:
         ParameterError: it is none of these, it is out of bounds, or it is a profile with another step size or shape.

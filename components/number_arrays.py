@@ -20,7 +20,7 @@ def number_array(at: str | Location, value: Any, expected: str, shapes: Sequence
     """Return a new float64 array with the given numbers.
 
     Args:
-        at: its location, for messages.
+        at: location of the value, for messages.
         value: an array, or lists in lists.
         expected: description of a valid value.
         shapes: accepted shapes; None for any.
@@ -57,15 +57,15 @@ def _convert_numbers(at: str | Location, value: Any, expected: str) -> FloatArra
                 return np.array(given, dtype=np.float64, order="C")
     except (ValueError, OverflowError, TypeError):
         if isinstance(value, list | tuple) and any(isinstance(row, list | tuple | np.ndarray) for row in value):
-            raise ParameterError("got rows of unlike length", expected=expected, at=at) from None
+            raise ParameterError("got rows of different length", expected=expected, at=at) from None
     raise ParameterError(f"got {one_line(value)}", expected=expected, at=at)
 
 
 def start_array(at: str | Location, value: Any, shape: Shape, default: FloatArray | float = 0.0) -> FloatArray:
-    """Return an array of `shape` from a number or a row for all, an array, or {index: value or row} (the others are `default`).
+    """Return an array of `shape` from one number, one row, an array, or {index: value or row} with `default` elsewhere.
 
-    A row is the part at one index of the first axis: for shape (n, 2) two numbers; {"3,1": value} or {(3, 1): value} sets a
-    single element.
+    A row is the sub-array at one index of the first axis, e.g. two numbers for shape (n, 2). {"3,1": value} and
+    {(3, 1): value} set a single element.
 
     Raises:
         ParameterError: it is none of these, or not finite, or it sets an element twice.

@@ -42,8 +42,8 @@ class Oscillator(Component):
 
     def _declare_variables(self) -> Iterable[Variable]:
         yield Variable("force", "input", "N", (), "force on the body", start=0.0)
-        yield Variable("position", "output", "m", (), "position, 0 where the spring is relaxed", state=True)
-        yield Variable("velocity", "output", "m/s", (), "velocity", state=True)
+        yield Variable("position", "output", "m", (), "position of the body; 0 if the spring is relaxed", state=True)
+        yield Variable("velocity", "output", "m/s", (), "velocity of the body", state=True)
 
     def _write_start_state(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, float]:
         given = super()._write_start_state(seed, values)

@@ -19,7 +19,7 @@ def make_part(kind: type[Part], owner: Component, name: str, **changes: Any) -> 
     """Return a part with the owner's parameters under `name`, modified by `changes`.
 
     Raises:
-        ParameterError: the parameters are not valid; it is located in those of the owner.
+        ParameterError: the parameters are not valid; its location is in the parameters of the owner.
     """
     try:
         return kind(**{**getattr(owner.parameters, name).model_dump(), **changes})
@@ -34,7 +34,7 @@ def part_variables(parts: Mapping[str, Component], own_axes: Collection[str] = (
     """Yield the inputs and outputs of the parts with their names in the owner: `<prefix>_<name>`.
 
     Args:
-        parts: by prefix.
+        parts: the parts, by prefix.
         own_axes: axes that differ between the parts, such as gauges; they get the prefix too.
     """
     for prefix, part in parts.items():
@@ -51,7 +51,7 @@ def part_readers(prefix: str, part: Component) -> dict[str, Callable[[], Any]]:
 
 
 def part_values(prefix: str, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the values of a part, by the names that the part uses."""
+    """Return the values of a part, under the part's own names."""
     return {name.removeprefix(f"{prefix}_"): value for name, value in values.items() if name.startswith(f"{prefix}_")}
 
 

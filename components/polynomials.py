@@ -1,4 +1,4 @@
-"""Polynomials in ascending powers, using + and x alone: value, mean over an interval, and shift of the origin."""
+"""Polynomials with ascending coefficients: value, mean over an interval and shift of the origin, by + and x alone."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def mean_polynomials(coefficients: FloatArray, width: float | FloatArray) -> Flo
 
     Args:
         coefficients: shape (pieces, degree + 1).
-        width: of the interval, one for all pieces or one for each, shape (pieces,).
+        width: width of the interval, one number for all pieces or shape (pieces,).
     """
     averages, power = coefficients.copy(), 1.0
     for order in range(2, coefficients.shape[1], 2):

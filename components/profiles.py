@@ -2,7 +2,7 @@
 
 A `Profile` is a piecewise polynomial of time, multiplied by a constant array for array inputs. It is zero before its first
 piece, and its last piece never ends. Components integrate it with + and x only: the chain evaluates it at the stage times of
-its integrator, other components use the mean over each tick. First it is compiled to the component's ticks: a tick with a
+its integrator, other components use the mean over each tick. It is first compiled to the component's ticks: a tick with a
 breakpoint inside, or of a curve above degree 3 that lasts fewer than 10 ticks, gets the mean of the signal over the tick, so
 that the impulse is exact; all other ticks keep their polynomial.
 """
@@ -116,7 +116,7 @@ class CompiledProfile:
             return self
         if self.pattern is not None:
             raise ParameterError(
-                f"got a profile of shape {self.shape}", expected=f"one of shape {shape}, or one for all elements"
+                f"got a profile of shape {self.shape}", expected=f"a profile of shape {shape}, or one for all elements"
             )
         return CompiledProfile(self.step_size, self.ticks, self.coefficients, np.ones(shape))
 
@@ -128,7 +128,7 @@ class Profile:
     Attributes:
         starts: time at which each piece begins, increasing, shape (pieces,) [s].
         coefficients: shape (pieces, degree + 1); value = sum_k c_k (t - start)^k, in the unit of the input per s^k.
-        description: text for users on how it was made.
+        description: text for users on the origin of the profile.
         pattern: array of the input's shape that multiplies the polynomial; `profile * array` sets it.
     """
 
@@ -138,7 +138,7 @@ class Profile:
     pattern: FloatArray | None = None
     _compiled: dict[float, CompiledProfile] = field(default_factory=dict, init=False, repr=False)
 
-    # Makes numpy use `__rmul__` for `array * profile`.
+    # Make numpy use `__rmul__` for `array * profile`.
     __array_ufunc__ = None
 
     def __post_init__(self) -> None:
@@ -181,7 +181,7 @@ class Profile:
             starts.append(start + rise)
             rows.append([peak, -peak / (duration - rise)])
         if not starts:
-            raise ParameterError(f"got {duration:g} s, which is below the rounding of the start, {start:g} s", at="duration")
+            raise ParameterError(f"got {duration:g} s, less than the rounding error of the start, {start:g} s", at="duration")
         starts.append(start + duration)
         rows.append([0.0, 0.0])
         return Profile(np.array(starts), np.array(rows), f"triangle of peak {peak:g}, {duration:g} s")
@@ -216,7 +216,7 @@ class Profile:
         """
         instants, samples = _to_vector("times", times), _to_vector("values", values)
         if len(instants) != len(samples):
-            raise ParameterError(f"got {len(samples)}", expected=f"one for each of {len(instants)} times", at="values")
+            raise ParameterError(f"got {len(samples)} values", expected=f"one for each of {len(instants)} times", at="values")
         if len(instants) < 2:
             raise ParameterError(f"got {len(instants)} sample", expected="at least 2", at="times")
         _refuse_decreasing_times("times", instants)
@@ -251,7 +251,7 @@ class Profile:
             **reading: columns, units, separators and scale; see `csv_history.read_history`.
 
         Raises:
-            ParameterError: names the file and the line, the text found and what was expected.
+            ParameterError: names the file, the line, the text found, and the expected text.
         """
         offset = finite_number("offset_time", offset_time)
         times, values = read_history(path, **reading)
@@ -287,8 +287,8 @@ class Profile:
         pattern = profiles[0].pattern
         for place, profile in enumerate(profiles):
             if not np.array_equal(profile.pattern, pattern):  # type: ignore[arg-type] - None is equal to None alone
-                hint = "add up the profiles of time first, then multiply the sum by one array"
-                raise ParameterError("its pattern is not that of the first one", hint=hint, at=f"profiles[{place}]")
+                hint = "add the scalar profiles first, then multiply the sum by an array"
+                raise ParameterError("its pattern differs from that of the first profile", hint=hint, at=f"profiles[{place}]")
         times = np.unique(np.concatenate([profile.starts for profile in profiles]))
         new = np.append(True, np.diff(times) > _SAME_INSTANT * np.abs(times).max())
         # First and last time of each group of times that differ only by rounding.
@@ -340,11 +340,11 @@ class Profile:
         """Add the polynomials of this profile, shifted, to the coefficients of a sum.
 
         Args:
-            rows: of the sum, shape (breakpoints, degree + 1), written.
+            rows: coefficients of the sum, shape (breakpoints, degree + 1); updated.
             firsts: the sum's breakpoints, shape (breakpoints,) [s].
             lasts: last time of the group of times that each breakpoint represents, same shape [s].
         """
-        # Only the nonzero range: from the first piece on, and up to the last one if that is zero.
+        # Add only the nonzero range: from the first piece, up to the last piece if that is zero.
         begin = int(np.searchsorted(lasts, self.starts[0]))
         silent = not self.coefficients[-1].any()
         end = int(np.searchsorted(lasts, self.starts[-1])) if silent else len(lasts)
@@ -355,7 +355,7 @@ class Profile:
         rows[begin:end, : part.shape[1]] += part
 
     def compile(self, step_size: float, name: str = "profile") -> CompiledProfile:
-        """Return the signal on a tick grid.
+        """Return the profile on a tick grid.
 
         A tick with a breakpoint inside, or of a curve above degree 3 that lasts fewer than 10 ticks, gets the mean of the
         signal over the tick, with a warning. The integral over any whole number of ticks is exact.
@@ -376,7 +376,7 @@ class Profile:
             raise ParameterError(f"a breakpoint lies more than 2^52 steps of {step_size:g} s from the start", at=name)
         self._warn_about_early_samples(step_size, name)
         nearest = np.rint(places)
-        # The quotient of two rounded times is exact to a few ulp.
+        # The quotient of two rounded times has an error of a few ulp.
         inside = np.abs(places - nearest) > np.maximum(_SAME_TICK, 4.0 * np.spacing(np.abs(places)))
         places = np.where(inside, places, nearest)
         short = self.coefficients[:, 4:].any(axis=1) & (np.diff(places, append=np.inf) < _RESOLVED)
@@ -402,8 +402,8 @@ class Profile:
         if len(averaged):
             issue_warning(
                 f"{name}: {int(inside.sum())} of {len(inside)} breakpoints or samples lie between ticks of {step_size:g} s, "
-                f"{int(short.sum())} curves last fewer than {_RESOLVED} ticks: in {len(averaged)} of the ticks the mean over "
-                "the tick replaces the signal and keeps its impulse; a smaller step_size that divides these times resolves it"
+                f"and {int(short.sum())} curves last fewer than {_RESOLVED} ticks: {len(averaged)} ticks use the mean of the "
+                "signal, which keeps its impulse; to resolve the signal, choose a smaller step_size that divides these times"
             )
         return CompiledProfile(step_size, ticks.astype(np.int64), rows, self.pattern)
 
@@ -417,7 +417,7 @@ class Profile:
             issue_warning(
                 f"{name}: {early} of {len(self.starts)} breakpoints or samples lie before time 0 (the first at "
                 f"{self.starts[0]:.6g} s) and are not used: the signal begins with {self._polynomial_value(0.0):.6g}; "
-                f"to run all of it, add {-self.starts[0]:.6g} s to its times (offset_time, start)"
+                f"to use all of it, add {-self.starts[0]:.6g} s to its times (offset_time, start)"
             )
 
 

@@ -20,7 +20,7 @@ class Area(Named):
     @property
     @abstractmethod
     def bounds(self) -> tuple[float, float, float, float]:
-        """The smallest and largest x, the smallest and largest y [m]."""
+        """Smallest and largest x, then smallest and largest y [m]."""
 
     @abstractmethod
     def contains(self, points: FloatArray, margin: float = 0.0) -> np.ndarray:
@@ -31,8 +31,8 @@ class Box(Area):
     """A rectangle between two abscissas and two ordinates."""
 
     name: Literal["box"] = field("box", "a rectangle along the axes", "1")
-    x: Pair = field(..., "from and to along x", "m")
-    y: Pair = field(..., "from and to along y", "m")
+    x: Pair = field(..., "smallest and largest x", "m")
+    y: Pair = field(..., "smallest and largest y", "m")
 
     @model_validator(mode="after")
     def _validate_order(self) -> Box:
@@ -56,8 +56,8 @@ class Disc(Area):
     """All points within a distance from a centre."""
 
     name: Literal["disc"] = field("disc", "a disc", "1")
-    centre: Pair = field(..., "its middle", "m")
-    radius: float = field(..., "its radius", "m", gt=0.0)
+    centre: Pair = field(..., "centre of the disc", "m")
+    radius: float = field(..., "radius of the disc", "m", gt=0.0)
 
     @property
     def bounds(self) -> tuple[float, float, float, float]:  # noqa: D102

@@ -20,8 +20,8 @@ class Snapshot:
     Attributes:
         identity: hash of the component's name, version and parameters.
         tick: integer time.
-        data: the bytes of the state.
-        inputs: the inputs held at that tick.
+        data: bytes of the state.
+        inputs: values of the inputs at that tick.
         is_checked: whether the state is known to lie in the ranges that the component declares: True after `save`, and after
             the first `restore` of any other snapshot.
     """
@@ -44,7 +44,7 @@ class Snapshot:
         return b"".join(self.to_parts())
 
     def to_parts(self) -> list[bytes | memoryview]:
-        """Return the parts that `to_bytes` joins; the state is not copied."""
+        """Return the pieces that `to_bytes` joins, without copying the state."""
         inputs = sorted(self.inputs.items())
         numbers = {name: value for name, value in inputs if isinstance(value, float)}
         profiles = {name: value for name, value in inputs if isinstance(value, CompiledProfile)}
@@ -71,7 +71,7 @@ class Snapshot:
         header, arrays = unpack(data, text_limit)
         try:
             if header["kind"] != "snapshot":
-                raise LogError(f"these bytes hold a {header['kind']!r}", expected="a snapshot")
+                raise LogError(f"these bytes contain a {header['kind']!r}", expected="a snapshot")
             inputs = _decode_inputs(header, arrays)
             memory, tick, identity = arrays["memory"], header["tick"], header["identity"]
             if memory.dtype != np.int64 or memory.ndim != 1:
@@ -83,7 +83,7 @@ class Snapshot:
         except (KeyError, TypeError, AttributeError, ValueError, OverflowError) as error:
             if isinstance(error, GranularError) and not isinstance(error, ParameterError):
                 raise
-            raise LogError(f"these bytes are none: {error}", source="snapshot") from error
+            raise LogError(f"these bytes are not a snapshot: {error}", source="snapshot") from error
         return cls(identity, tick, memory.tobytes(), inputs)
 
 
@@ -92,7 +92,7 @@ def _decode_inputs(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) 
     inputs: dict[str, Held] = {name: float.fromhex(text) for name, text in header["inputs"].items()}
     inputs |= {name: make_read_only(_float_array(arrays, f"{name}.values")) for name in header["arrays"]}
     if not all(np.isfinite(value).all() for value in inputs.values() if not isinstance(value, CompiledProfile)):
-        raise LogError("one is not finite", at="inputs", source="snapshot")
+        raise LogError("an input is not finite", at="inputs", source="snapshot")
     for name, step_size in header["profiles"].items():
         ticks, coefficients = arrays[f"{name}.ticks"], _float_array(arrays, f"{name}.coefficients")
         if ticks.dtype != np.int64:

@@ -21,11 +21,11 @@ class Field(NamedTuple):
     """Declaration of one array of a state, or of the rows of a growing list; a plain tuple is accepted too.
 
     Attributes:
-        dtype: of 8 bytes: "f8", "i8" or "u8".
-        shape: of the array, or of one row of a list.
+        dtype: 8-byte type: "f8", "i8" or "u8".
+        shape: shape of the array, or of one row of a list.
         low: smallest value, a number or an array that broadcasts to the shape. By default floats may be any finite number;
             integers need both limits.
-        high: largest value, likewise.
+        high: largest value, with the same shape and default.
         capacity: largest number of rows of a list.
     """
 
@@ -42,12 +42,12 @@ Layout = Mapping[str, tuple[Any, ...]]
 class Block:
     """The changing state of a component: memory with named views, and lists that grow.
 
-    Everything of fixed size lies in one array, so that a snapshot is one copy. A list has an array with a capacity, which
-    grows between ticks; a snapshot contains the rows in use. The numbers of rows in use are the last words of the memory.
+    All data of fixed size lie in one array, so that a snapshot is one copy. A list has a separate array, whose capacity grows
+    between ticks; a snapshot contains the rows in use. The numbers of rows in use are the last words of the memory.
     A parent that owns the memory of its parts therefore also owns the row counts of their lists; `include_part` adds the rows.
 
     Attributes:
-        memory: everything of fixed size, shape (words,).
+        memory: all data of fixed size, shape (words,).
         memory_bytes: the same memory as bytes.
         views: arrays in this memory, by name.
         grows: whether there are lists, in this block or in parts.
@@ -63,7 +63,7 @@ class Block:
         """
         lists = {name: Field(*field) for name, field in (growing or {}).items()}
         layout = {name: Field(*field) for name, field in fields.items()}
-        # Checked by `refuse_out_of_range`.
+        # Declared ranges, which `refuse_out_of_range` checks.
         self.fields = {**layout, **lists}
         if lists:
             layout["_counts"] = Field("i8", (len(lists),))
@@ -80,7 +80,7 @@ class Block:
             offset += sizes[name]
         self._lists = {name: np.zeros((_FIRST_CAPACITY, *field.shape), field.dtype) for name, field in lists.items()}
         self._places = {name: place for place, name in enumerate(lists)}
-        # All lists with counts in this memory: those of this block and of its parts.
+        # Lists of this block and of its parts, whose counts are in this memory.
         self._tables: list[tuple[Block, str]] = [(self, name) for name in lists]
         self.grows = bool(lists)
         # Allocated once, at the first call: repeated large allocations would fragment the heap.

@@ -1,4 +1,4 @@
-"""Steps: integer ticks, held inputs, pieces of a long step, and observers."""
+"""Stepping of components: integer ticks, held inputs, division of long steps, and observers."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ from .state_block import Block
 from .support.validation import Parameters, finite_number
 from .variables import Variable
 
-# A long step is divided invisibly into pieces of about this wall time, so that Ctrl-C and observers are served [s].
+# A long step is advanced in pieces of about this wall time, between which Ctrl-C and observers are served [s].
 _PIECE_SECONDS = 0.05
 
 
 class Observer(Protocol):
-    """Observes a component during steps (a recorder, a viewer, a progress bar) without changing it."""
+    """Observer of a component during steps (a recorder, a viewer, a progress bar), which it does not change."""
 
     next_tick: int
-    """The next tick at which `on_sample` is called; a longer step is divided there, invisibly."""
+    """The next tick at which `on_sample` is called; a longer step is interrupted there without effect on the results."""
 
     def on_reset(self, component: Any) -> None:
-        """Begin a new history, after a reset or a restore."""
+        """Start a new history after a reset or a restore."""
 
     def on_sample(self, component: Any) -> None:
         """Observe the component at `next_tick`, perhaps inside a step; set `next_tick` to a later tick."""
 
     def on_step(self, component: Any, ticks: int, inputs: Mapping[str, Held]) -> None:
-        """Observe a whole step, with its inputs (compiled). The step remains valid even if this raises."""
+        """Observe a complete step with its compiled inputs. The step remains valid even if this method raises."""
 
     def on_failure(self, component: Any, error: BaseException) -> None:
         """Observe a failed or interrupted step; the state from before the step has been restored."""
@@ -45,13 +45,13 @@ class Stepping(Physics):
     """Catalogue name."""
     Parameters: ClassVar[type[Parameters]]
 
-    # Set after the component has been built.
+    # The following attributes exist after the component has been built.
     _block: Block
     _inputs: dict[str, Variable]
     _bounds: dict[str, tuple[float, float]]
     _tick_counts: dict[float | None, int]
     _tick: int
-    # Replaced, never changed in place, because snapshots share it.
+    # This mapping is replaced, never changed in place, because snapshots share it.
     _held: Mapping[str, Held]
     _profiled: bool
 
@@ -91,7 +91,7 @@ class Stepping(Physics):
             StepError: the physics would break down.
             GranularError: memory ran out, or another thread or an observer steps the component during its step.
         """
-        # Hot path of step-wise control: usual values are looked up, all others take a slower function.
+        # Hot path of step-wise control: usual values are looked up, other values go through a slower function.
         # `own` bypasses `__setattr__`, which would take a third of a short step.
         own: dict[str, Any] = self.__dict__  # type: ignore[assignment] - pyright finds that of the class
         try:
@@ -143,18 +143,18 @@ class Stepping(Physics):
             observer.on_failure(self, error)
 
     def _refuse_busy_call(self, call: str) -> None:
-        """Refuse a call in the middle of a step, and a call on a part that does not come from its owner."""
+        """Refuse a call during a step, and a call on a part by anyone but its owner."""
         if self._busy:
             raise GranularError(
-                f"component {self.name!r} is in the middle of a step, of another thread or of an observer",
-                hint="give each thread a component of its own",
+                f"component {self.name!r} is in the middle of a step of another thread or an observer",
+                hint="use a separate component in each thread",
                 at=call,
             )
         owner = self._owner
         if owner is not None and not owner._is_stepping:
             raise GranularError(
-                f"component {self.name!r} is a part of component {owner.name!r}, which holds the state of both",
-                hint=f"{call} the whole, or a `copy.copy` of the part",
+                f"component {self.name!r} is a part of component {owner.name!r}, which owns the state of both",
+                hint=f"call {call} of the whole, or of a `copy.copy` of the part",
                 at=call,
             )
 
@@ -210,7 +210,7 @@ class Stepping(Physics):
                 if observer.next_tick <= stop:
                     observer.on_sample(self)
 
-    # -- a part of a parent, whose kernels advance it ---------------------------------------------------------------
+    # -- a part that the kernels of its owner advance ---------------------------------------------------------------
 
     @property
     def has_profile_input(self) -> bool:
@@ -218,7 +218,7 @@ class Stepping(Physics):
         return self._profiled
 
     def set_progress(self, tick: int, inputs: Mapping[str, float]) -> None:
-        """Set the tick to which the owner of the memory has advanced this part, and the numbers held last."""
+        """Set the tick to which the owner has advanced this part, and the input numbers of its last step."""
         self._tick = tick
         if any(self._held.get(name) != value for name, value in inputs.items()):
             self._held = {**self._held, **inputs}
@@ -234,7 +234,7 @@ class Stepping(Physics):
         ticks = round(exact)
         if ticks > 2**52:
             came = f"got {duration:.12g} s, which is {exact:.3g} internal steps"
-            raise ParameterError(came, expected="at most 2^52 of them", at=name)
+            raise ParameterError(came, expected="at most 2^52 internal steps", at=name)
         if ticks < 1 or abs(exact - ticks) > 1e-9 * ticks:
             counts = sorted({max(math.floor(exact), 1), max(math.ceil(exact), 1)})
             choices = " or ".join(f"{count * self.step_size:.12g} s" for count in counts)
@@ -260,7 +260,7 @@ class Stepping(Physics):
         return self._held
 
     def checked_inputs(self, inputs: Mapping[str, Any]) -> dict[str, Held]:
-        """Return the values that these inputs would be held as, without a change; `ParameterError` if one is not valid."""
+        """Return these inputs checked and in the form of kernels; raise `ParameterError` if one is not valid."""
         held: dict[str, Held] = {}
         for name, value in inputs.items():
             variable = self._inputs.get(name)
@@ -271,7 +271,7 @@ class Stepping(Physics):
         return held
 
     def _hold_inputs(self, inputs: Mapping[str, Held]) -> None:
-        """Hold these inputs, which must be all inputs of the component, from now on."""
+        """Set the values of all inputs of the component for the following steps."""
         before, self._profiled = self._profiled, any(value.__class__ is CompiledProfile for value in inputs.values())
         self._held = inputs
         if before or self._profiled:

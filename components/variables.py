@@ -22,7 +22,7 @@ _INDEX = re.compile(r"\s*[+-]?\d{1,9}\s*(?:,\s*[+-]?\d{1,9}\s*)*")
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Variable:
-    """A named quantity of a component, with the facts that files, spaces, schemas and documentation pages need."""
+    """A named quantity of a component, with the metadata for files, Gymnasium spaces, schemas and documentation."""
 
     name: str
     causality: Literal["parameter", "input", "output"]
@@ -34,9 +34,9 @@ class Variable:
     minimum: float = -math.inf
     maximum: float = math.inf
     state: bool = False
-    """True for a part of the state: `reset` accepts it, and logs hash it."""
+    """Whether the variable belongs to the state, so that `reset` accepts it and logs hash it."""
     axes: tuple[str, ...] = ()
-    """Meaning of each index of the shape, such as ("grain",). Variables with the same axis share it in a data set."""
+    """Name of each axis of the shape, such as ("grain",). Variables with the same axis share it in a data set."""
     nominal: float = 1.0
     """Usual magnitude, for scaling."""
     variability: Literal["", "constant", "fixed", "tunable", "discrete", "continuous"] = ""
@@ -66,7 +66,7 @@ class Element:
     """An element of a variable, or the whole variable.
 
     Attributes:
-        name: of the variable.
+        name: name of the variable.
         index: an integer per axis, negative ones count from the end; empty for a scalar, or for all elements.
     """
 
@@ -84,7 +84,7 @@ class Element:
         """Return the variable.
 
         Args:
-            variables: of the component, by name.
+            variables: all variables of the component, by name.
             expected: for messages, such as "an output of component 'chain'".
             *causalities: accepted causalities.
 
@@ -111,7 +111,7 @@ def parse_element(text: Any) -> Element:
     """Return the element named by a text; `ParameterError` for anything else."""
     match = _ELEMENT.fullmatch("".join(text.split())) if isinstance(text, str) else None
     if match is None:
-        expected = "a variable, or an element of one, such as velocity, velocity[40] or velocity[3,1]"
+        expected = "a variable or an element of a variable, such as velocity, velocity[40] or velocity[3,1]"
         raise ParameterError(f"got {one_line(text)}", expected=expected)
     return Element(match["name"], () if match["index"] is None else parse_index(match["index"]))
 

@@ -325,9 +325,9 @@ def test_differences_across_a_kink_say_what_they_are_worth() -> None:
 @pytest.mark.parametrize(
     ("parameters", "said"),
     [
-        ({"integrator": "rk4"}, "integrator: there are no gradients of 'rk4'; build the chain with integrator = 'pefrl' or"),
-        ({"integrator": "hamming"}, "integrator: there are no gradients of 'hamming'"),
-        ({"law": {"name": "elastic_plastic", "yield_pressure": 1e9}}, "law: there are no gradients of 'elastic_plastic'"),
+        ({"integrator": "rk4"}, "integrator: integrator 'rk4' has no gradients; build the chain with integrator = 'pefrl' or"),
+        ({"integrator": "hamming"}, "integrator: integrator 'hamming' has no gradients"),
+        ({"law": {"name": "elastic_plastic", "yield_pressure": 1e9}}, "law: law 'elastic_plastic' has no gradients"),
     ],
 )
 def test_chains_without_an_adjoint_are_refused_by_name(parameters: dict[str, Any], said: str) -> None:

@@ -15,7 +15,9 @@ import granular_env as ge
 def test_seldom_seen_contacts_are_warned_of_once() -> None:
     chain = unit_chain(5, step_size=0.3)
     chain.reset(velocity={0: 1.0})
-    with pytest.warns(ge.GranularWarning, match=r"fewer than the 60 force evaluations that pefrl wants.*step_size") as caught:
+    with pytest.warns(
+        ge.GranularWarning, match=r"fewer than the 60 force evaluations that pefrl requires.*step_size"
+    ) as caught:
         advance_chain(chain, 12.0)
     assert len(caught) == 1
     assert any("force evaluations" in sentence for sentence in chain.cautions())
@@ -39,7 +41,7 @@ def test_too_deep(scheme: str) -> None:
     chain = ge.make("chain", grains=4, radius=3e-3, overlap_limit=1e-3, integrator=scheme, step_size=1e-7)
     chain.reset(velocity={0: 5.0})
     before = chain.save().to_bytes()
-    with pytest.raises(ge.StepError, match=r"overlap\[\d\]: reached .* radii, contact laws.*overlap_limit"):
+    with pytest.raises(ge.StepError, match=r"overlap\[\d\]: reached .* radii, but contact laws.*overlap_limit"):
         chain.step(1e-5)
     assert chain.save().to_bytes() == before
 
@@ -86,7 +88,7 @@ REFUSED = [
     (GOOD | {"radius": -1e-3}, "radius"),
     (GOOD | {"radius": 0.0}, "radius"),
     (GOOD | {"radius": math.nan}, "radius"),
-    (GOOD | {"radius": [1e-3, 1e-3, 1e-3]}, "radius: got 3 values, expected one for all or 4"),
+    (GOOD | {"radius": [1e-3, 1e-3, 1e-3]}, "radius: got 3 values, expected one value for all, or 4"),
     (GOOD | {"radius": [1e-3, 1e-3, -1e-3, 1e-3]}, "radius"),
     (GOOD | {"radius": {"low": 2e-3, "high": 1e-3}}, "high"),
     (GOOD | {"material": "steal"}, "did you mean 'steel'"),
@@ -96,16 +98,19 @@ REFUSED = [
     (GOOD | {"mass": {4: 1.0}}, "mass: got index 4, expected 0 to 3"),
     (GOOD | {"mass": {0: -1.0}}, "mass"),
     (GOOD | {"contact_stiffness": -1.0}, "contact_stiffness"),
-    (GOOD | {"contact_stiffness": [1.0] * 3}, "contact_stiffness: got 3 values, expected one for all or 5, one for each place"),
+    (
+        GOOD | {"contact_stiffness": [1.0] * 3},
+        "contact_stiffness: got 3 values, expected one value for all, or 5, one for each place",
+    ),
     (GOOD | {"contact_stiffness": [1.0] * 5}, "contact_stiffness[0]: got 1, expected 0: left is 'free'"),
     (
         GOOD | {"left": "plane", "contact_stiffness": [0.0, 1.0, 1.0, 1.0, 0.0]},
-        "contact_stiffness[0]: got 0, expected more than 0: a contact is there",
+        "contact_stiffness[0]: got 0, expected more than 0: this place has a contact",
     ),
     (GOOD | {"right": "piston", "gap": [0.0, 0.0, 0.0, 0.0, 1e-6]}, "gap[4]: got 1e-06, expected 0: right is 'piston'"),
     (GOOD | {"gap": -1e-6}, "gap"),
     (GOOD | {"gap": [1e-6]}, "gap: got 1 values"),
-    (GOOD | {"gap": 1e-6, "precompression": 1.0}, "gap: a precompressed chain has none"),
+    (GOOD | {"gap": 1e-6, "precompression": 1.0}, "gap: a precompressed chain has no gaps"),
     (GOOD | {"precompression": -1.0}, "precompression"),
     (GOOD | {"precompression": math.inf}, "precompression"),
     (GOOD | {"left": "pistn"}, "left"),

@@ -187,7 +187,7 @@ def test_an_explicit_scheme_refuses_a_dissipation_that_would_blow_it_up(integrat
         grains=12, law={"name": "viscous", "dissipation": 3000.0}, integrator=integrator, step_size=5e-7, right="plane"
     )
     chain.reset(velocity={0: 1.0})
-    with pytest.raises(ge.StepError, match="dissipation would stop 3.4 times .* smaller step_size"):
+    with pytest.raises(ge.StepError, match="dissipation would remove 3.4 times .* smaller step_size"):
         chain.step(2e-4)
     assert chain.time == 0.0
 

@@ -215,7 +215,7 @@ def test_a_component_is_stepped_by_one_at_a_time() -> None:
             other.join()
 
         def meddle(self, component: Component) -> None:
-            with pytest.raises(GranularError, match="in the middle of a step.*a component of its own"):
+            with pytest.raises(GranularError, match="in the middle of a step.*a separate component in each thread"):
                 component.step()
             seen.append(component.tick)
 

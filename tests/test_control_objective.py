@@ -145,7 +145,7 @@ def test_terms_are_numbers_to_calculate_with() -> None:
 @pytest.mark.parametrize(
     ("term", "other", "said"),
     [
-        (velocity(-1).at_end(), {"grains": 3}, "for chains of 7 grains, this one has 3"),
+        (velocity(-1).at_end(), {"grains": 3}, "a chain of 7 grains, but this chain has 3"),
         (velocity(-1).mean(end=13), {}, "control step 12, but the drive has 12"),
     ],
 )

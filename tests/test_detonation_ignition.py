@@ -52,7 +52,7 @@ def test_slow_heat_needs_about_the_power_of_the_closed_form() -> None:
     """In runs, 0.7 to 0.8 of the closed form ignites at triggers of 0.1 to 0.4; the formula assumes steady flow."""
     slow = heated(0.6 * POWER * LONG, LONG)
     assert 0.6 * POWER * LONG > 4.0 * HEAT and is_dud(slow)
-    assert "which is enough but came too slowly; it needs" in slow.cautions()[0]
+    assert "which is enough but was added too slowly; it requires" in slow.cautions()[0]
     assert not is_dud(heated(POWER * LONG, LONG))
 
 

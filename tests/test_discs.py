@@ -216,7 +216,7 @@ def test_two_discs_at_one_place_are_refused_by_name_and_nothing_has_moved() -> N
     discs = ge.make("discs")
     discs.step(1e-4, force=np.ones((8, 2)))
     before = discs.save().to_bytes()
-    with pytest.raises(ParameterError, match=r"start.displacement\[1\]: puts disc 1 where disc 0 is; move one of them"):
+    with pytest.raises(ParameterError, match=r"start.displacement\[1\]: puts disc 1 on top of disc 0; move one of them"):
         discs.reset(displacement={1: [-0.02, 0.0]})
     assert discs.save().to_bytes() == before
 

@@ -74,10 +74,10 @@ FAULTS = [
     (GOOD.replace("10,301,1.5", "0,301,1.5"), {}, ["line 4", "follows", "line 3"]),
     (GOOD.replace("10,301,1.5\n", ""), {}, ["1 samples, expected at least 2"]),
     (GOOD.replace(" [us]", ""), {}, ["line 2", "no unit", "time_unit"]),
-    (GOOD, {"time_unit": "ms"}, ["line 2", "the header says 'us'", "time_unit = 'ms'"]),
+    (GOOD, {"time_unit": "ms"}, ["line 2", "the unit in the header is 'us'", "time_unit = 'ms'"]),
     (GOOD, {"unit": "m/s"}, ["line 2", "'kN'", "expected m/s"]),
     (GOOD, {"columns": ("tim", "force")}, ["line 2", "time_column = 'tim'", "did you mean 'time'?"]),
-    ("0,1\n1,2\n", {"columns": ("time", "force")}, ["line 1", "no header line"]),
+    ("0,1\n1,2\n", {"columns": ("time", "force")}, ["line 1", "without a header"]),
     (b"time [us],force [kN]\n0,0\n\xff,1\n", {}, ["not UTF-8"]),
     (GOOD.replace(",", ";"), {}, ["line 2", "the delimiter is ','", "set delimiter"]),
 ]
@@ -100,7 +100,7 @@ def test_a_hole_in_the_sampling_is_refused_with_its_times_and_what_to_do(tmp_pat
         read(tmp_path, sampled_at(0, 1, 2, 3, 900, 901))
     for words in ("line 7", "from 3e-06 s to 0.0009 s", "median step is 1e-06 s", 'set gaps = "bridge"'):
         assert words in str(caught.value)
-    with pytest.raises(ParameterError, match="line 6: .*one of 2"):
+    with pytest.raises(ParameterError, match="line 6: .*the first of 2"):
         read(tmp_path, sampled_at(0, 1, 2, 30, 31, 60, 61, 62))
 
 
@@ -140,7 +140,7 @@ def test_a_hole_is_crossed_in_a_straight_line_where_the_experiment_says_so(tmp_p
     (tmp_path / "hammer.csv").write_text(sampled_at(0, 1, 2, 3, 53, 54))
     profile = prepare_experiment(load_experiment(path)).inputs["force"]
     assert [profile(time * 1e-6) for time in (3, 28, 53)] == pytest.approx([3.0, 28.0, 53.0], rel=1e-12, abs=0.0)
-    with pytest.raises(ExperimentError, match=r"hammer\.csv: line 7: a hole"):
+    with pytest.raises(ExperimentError, match=r"hammer\.csv: line 7: a gap"):
         prepare_experiment(load_experiment(path, {"input.force.gaps": "refuse"}))
 
 

@@ -110,7 +110,7 @@ def test_all_faults_are_told_at_once(good):
     ],
 )
 def test_sizes_beyond_all_measure_are_refused_and_nothing_hangs(override):
-    with pytest.raises(ExperimentError, match="units, which are SI"):
+    with pytest.raises(ExperimentError, match="units, which must be SI"):
         prepare_experiment(load_experiment("nesterenko-1983/3.1-one-grain", parse_assignments([f"component.{override}"])))
 
 
@@ -145,7 +145,10 @@ def test_an_array_and_a_profile_with_a_pattern_are_held(tmp_path):
             [1.0, 2.0],
             "input.force: got an array of shape (2,), expected an array of shape (4, 2)",
         ),
-        ([[1.0, 2.0], [3.0]], "input.force: got rows of unlike length, expected numbers, in a list or in rows of equal length"),
+        (
+            [[1.0, 2.0], [3.0]],
+            "input.force: got rows of different length, expected numbers, in a list or in rows of equal length",
+        ),
         (
             {"profile": "sum", "profiles": [{"profile": "constant", "value": 1.0, "pattern": CORNER}]},
             "input.force.profiles[0].pattern: got a pattern, expected no pattern in a term of a sum",

@@ -127,8 +127,8 @@ def with_values(component: ge.Component, name: str, change: Callable[[np.ndarray
     [
         ("broken", 0, -1, r"snapshot.broken\[0\]: got -1, expected 0 to 3"),
         ("velocity", (3, 1), np.nan, r"snapshot.velocity\[3,1\]: got nan, expected a finite number"),
-        ("events", (0, 2), 4.0, "snapshot.events: got other events, expected indices of existing elements"),
-        ("events", (0, 0), 2.0**40, "snapshot.events: got other events, .* ticks that do not decrease, up to 30"),
+        ("events", (0, 2), 4.0, "snapshot.events: got invalid events, expected events with indices of existing elements"),
+        ("events", (0, 0), 2.0**40, "snapshot.events: got invalid events, .* ticks that do not decrease, up to 30"),
     ],
 )
 def test_values_out_of_their_range_are_refused_by_name(name: str, place: Any, value: float, text: str) -> None:

@@ -29,7 +29,7 @@ def small_machine(monkeypatch):
 
 
 def test_a_hundred_million_grains_are_refused_before_they_are_built(small_machine, tmp_path):
-    said = r"needs at least 36 GB of memory, 8 GB are available; ask for less"
+    said = r"needs at least 36 GB of memory, but 8 GB are available; reduce the size"
     with pytest.raises(ParameterError, match=f"component 'chain' {said}"):
         catalogue.make("chain", grains=100_000_000)
     with pytest.raises(ExperimentError, match=f"component: .*{said}"):

@@ -33,7 +33,7 @@ def test_a_part_is_not_changed_beside_its_whole(label: str) -> None:
     }
     for name, ways in calls.items():
         for call in ways:
-            told = f"^{name}: component '{part.name}' is a part of component '{whole.name}'.*; {name} the whole"
+            told = f"^{name}: component '{part.name}' is a part of component '{whole.name}'.*; call {name} of the whole"
             with pytest.raises(GranularError, match=told):
                 call()
     assert whole.save().to_bytes() == before

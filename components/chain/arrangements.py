@@ -26,11 +26,11 @@ _Pair = Field(min_length=2, max_length=2)
 class Arrangement(Named):
     """An order of grains, chosen by its `name`: the radius and material of each grain, and the mass of some.
 
-    The chain's own `radius`, `material` and `mass` apply to everything that the arrangement leaves open.
+    The chain's own `radius`, `material` and `mass` apply to all properties that the arrangement does not set.
     """
 
     per_grain: ClassVar[tuple[str, ...]] = ("radius", "material")
-    """Fields that set chain parameters of the same name per grain: if given here, they must not be given for the chain."""
+    """Fields that set the chain parameters of the same names; a parameter must not be given in both places."""
 
     def replaced_parameters(self) -> tuple[str, ...]:
         """Return the chain parameters that this arrangement sets."""
@@ -67,18 +67,18 @@ class Dimer(Arrangement):
 
     name: Literal["dimer"] = "dimer"
     radius: Positive | Annotated[list[Positive], _Pair] | None = field(
-        None, "of both kinds: one for both, or two; default: the chain's", "m"
+        None, "radii of the two kinds of grain: one for both, or two; default: the chain's radius", "m"
     )
     material: Preset | Material | Annotated[list[Preset | Material], _Pair] | None = field(
-        None, "of both kinds: one for both, or two; default: the chain's", "1"
+        None, "materials of the two kinds of grain: one for both, or two; default: the chain's material", "1"
     )
     counts: Annotated[list[Annotated[int, Field(ge=1, le=1000)]], _Pair] = field(
-        [1, 1], "how many grains of each kind a cell has", "1"
+        [1, 1], "numbers of grains of each kind in a cell", "1"
     )
 
     @model_validator(mode="after")
     def _validate_kinds(self) -> Dimer:
-        # Two equal values may be the end of a scan of ratios; no pair of values at all is a mistake.
+        # A pair of equal values may be the end of a scan of ratios; without any pair, equal kinds are a mistake.
         if not isinstance(self.radius, list) and not isinstance(self.material, list):
             raise ParameterError("both kinds of grain are the same", hint="give two radii, two materials, or both", at="radius")
         return self
@@ -86,7 +86,7 @@ class Dimer(Arrangement):
     def check_fit(self, grains: int) -> None:  # noqa: D102
         if grains < sum(self.counts):
             raise ParameterError(
-                f"got {self.counts}, a cell of {sum(self.counts)} grains, and the chain has {grains} grains", at="counts"
+                f"got {self.counts}, a cell of {sum(self.counts)} grains, but the chain has {grains}", at="counts"
             )
 
     def radii(self, defaults: FloatArray) -> FloatArray:  # noqa: D102
@@ -110,10 +110,10 @@ class Tapered(Arrangement):
     """
 
     name: Literal["tapered"] = "tapered"
-    first_radius: Positive = field(..., "of the first grain", "m")
-    taper: float | None = field(None, "q of R_(i+1) = (1 - q) R_i; or give last_radius", "1", gt=-1.0, lt=1.0)
-    last_radius: Positive | None = field(None, "of the last grain; or give taper", "m")
-    material: Preset | Material | None = field(None, "of all grains; default: the chain's", "1")
+    first_radius: Positive = field(..., "radius of the first grain", "m")
+    taper: float | None = field(None, "q of R_(i+1) = (1 - q) R_i; alternative to last_radius", "1", gt=-1.0, lt=1.0)
+    last_radius: Positive | None = field(None, "radius of the last grain; alternative to taper", "m")
+    material: Preset | Material | None = field(None, "material of all grains; default: the chain's material", "1")
 
     @model_validator(mode="after")
     def _validate_taper(self) -> Tapered:
@@ -128,7 +128,7 @@ class Tapered(Arrangement):
     def check_fit(self, grains: int) -> None:  # noqa: D102
         if self.last_radius is not None and grains == 1 and self.last_radius != self.first_radius:
             raise ParameterError(
-                "the chain has one grain, which is the first", hint="expected at least 2 grains", at="last_radius"
+                "a chain of one grain has only first_radius", hint="expected at least 2 grains", at="last_radius"
             )
         _last_radius(self.first_radius, self._radius_factor(grains), grains)
 
@@ -149,17 +149,17 @@ class Decorated(Arrangement):
     """
 
     name: Literal["decorated"] = "decorated"
-    radius: Positive = field(..., "of the large grains; of the first one, where they are tapered", "m")
-    decoration_radius: Positive = field(..., "of the small grains", "m")
-    taper: float = field(0.0, "q of R_(i+1) = (1 - q) R_i, from one large grain to the next", "1", gt=-1.0, lt=1.0)
-    material: Preset | Material | None = field(None, "of the large grains; default: the chain's", "1")
-    decoration_material: Preset | Material | None = field(None, "of the small grains; default: that of the large ones", "1")
+    radius: Positive = field(..., "radius of the large grains, of the first one if they are tapered", "m")
+    decoration_radius: Positive = field(..., "radius of the small grains", "m")
+    taper: float = field(0.0, "q of R_(i+1) = (1 - q) R_i for successive large grains", "1", gt=-1.0, lt=1.0)
+    material: Preset | Material | None = field(None, "material of the large grains; default: the chain's material", "1")
+    decoration_material: Preset | Material | None = field(None, "material of the small grains; default: `material`", "1")
 
     def check_fit(self, grains: int) -> None:  # noqa: D102
         if grains < 3 or grains % 2 == 0:
             raise ParameterError(
                 f"'decorated' does not fit {grains} grains",
-                hint="expected an odd number from 3: a large one at each end",
+                hint="expected an odd number of at least 3, with a large grain at each end",
                 at="name",
             )
         smallest = min(self.radius, _last_radius(self.radius, 1.0 - self.taper, grains // 2 + 1))
@@ -167,7 +167,7 @@ class Decorated(Arrangement):
         if smallest * (1.0 + 1e-12) < self.decoration_radius:
             raise ParameterError(
                 f"got {self.decoration_radius:g} m",
-                expected=f"at most the smallest of the large grains, {smallest:g} m",
+                expected=f"at most the radius of the smallest large grain, {smallest:g} m",
                 at="decoration_radius",
             )
 
@@ -194,17 +194,17 @@ class Impurity(Arrangement):
     per_grain: ClassVar[tuple[str, ...]] = ()
 
     name: Literal["impurity"] = "impurity"
-    index: Index | list[Index] = field(..., "which grain, counted from 0, or a list of them", "1")
-    radius: Positive | None = field(None, "of the impurity; default: as its neighbours'", "m")
-    material: Preset | Material | None = field(None, "of the impurity; default: as its neighbours'", "1")
-    mass: Positive | None = field(None, "of the impurity; default: density x volume", "kg")
+    index: Index | list[Index] = field(..., "index of the grain, counted from 0, or a list of indices", "1")
+    radius: Positive | None = field(None, "radius of the impurity; default: the chain's radius", "m")
+    material: Preset | Material | None = field(None, "material of the impurity; default: the chain's material", "1")
+    mass: Positive | None = field(None, "mass of the impurity; default: density x volume", "kg")
 
     @model_validator(mode="after")
     def _validate_impurity(self) -> Impurity:
         if self.radius is None and self.material is None and self.mass is None:
-            raise ParameterError("the impurity is like the other grains", hint="give its radius, material or mass", at="radius")
+            raise ParameterError("the impurity equals the other grains", hint="give its radius, material or mass", at="radius")
         if not self.indices or len(set(self.indices)) < len(self.indices):
-            raise ParameterError(f"got {self.index}", expected="one grain or more, each of them once", at="index")
+            raise ParameterError(f"got {self.index}", expected="one or more indices, each of them once", at="index")
         return self
 
     @property
@@ -260,11 +260,11 @@ def refuse_unfit_arrangement(parameters: ChainParameters) -> None:
     for name in arrangement.replaced_parameters():
         if name in parameters.model_fields_set:
             raise ParameterError(
-                "the arrangement gives it too", hint=f"give it in one place, as {name} or in the arrangement", at=name
+                "the arrangement sets it too", hint=f"set it in one place, as {name} or in the arrangement", at=name
             )
     if isinstance(arrangement, Impurity) and arrangement.mass is not None and parameters.mass is not None:
         if not isinstance(parameters.mass, dict) or any(index in parameters.mass for index in arrangement.indices):
-            raise ParameterError("the arrangement 'impurity' gives its mass too", hint="give it in one place", at="mass")
+            raise ParameterError("the arrangement 'impurity' sets this mass too", hint="set it in one place", at="mass")
 
 
 def _geometric_sequence(first: float, factor: float, count: int) -> FloatArray:
@@ -276,15 +276,15 @@ def _geometric_sequence(first: float, factor: float, count: int) -> FloatArray:
 
 
 def _last_radius(first: float, factor: float, count: int) -> float:
-    """Return the last of these terms, approximately; `ParameterError` if terms leave the range of a float."""
+    """Return the last of these terms approximately; raise `ParameterError` if a term leaves the range of a float."""
     last = first * integer_power(factor, count - 1)
     if not _TINY <= first <= _HUGE and 1e-100 <= last <= 1e100:
         return last  # reported by the check of the masses
     bound = _TINY if factor < 1.0 else _HUGE
     if not _TINY <= last <= _HUGE:
         where = math.ceil(math.log(bound / first) / math.log(factor)) if _TINY <= first <= _HUGE else 0
-        left = "larger than 0" if factor < 1.0 else "of a finite size"
+        left = "too small" if factor < 1.0 else "too large"
         raise ParameterError(
-            f"from number {where} on no grain is {left}", hint="take fewer grains or a smaller taper", at="taper"
+            f"from grain {where} on, the radii are {left}", hint="take fewer grains or a smaller taper", at="taper"
         )
     return last

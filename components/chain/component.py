@@ -24,29 +24,29 @@ from .parameters import WALLS, ChainParameters
 from .state import ChainState, python_chain_state
 from .validity import validity_cautions, validity_figures
 
-# Smallest number of force evaluations during a contact; steps with fewer are refused.
+# Smallest number of force evaluations during a contact; a step with fewer is refused.
 _LEAST_FORCES = 16.0
 # Largest fraction of its approach velocity that a contact may lose in one step without loss of the second order.
 _STOPPED_IN_A_STEP = 0.3
 
 _NO_PIECES = np.zeros((0, 2))
-# Outside these limits the unit is probably wrong [m, kg/m^3, kg/m^3, m/s]; a heavy striker may weigh as much as many grains.
+# Beyond these limits the unit is probably wrong [m, kg/m^3, kg/m^3, m/s]; a striker may be much heavier than a grain.
 _LARGE_RADIUS, _LIGHT_DENSITY, _HEAVY_DENSITY, _SLOW_SOUND = 0.1, 100.0, 1e6, 20.0
-_NUMBERING = "place i is left of grain i, the last one right of the last grain; 0 where there is no contact"
+_NUMBERING = "entry i is left of grain i, the last entry right of the last grain; 0 without a contact"
 _OF_A_WALL = "wall on the chain, positive to the right; 0 without a wall"
-# Kind of an end -> name, unit and description of its input.
+# Kind of end -> name, unit and description of its input.
 _INPUTS = {
     "piston": ("velocity", "m/s", "velocity of the {} piston, positive to the right"),
     "free": ("force", "N", "force on the {} end grain, positive to the right"),
 }
 # Name, unit, meaning of the index, description.
 _OUTPUTS = (
-    ("position", "m", "grain", "position of the grains' centres, the first one's start is 0"),
-    ("displacement", "m", "grain", "displacement from the start, positive to the right"),
-    ("velocity", "m/s", "grain", "velocity, positive to the right"),
-    ("overlap", "m", "contact", f"approach of the surfaces in each contact, negative: a gap; {_NUMBERING}"),
+    ("position", "m", "grain", "positions of the grain centres; the first grain starts at 0"),
+    ("displacement", "m", "grain", "displacement of each grain from its reference position, positive to the right"),
+    ("velocity", "m/s", "grain", "velocity of each grain, positive to the right"),
+    ("overlap", "m", "contact", f"overlap of the surfaces in each contact, negative for a gap; {_NUMBERING}"),
     ("contact_force", "N", "contact", f"compressive force in each contact, never negative; {_NUMBERING}"),
-    ("potential_energy", "J", None, "stored energy: elastic, and of the weight where there is gravity"),
+    ("potential_energy", "J", None, "elastic energy and, with gravity, potential energy of the weights"),
     ("left_wall_force", "N", None, f"force of the left {_OF_A_WALL}"),
     ("right_wall_force", "N", None, f"force of the right {_OF_A_WALL}"),
 )
@@ -123,7 +123,7 @@ class Chain(Component):
         """Return a chain with the same parameters, at its start; much cheaper than a new one.
 
         Args:
-            memory: becomes the table, in the shape of this chain's `memory`; None for new memory.
+            memory: array for the table, with the shape of this chain's `memory`; None for new memory.
         """
         other: Self = object.__new__(type(self))
         vars(other).update(vars(self))
@@ -153,7 +153,7 @@ class Chain(Component):
             numbers[first : first + 4] = end == "free", end == "piston", chain.mass[place], chain.static_force[place]
 
     def _overlap_limits(self) -> tuple[FloatArray, FloatArray]:
-        """Overlaps above which a contact is poorly resolved (warning), or a step is refused; infinite without a contact."""
+        """Return the overlaps above which the chain warns, or refuses a step; infinite at places without a contact."""
         chain, places, law = self.geometry, self.geometry.contact_slice, self.parameters.law
 
         def largest_overlap(evaluations: float) -> FloatArray:
@@ -226,7 +226,7 @@ class Chain(Component):
             raise ParameterError(*self._step_error(0).with_outer_location("start").faults)
 
     def _prepare_inputs(self, held: Mapping[str, Held]) -> None:
-        """Put the pieces of both ends into one array; a profile has the value 0 before its first piece."""
+        """Store the pieces of the input profiles of both ends in one array; a profile is 0 before its first piece."""
         left, right = held.get(self.left_input, 0.0), held.get(self.right_input, 0.0)
         pieces = [_input_pieces(left), _input_pieces(right)]
         columns = max(piece.shape[1] for piece in pieces)
@@ -246,7 +246,7 @@ class Chain(Component):
         return 0 if done == ticks else self._limit_status(-done, ticks)
 
     def input_advice(self, name: str) -> str:
-        """Return the kind of end that an unknown input requires."""
+        """Return a hint with the kind of end that an unknown input requires."""
         side, _, quantity = name.partition("_")
         if side in ("left", "right") and quantity in ("force", "velocity"):
             wanted = "piston" if quantity == "velocity" else "free"
@@ -254,7 +254,7 @@ class Chain(Component):
         return super().input_advice(name)
 
     def _limit_status(self, done_ticks: int, ticks: int) -> int:
-        """Return a status for a limit passed in the last of `done_ticks` ticks, or warn (once) and continue.
+        """Handle a limit passed in the last of `done_ticks` ticks: return a status, or warn (once) and continue.
 
         Only the state determines a refusal. LIMIT only determines when the kernel returns: after the warning it need not return
         for poorly resolved contacts.
@@ -288,7 +288,7 @@ class Chain(Component):
 
     def _step_error(self, status: int) -> StepError:
         time = (self._failed_tick if status else self._tick) * self.step_size
-        # Before the first tick no peak is known; afterwards the kernel judges the peak.
+        # Before the first tick there are no peaks; afterwards the kernel compares the peaks with the limits.
         overlap = self._peak_overlaps if status else self._overlaps()
         name, index, _ = self._largest_excess(overlap)
         if name == "overlap":
@@ -298,17 +298,17 @@ class Chain(Component):
                 advice = self._dissipation_caution()
             elif limit >= 0.999 * self.parameters.overlap_limit * radius:
                 advice = (
-                    f"that is {value / radius:.2g} radii, contact laws are for small overlaps: load less, "
+                    f"that is {value / radius:.2g} radii, but contact laws hold for small overlaps: reduce the load, "
                     "or raise overlap_limit"
                 )
             else:
                 advice = (
-                    f"the contact would see fewer than {_LEAST_FORCES:.0f} force evaluations: take a smaller step_size "
-                    f"(now {self.step_size:g} s) or give the velocity_scale of the run"
+                    f"the contact would get fewer than {_LEAST_FORCES:.0f} force evaluations: take a smaller step_size "
+                    f"(now {self.step_size:g} s) or set velocity_scale to the largest relative speed"
                 )
         else:
             value, limit = float(self.get(name)[index]), float(self._table[layout.SCALARS, layout.SPEED_LIMIT])
-            advice = "that is above the material's sound speed: load the chain less, or take a smaller step_size"
+            advice = "that is above the material's sound speed: reduce the load, or take a smaller step_size"
         unit, advice = self.variables[name].unit, "; ".join([*self._unit_cautions(), advice])
         return StepError(
             f"reached {value:.6g} {unit} at {time:.9g} s, the limit is {limit:.6g} {unit}; {advice}",
@@ -319,12 +319,12 @@ class Chain(Component):
 
     @property
     def table(self) -> FloatArray:
-        """The chain's table of numbers for jitted code (`chain.table`): its memory, not a copy. Read it only."""
+        """Table of the chain's numbers for jitted code: its memory, not a copy; do not write to it."""
         return self._table
 
     @property
     def state(self) -> ChainState:
-        """Return the chain in the form of jitted functions, such as those of `differentiable_quantities`. Read it only."""
+        """The chain as an argument of jitted functions, such as those of `differentiable_quantities`; do not write to it."""
         return python_chain_state(self.parameters.law.contacts, self._table)
 
     def detached_table(self) -> FloatArray:
@@ -334,7 +334,7 @@ class Chain(Component):
         return table
 
     def balances(self) -> tuple[Balance, ...]:
-        """Return energy and momentum; the work of a precompressing force on a free end counts as input work."""
+        """Return the balances of energy and momentum; a precompressing force on a free end does input work."""
         kinetic, potential, momentum = self._energies_and_momentum()
         tally = self._table[layout.TALLY]
         n = self.parameters.grains
@@ -364,14 +364,14 @@ class Chain(Component):
         return float(tallied + rows[layout.V, behind] + rows[layout.V, behind + 1])
 
     def _energies_and_momentum(self) -> tuple[float, float, float]:
-        """Kinetic energy, potential energy (elastic and gravitational), momentum."""
+        """Return kinetic energy, potential energy (elastic and gravitational) and momentum."""
         kinetic, elastic, momentum = self.entries.energies(self._table, self.geometry.mass)
         if self.parameters.gravity != 0.0:
             elastic -= float((self._weight * self._table[layout.U, self._grains]).sum())
         return kinetic, elastic, momentum
 
     def _overlaps(self) -> FloatArray:
-        """Overlaps, shape (n + 1,); 0 at places without a contact."""
+        """Return the overlaps, shape (n + 1,); 0 at places without a contact."""
         u = self._table[layout.U]
         last = self.parameters.grains + 1
         overlap = u[:last] - u[1 : last + 1] + self.geometry.rest_overlap
@@ -396,7 +396,7 @@ class Chain(Component):
     def report(self) -> dict[str, float]:
         """Return figures on the assumptions of Nesterenko's section 1 and on the time resolution of contacts.
 
-        With dissipation, also return the fraction of an approach velocity that it stops in a step.
+        With dissipation, also return the fraction of the approach speed that is dissipated per step.
         """
         figures = self._validity_figures()
         if isinstance(self.parameters.law, Dissipative):
@@ -416,7 +416,7 @@ class Chain(Component):
         return said
 
     def _unit_cautions(self) -> list[str]:
-        """Return sentences on probable unit errors: millimetres as metres, g/cm^3 as kg/m^3, grams as kg, MPa as Pa."""
+        """Return cautions on probable unit errors: millimetres as metres, g/cm^3 as kg/m^3, grams as kg, MPa as Pa."""
         radius, sound = self.geometry.radius, self.geometry.sound_speed
         density = self.geometry.mass / (4.0 / 3.0 * np.pi * radius**3)
         said = []
@@ -424,11 +424,11 @@ class Chain(Component):
             (radius / _LARGE_RADIUS, radius, "grain {} has a radius of {:.4g} m: radius is in metres, 2.38e-3 not 2.38"),
             (
                 _LIGHT_DENSITY / density, density,
-                "grain {} weighs {:.4g} kg/m^3, less than any solid grain: density is in kg/m^3, 7800 not 7.8",
+                "grain {} has density {:.4g} kg/m^3, less than any solid grain: density is in kg/m^3, 7800 not 7.8",
             ),
             (
                 density / _HEAVY_DENSITY, density,
-                "grain {} weighs {:.4g} kg/m^3, far more than any solid: mass is in kg, 8.8e-4 not 0.88, and density in kg/m^3",
+                "grain {} has density {:.4g} kg/m^3, more than any solid: mass is in kg, 8.8e-4 not 0.88, density in kg/m^3",
             ),
             (
                 _SLOW_SOUND / sound, sound,
@@ -442,8 +442,8 @@ class Chain(Component):
 
     def _dissipation_caution(self) -> str:
         return (
-            f"dissipation would stop {self._dissipation_per_step():.2g} times the approach of a contact in a step, less than "
-            f"{_STOPPED_IN_A_STEP:g} is wanted: take a smaller step_size (now {self.step_size:g} s)"
+            f"dissipation would remove {self._dissipation_per_step():.2g} times the approach speed of a contact in a step; "
+            f"less than {_STOPPED_IN_A_STEP:g} is required: take a smaller step_size (now {self.step_size:g} s)"
         )
 
     def _dissipation_per_step(self) -> float:
@@ -458,11 +458,11 @@ class Chain(Component):
     def _resolution_caution(self) -> str:
         if self._dissipation_per_step() > _STOPPED_IN_A_STEP:
             return self._dissipation_caution()
-        # The warning appears at the first occurrence; the smallest number of evaluations is only known at the end.
+        # The warning is issued at the first occurrence; the smallest number of evaluations is known only at the end.
         return (
             f"contacts get fewer than the {self._minimum_evaluations:.0f} force evaluations that {self.parameters.integrator} "
-            f"wants (report() has the number at the end): take a smaller step_size (now {self.step_size:g} s) or give the "
-            "velocity_scale of the run"
+            f"requires (report() returns the number at the end): take a smaller step_size (now {self.step_size:g} s) or set "
+            "velocity_scale to the largest relative speed"
         )
 
 

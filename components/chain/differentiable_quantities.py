@@ -48,7 +48,7 @@ def _add_overlap(adjoint, j, slope):
 
 @jit
 def contact_force_pullback(chain, adjoint, j, slope):
-    """Add slope dF/da."""
+    """Add slope times the derivative of `contact_force` to `adjoint`."""
     d, by_overlap = _contact_overlap(chain, j), 0.0
     if d > 0.0:
         damping, speed = law.damping(chain.law, j, d), chain.rows[V, j] - chain.rows[V, j + 1]
@@ -68,7 +68,7 @@ def contact_energy(chain, j):
 
 @jit
 def contact_energy_pullback(chain, adjoint, j, slope):
-    """Add slope dE/da."""
+    """Add slope times the derivative of `contact_energy` to `adjoint`."""
     d = _contact_overlap(chain, j)
     law.energy_pullback(chain.law, adjoint.law, j, d, slope)
     _add_overlap(adjoint, j, slope * law.force(chain.law, j, d))
@@ -76,13 +76,13 @@ def contact_energy_pullback(chain, adjoint, j, slope):
 
 @jit
 def energy_root(chain, j):
-    """Return q of contact j [J^0.5]."""
+    """Return the root q of the energy of contact j above rest [J^0.5]; see the module."""
     return law.energy_root(chain.law, j, _contact_overlap(chain, j), chain.rows[REST_OVERLAP, j])
 
 
 @jit
 def energy_root_pullback(chain, adjoint, j, slope):
-    """Add slope dq_j/da."""
+    """Add slope times the derivative of `energy_root` to `adjoint`."""
     d, rest = _contact_overlap(chain, j), chain.rows[REST_OVERLAP, j]
     by_overlap, by_rest = law.energy_root_pullback(chain.law, adjoint.law, j, d, rest, slope)
     _add_overlap(adjoint, j, by_overlap)
@@ -104,7 +104,7 @@ whole_power = jit(integer_power)
 
 @jit
 def peak_feature(f, scale, p):
-    """(f / scale)^p; `peak_value` turns its sum over the control steps into a smooth maximum."""
+    """Return (f / scale)^p; `peak_value` turns its sum over the control steps into a smooth maximum."""
     return whole_power(f / scale, p)
 
 
@@ -134,7 +134,7 @@ def kinetic_energy(chain, first, last):
 
 @jit
 def kinetic_energy_pullback(chain, adjoint, first, last, slope):
-    """Add slope dE/da."""
+    """Add slope times the derivative of `kinetic_energy` to `adjoint`."""
     for i in range(first + 1, last + 2):
         adjoint.rows[V, i] += slope * chain.rows[MASS, i] * chain.rows[V, i]
         adjoint.rows[MASS, i] += slope * 0.5 * (chain.rows[V, i] * chain.rows[V, i])
@@ -151,7 +151,7 @@ def momentum(chain, first, last):
 
 @jit
 def momentum_pullback(chain, adjoint, first, last, slope):
-    """Add slope dp/da."""
+    """Add slope times the derivative of `momentum` to `adjoint`."""
     for i in range(first + 1, last + 2):
         adjoint.rows[V, i] += slope * chain.rows[MASS, i]
         adjoint.rows[MASS, i] += slope * chain.rows[V, i]
@@ -159,7 +159,7 @@ def momentum_pullback(chain, adjoint, first, last, slope):
 
 @jit
 def energy(chain, first, last):
-    """Kinetic energy of the grains first..last plus half the elastic energy of a contact for each of its grains among them.
+    """Return the kinetic energy of grains first..last plus half the elastic energy of a contact per grain in this range [J].
 
     The energies of adjacent ranges thus add up. A wall counts as the other side of its contact.
     """
@@ -171,7 +171,7 @@ def energy(chain, first, last):
 
 @jit
 def energy_pullback(chain, adjoint, first, last, slope):
-    """Add slope dE/da."""
+    """Add slope times the derivative of `energy` to `adjoint`."""
     kinetic_energy_pullback(chain, adjoint, first, last, slope)
     for j in range(first, last + 2):
         contact_energy_pullback(chain, adjoint, j, (0.5 if j in (first, last + 1) else 1.0) * slope)
@@ -182,7 +182,7 @@ def energy_pullback(chain, adjoint, first, last, slope):
 
 @jit
 def excess_energy(chain, first, last):
-    """Energy above the rest state of columns first..last and of contacts first..last [J]."""
+    """Return the energy above the rest state of columns first..last and of contacts first..last [J]."""
     energy = kinetic_energy(chain, first - 1, last - 1)
     for j in range(first, last + 1):
         q = energy_root(chain, j)
@@ -192,7 +192,7 @@ def excess_energy(chain, first, last):
 
 @jit
 def excess_energy_pullback(chain, adjoint, first, last, slope):
-    """Add slope denergy/da of `excess_energy` to adjoint."""
+    """Add slope times the derivative of `excess_energy` to `adjoint`."""
     kinetic_energy_pullback(chain, adjoint, first - 1, last - 1, slope)
     for j in range(first, last + 1):
         energy_root_pullback(chain, adjoint, j, 2.0 * slope * energy_root(chain, j))

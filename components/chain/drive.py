@@ -1,4 +1,4 @@
-"""The drive of both ends: a held number, or piecewise polynomials in time; per tick one polynomial in steps.
+"""The drive of both ends: a constant, or piecewise polynomials in time, evaluated as one polynomial per tick.
 
 e is the fraction of a step after the tick, s the ticks since the beginning of a piece.
 """
@@ -19,7 +19,7 @@ class Drive(NamedTuple):
         pieces: rows (first tick, coefficients in ticks), those of the left end first, shape (pieces, 1 + coefficients).
         left_pieces: number of rows of the left end.
         left_number: value before the first piece of the left end [N or m/s].
-        right_number: likewise.
+        right_number: likewise, of the right end.
         left: coefficients of the polynomial about the present tick, written by `centre_drive`.
         right: likewise.
     """
@@ -42,7 +42,7 @@ def make_drive(table, pieces, left_pieces, left_number, right_number):
 
 @internal_inlined
 def centre_drive(drive, tick):
-    """Write the polynomials centred at a tick."""
+    """Write the polynomials of both ends, with their origin at a tick."""
     end = drive.pieces.shape[0]
     _centre_piece(drive.left, drive.pieces, _piece_index(drive.pieces, 0, drive.left_pieces, tick), drive.left_number, tick)
     _centre_piece(drive.right, drive.pieces, _piece_index(drive.pieces, drive.left_pieces, end, tick), drive.right_number, tick)
@@ -97,7 +97,7 @@ def polynomial_integral(polynomial, e):
 
 @internal
 def piece_numbers(drive, tick):
-    """Return two numbers that change when an end begins a new piece: multistep integrators then restart."""
+    """Return a number per end that changes with its piece, so that multistep integrators restart at a new piece."""
     left = _piece_index(drive.pieces, 0, drive.left_pieces, tick)
     right = _piece_index(drive.pieces, drive.left_pieces, drive.pieces.shape[0], tick)
     return _piece_number(drive.pieces, left, drive.left_number), _piece_number(drive.pieces, right, drive.right_number)

@@ -148,7 +148,7 @@ def right_end_force(chain, drive, e):
 
 @internal_inlined
 def place_pistons(chain, u, drive, positions, e):
-    """Move prescribed grains to e: `positions`, their positions at the tick, plus the exact integral of the drive."""
+    """Move prescribed grains to their positions at e: `positions` at the tick, plus the exact integral of the drive."""
     h = chain.settings.step
     if chain.settings.left.is_piston:
         u[1] = positions[0] + h * polynomial_integral(drive.left, e)
@@ -158,7 +158,7 @@ def place_pistons(chain, u, drive, positions, e):
 
 @internal_inlined
 def set_piston_velocities(chain, v, drive, e):
-    """Set the velocities of prescribed grains to the drive at e."""
+    """Set the velocities of prescribed grains to the values of the drive at e."""
     if chain.settings.left.is_piston:
         v[1] = polynomial_value(drive.left, e)
     if chain.settings.right.is_piston:
@@ -167,7 +167,7 @@ def set_piston_velocities(chain, v, drive, e):
 
 @internal_inlined
 def end_values(chain, x):
-    """Return the first and the last grain's value."""
+    """Return the values of the first and the last grain."""
     return x[1], x[chain.settings.grains]
 
 
@@ -232,7 +232,7 @@ def accelerations(chain, u, v, drive, e, out):
 
 @internal
 def energies(chain, mass):
-    """Return kinetic energy, elastic energy, momentum: compensated partial sums in lanes, then the sum of the lanes in order.
+    """Return kinetic energy, elastic energy and momentum, as compensated partial sums (lanes) that are added in order.
 
     The lanes fix the order of summation and let the sums vectorise.
 

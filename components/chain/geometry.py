@@ -1,4 +1,4 @@
-"""The chain as arrays: masses, contact stiffnesses, overlaps at rest, reference positions. Computed once."""
+"""Arrays of a chain, computed once: masses, contact stiffnesses, overlaps at rest, reference positions."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from .theory.collisions import duration_times_frequency
 _STEP_FACTOR, _STEP_FACTOR_WITH_GAPS = 0.1, 0.03
 # Largest step x (dissipation / mass), as a fraction of the value above which the chain warns.
 _STEP_TIMES_DISSIPATION = 0.2
-# The same if the force jumps at first contact: explicit schemes then lose about this fraction of a velocity. It is at least a
-# fifth of the step, for dashpots so strong that grains hardly rebound.
+# The same if the force jumps at first contact: explicit schemes then lose about this fraction of a velocity. The step is
+# reduced to a fifth at most, because grains hardly rebound from very strong dashpots.
 _STEP_TIMES_JUMP, _SHORTEST_FOR_JUMP = 2e-3, 0.2
 _STEP_WITHOUT_CONTACTS = 1e-6
 # Masses and stiffnesses outside this range are unit errors, and their powers would leave the range of a float.
@@ -105,7 +105,7 @@ def geometry(parameters: ChainParameters) -> Geometry:
         np.minimum(left_radius, right_radius), position,
         _grain_values(materials, "longitudinal_speed"), yield_strength, static_force, static_overlap, law_constants, real,
     )  # fmt: skip
-    # The chain has copied the arrays and would not notice a change.
+    # A later change would have no effect, because the chain copies the arrays.
     for values in vars(arrays).values():
         if isinstance(values, np.ndarray):
             values.setflags(write=False)
@@ -119,26 +119,26 @@ def _refuse_extreme_sizes(mass: FloatArray, stiffness: FloatArray, position: Flo
     for name, values, least, most, unit in (
         ("mass", mass, _SMALLEST, _LARGEST, "kg"),
         ("contact_stiffness", stiffness, _SMALLEST, stiffest, f"N/m^{exponent:g}"),
-        ("gap", position, -_LARGEST, _LARGEST, "m from the first grain to the others"),
+        ("gap", position, -_LARGEST, _LARGEST, "m between the first grain and another"),
     ):
         wrong = ~((values > least) & (values < most))
         if wrong.any():
             where = int(np.argmax(wrong))
             raise ParameterError(
-                f"radius, material, gap and overrides give {values[where]:g} {unit}",
+                f"radius, material, gap and overrides result in {values[where]:g} {unit}",
                 expected=f"{least:g} to {most:g}",
-                hint="check their units, which are SI",
+                hint="check their units, which must be SI",
                 at=f"{name}[{where}]",
             )
 
 
 def smoothness_factor(exponent: float) -> float:
-    """Factor of the step for a law F = k d^p: for p < 1.5 contacts close abruptly and need shorter steps."""
+    """Return the factor of the step for a law F = k d^p: for p < 1.5 contacts close abruptly and need shorter steps."""
     return min(1.0, 0.25 + 1.5 * (exponent - 1.0))
 
 
 def step_times_frequency(exponent: float, scheme: Scheme, evaluations: float) -> float:
-    """Return step x sqrt(p k d^(p-1) / m*), d the largest overlap; the collision gets that many `evaluations` of F = k d^p."""
+    """Return step x sqrt(p k d^(p-1) / m*), d the largest overlap, with which a collision gets `evaluations` of F = k d^p."""
     return duration_times_frequency(exponent) * scheme.evaluations / evaluations
 
 
@@ -148,7 +148,7 @@ def minimum_evaluations(exponent: float, scheme: Scheme) -> float:
 
 
 def suggested_step_size(parameters: ChainParameters, chain: Geometry, scheme: Scheme) -> float:
-    """0.1 (m/k)^(2/5) v^(-1/5) of the quickest contact (spheres), less under a static load; 1, 2 or 5 x 10^k [s]."""
+    """Return 0.1 (m/k)^(2/5) v^(-1/5) of the quickest contact (spheres), less under static load; 1, 2 or 5 x 10^k [s]."""
     law = parameters.law
     lighter = np.minimum(*_side_values(_inertia(parameters, chain.mass), np.inf, np.inf))
     ratio = float(np.min(lighter[chain.contact_slice] / chain.largest_stiffness[chain.contact_slice], initial=np.inf))
@@ -169,7 +169,7 @@ def suggested_step_size(parameters: ChainParameters, chain: Geometry, scheme: Sc
 
 
 def _precompressed_step_size(chain: Geometry, parameters: ChainParameters, scheme: Scheme) -> float:
-    """Step that resolves contacts and the lattice's highest frequency under static load; infinite without load [s]."""
+    """Return the step for contacts and the highest lattice frequency under static load [s]; infinite without load."""
     tangent, exponent = _tangent_stiffness(chain, parameters), parameters.law.exponent
     contact = float(np.max(tangent[chain.contact_slice] / chain.reduced_mass[chain.contact_slice], initial=0.0))
     lattice = float(np.max(2.0 * (tangent[:-1] + tangent[1:]) / chain.mass))
@@ -189,9 +189,9 @@ def _dissipation_rate(law: Dissipative, chain: Geometry, speed: float) -> float:
 
 
 def _deepest_overlap(chain: Geometry, speed: float, exponent: float) -> FloatArray:
-    """Overlap at rest plus that of a collision at a given speed, an upper bound of their joint overlap, shape (n + 1,) [m].
+    """Return the overlap at rest plus that of a collision, an upper bound of the largest overlap, shape (n + 1,) [m].
 
-    0 at places without a contact or with nothing to move.
+    It is 0 at places without a contact or between immovable bodies.
     """
     overlap = np.zeros(len(chain.stiffness))
     moved = (chain.stiffness > 0.0) & np.isfinite(chain.reduced_mass)
@@ -202,7 +202,7 @@ def _deepest_overlap(chain: Geometry, speed: float, exponent: float) -> FloatArr
 
 
 def _collision_time(mass_by_stiffness: float, speed: float, exponent: float) -> float:
-    """(m/k)^(1/(p + 1)) v^(-(p - 1)/(p + 1)), the time scale of a collision with F = k d^p."""
+    """Return the time scale of a collision with F = k d^p, (m/k)^(1/(p + 1)) v^(-(p - 1)/(p + 1)) [s]."""
     if exponent == 1.5:
         root = nth_root(mass_by_stiffness, 5)
         return root * root / nth_root(speed, 5)
@@ -210,7 +210,7 @@ def _collision_time(mass_by_stiffness: float, speed: float, exponent: float) -> 
 
 
 def _tangent_stiffness(chain: Geometry, parameters: ChainParameters) -> FloatArray:
-    """Tangent stiffness of the contacts at their deepest overlap, shape (n + 1,) [N/m]."""
+    """Return the tangent stiffness of the contacts at their deepest overlap, shape (n + 1,) [N/m]."""
     exponent = parameters.law.exponent
     overlap = _deepest_overlap(chain, parameters.velocity_scale, exponent)
     slope = (
@@ -247,8 +247,8 @@ def _left_end_force(p: ChainParameters, cumulative_weight: FloatArray) -> float:
     total = float(cumulative_weight[-1])
     if p.left == "free" and p.right == "free":
         raise ParameterError(
-            f"{p.gravity:g} m/s^2 pulls a chain whose both ends are free, so there is no equilibrium",
-            hint="give one end a wall or a piston, or give the grains gaps to let them fall",
+            f"{p.gravity:g} m/s^2 acts on a chain with two free ends, which has no equilibrium",
+            hint="make one end a wall or a piston, or set gap > 0 to let the grains fall",
             at="gravity",
         )
     if p.left == "free":
@@ -260,7 +260,7 @@ def _left_end_force(p: ChainParameters, cumulative_weight: FloatArray) -> float:
     lowest = force + float(cumulative_weight.min())
     if lowest < 0.0:
         raise ParameterError(
-            f"{p.gravity:g} m/s^2 would pull the grains away from the {end} end with {-lowest:.6g} N, and contacts "
+            f"{p.gravity:g} m/s^2 would pull the grains away from the {end} end with {-lowest:.6g} N, but contacts "
             "carry no tension",
             hint=f"reverse gravity, or give precompression of at least {p.precompression - lowest:.6g} N",
             at="gravity",
@@ -325,12 +325,12 @@ def _wall_radius(boundary: str, end_radius: float) -> float:
 
 
 def _side_values(values: FloatArray, left: float, right: float) -> tuple[FloatArray, FloatArray]:
-    """Return the values left and right of each contact place."""
+    """Return the values on the left and the right side of each contact place."""
     return np.concatenate(([left], values)), np.concatenate((values, [right]))
 
 
 def _half_harmonic_mean(left: FloatArray, right: FloatArray) -> FloatArray:
-    """1 / (1/left + 1/right); infinite if both are."""
+    """Return 1 / (1/left + 1/right); infinite if both are infinite."""
     with np.errstate(divide="ignore"):
         return 1.0 / (1.0 / left + 1.0 / right)
 

@@ -1,4 +1,4 @@
-"""The layout of the table that stores a chain: indices of its rows and columns.
+"""Layout of the table that stores a chain: indices of its rows and columns.
 
 A single table makes calls from Python cheap, and a snapshot is one copy. Its rows are the constants, then scratch, then the
 state (contiguous, because a snapshot copies it), then the scratch of an integrator. Grains have the columns 1 to n; columns 0
@@ -30,7 +30,7 @@ BESIDE_GRAINS = 7
 WORK_LEFT, WORK_RIGHT, IMPULSE_LEFT, IMPULSE_RIGHT = 0, 2, 4, 6
 START_ENERGY, START_MOMENTUM, HISTORY_LENGTH, HISTORY_DRIVE = 8, 9, 10, 11
 
-# Smaller overlaps count as open: their forces would be subnormal numbers, which are slow.
+# Contacts with smaller overlaps count as open, because their forces would be subnormal numbers, which are slow.
 SMALLEST_OVERLAP = 1e-150
 
 # Columns of the row SCALARS.
@@ -43,7 +43,7 @@ _PAGE, _BEYOND, _BELOW = 512, 80, 32
 
 
 def row_width(grains: int) -> int:
-    """Return the columns of the table: grains, two walls, five tallies; at least enough for the drive's polynomials."""
+    """Return the number of columns: grains, two walls, five tallies, and at least enough for the drive's polynomials."""
     width = max(40, -(-(grains + BESIDE_GRAINS) // 8) * 8)
     beyond = (width + _BELOW) % _PAGE - _BELOW
     return width + _BEYOND - beyond if width + _BELOW >= _PAGE and beyond < _BEYOND else width

@@ -1,4 +1,4 @@
-"""An objective of a driven chain: a number that can be differentiated, because it says how it depends on each state.
+"""An objective of a driven chain: a number with its derivatives with respect to each state of the run.
 
 J = value(sums), sums_k = the sum over control steps of feature_k(state after that step). Peaks, time averages and terminal
 costs all have this form, and the slopes of all features are known before the backward sweep begins.
@@ -22,7 +22,7 @@ class Objective:
     """A scalar objective J of a driven chain, to be minimised: three jitted functions and their constants.
 
     `chain` is a `ChainState` with the rows of `layout.py`; grain i (from 0) has column i + 1, contact j lies between columns j
-    and j + 1. `adjoint` is also a `ChainState`, with the derivatives of J by the entries of `chain`. A feature of the velocity
+    and j + 1. `adjoint` is a `ChainState` with the derivatives of J with respect to `chain`. A feature of the velocity
     of column 5 adds to `adjoint.rows[V, 5]`; if weighted by the mass, it also adds to `adjoint.rows[MASS, 5]`.
 
     Attributes:
@@ -31,7 +31,7 @@ class Objective:
         value: value(sums, constants, slopes) -> J, and dJ/dsums into slopes, shape (count,).
         pullback: pullback(chain, adjoint, step, steps, inputs, input_adjoint, constants, slopes): adjoint += sum_k slopes_k
             dfeature_k/dchain, and input_adjoint, shape (2,), += the same for the inputs.
-        constants: numbers passed to all three functions, shape (any,).
+        constants: numbers passed to all three functions, a vector.
         count: number of features.
         smooth: whether the features are differentiable at every state that can occur.
         description: one line of text for users.
@@ -73,13 +73,13 @@ class Objective:
         """Check that the objective can evaluate a run of `steps` control steps of a chain of `grains` grains.
 
         Raises:
-            ParameterError: it cannot, i.e. compiled code would read out of bounds.
+            ParameterError: it cannot, because compiled code would read out of bounds.
         """
         if self.grains not in (None, grains):
             raise ParameterError(
-                f"it is for chains of {self.grains} grains, this one has {grains}",
-                hint="build it again",
+                f"it requires a chain of {self.grains} grains, but this chain has {grains}",
+                hint="build it again for this chain",
                 at="objective",
             )
         if steps < self.fewest_steps:
-            raise ParameterError(f"it looks at control step {self.fewest_steps - 1}, but the drive has {steps}", at="objective")
+            raise ParameterError(f"it reads control step {self.fewest_steps - 1}, but the drive has {steps}", at="objective")

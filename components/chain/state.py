@@ -1,4 +1,4 @@
-"""A chain as kernel arguments: its law, its table, and its settings.
+"""The arguments that kernels take for a chain: law, table and settings.
 
 The adjoint of a chain is a second table, whose entries are derivatives of an objective with respect to those of the first.
 """
@@ -19,7 +19,7 @@ class End(NamedTuple):
     Attributes:
         is_free: whether a force drives the end grain.
         is_piston: whether the velocity of the end grain is prescribed.
-        mass: of the end grain [kg].
+        mass: mass of the end grain [kg].
         static_force: compressive force on a free end [N].
     """
 
@@ -30,15 +30,15 @@ class End(NamedTuple):
 
 
 class Settings(NamedTuple):
-    """Numbers of a chain.
+    """Scalar constants of a chain.
 
     Attributes:
-        grains: n.
+        grains: number n of grains.
         step: length of a tick [s].
         gravity: acceleration [m/s^2].
         speed_limit: largest velocity of a grain [m/s].
-        left: end.
-        right: end.
+        left: left end.
+        right: right end.
     """
 
     grains: int
@@ -53,10 +53,10 @@ class ChainState(NamedTuple):
     """A chain as kernel arguments.
 
     Attributes:
-        law: of the contacts; its arrays have one number for each contact.
+        law: contact law, whose arrays have one number for each contact.
         rows: the table of numbers, with the rows of `layout`: ``chain.rows[V, i + 1]`` is the velocity of grain i, counted from
             0, and contact j lies between columns j and j + 1.
-        settings: numbers.
+        settings: scalar constants.
     """
 
     law: Any
@@ -77,5 +77,5 @@ def chain_state(kind, table):
 
 
 def python_chain_state(kind: type, table: FloatArray) -> ChainState:
-    """Return the state in Python, for calls of jitted functions."""
+    """Return the `ChainState` in Python, to call jitted functions with it."""
     return getattr(chain_state, "py_func", chain_state)(kind, table)

@@ -32,7 +32,7 @@ def validity_figures(chain: Geometry, law: Law, peak: FloatArray, force_rate: fl
 
     Args:
         chain: arrays of the chain.
-        law: of the contacts.
+        law: contact law.
         peak: largest overlap of each contact, shape (contacts,) [m].
         force_rate: force evaluations per second.
     """
@@ -61,22 +61,22 @@ def validity_cautions(figures: Mapping[str, float], law: Law, minimum_evaluation
     said = []
     if figures[_PRESSURE_TO_YIELD] > 1.0 and type(law).yield_pressures is Law.yield_pressures:
         said.append(
-            f"the contact pressure reached {figures[_PRESSURE]:.3g} Pa, {figures[_PRESSURE_TO_YIELD]:.2g} times that of first "
-            "yield: real grains would deform plastically"
+            f"the contact pressure reached {figures[_PRESSURE]:.3g} Pa, {figures[_PRESSURE_TO_YIELD]:.2g} times the pressure "
+            "at first yield: real grains would deform plastically"
         )
     if figures[_CONTACT_RADIUS] > _SMALL_CONTACT:
         said.append(
-            f"contacts grew to {figures[_CONTACT_RADIUS]:.2g} of the grain's radius "
-            f"(Hertz's law wants less than {_SMALL_CONTACT:g})"
+            f"contact radii reached {figures[_CONTACT_RADIUS]:.2g} of the grain radius "
+            f"(Hertz's law requires less than {_SMALL_CONTACT:g})"
         )
     if figures[_TIME_SCALE] < _SLOW_CONTACT:
         said.append(
             f"collisions last {figures[_TIME_SCALE]:.2g} oscillations of a grain "
-            f"(a static contact law wants more than {_SLOW_CONTACT:g})"
+            f"(a static contact law requires more than {_SLOW_CONTACT:g})"
         )
     if figures[_FORCES] < minimum_evaluations:
         said.append(
-            f"a contact got {figures[_FORCES]:.0f} force evaluations ({minimum_evaluations:.0f} are wanted): "
+            f"a contact got {figures[_FORCES]:.0f} force evaluations ({minimum_evaluations:.0f} are required): "
             "take a smaller step_size"
         )
     return said

@@ -9,7 +9,7 @@ from pydantic import SerializeAsAny
 from ..support.parameter_fields import Magnitude, field
 from ..support.tagged_union import ByName, Named
 
-# Codes for kernels; a diaphragm that has burst acts as an open end.
+# Codes of the ends in kernels; a diaphragm that has burst acts as an open end.
 CLOSED, OPEN, ABSORBING, DIAPHRAGM, PISTON = 0, 1, 2, 3, 4
 
 
@@ -37,17 +37,17 @@ class Open(End):
 
 
 class Absorbing(End):
-    """A transmitting end: the flow continues unchanged beyond it."""
+    """A non-reflecting end: the flow continues unchanged beyond it."""
 
     code: ClassVar[int] = ABSORBING
-    name: Literal["absorbing"] = field("absorbing", "lets waves out", "1")
+    name: Literal["absorbing"] = field("absorbing", "a non-reflecting end", "1")
 
 
 class Diaphragm(End):
     """A wall that bursts, and stays open, once the pressure on it reaches `burst_pressure`."""
 
     code: ClassVar[int] = DIAPHRAGM
-    name: Literal["diaphragm"] = field("diaphragm", "a wall that bursts, and is open from then on", "1")
+    name: Literal["diaphragm"] = field("diaphragm", "a wall that bursts and stays open", "1")
     burst_pressure: Magnitude = field(2e5, "pressure on the wall at which it bursts", "Pa")
 
 

@@ -16,9 +16,9 @@ class Flow(NamedTuple):
     """A state of the gas, in the frame of the tube.
 
     Attributes:
-        density: [kg/m^3].
-        velocity: [m/s].
-        pressure: [Pa].
+        density: mass density [kg/m^3].
+        velocity: velocity along x [m/s].
+        pressure: pressure [Pa].
     """
 
     density: float
@@ -30,11 +30,11 @@ class Detonation(NamedTuple):
     """A steady detonation into gas at rest.
 
     Attributes:
-        speed: D [m/s].
-        mach: D over the speed of sound ahead.
+        speed: detonation speed D [m/s].
+        mach: Mach number, D over the speed of sound ahead.
         burnt: the Chapman-Jouguet state, at the end of the reaction.
         shocked: the von Neumann point, behind the shock and before the reaction.
-        sound_speed: of the burnt state [m/s].
+        sound_speed: speed of sound in the burnt state [m/s].
     """
 
     speed: float
@@ -48,9 +48,9 @@ def chapman_jouguet(gas: Gas, pressure: float, density: float) -> Detonation:
     """Return the Chapman-Jouguet detonation into gas at rest; a sound wave if the gas releases no heat.
 
     Args:
-        gas: with its heat release.
-        pressure: initial [Pa].
-        density: initial [kg/m^3].
+        gas: the gas, with its heat release.
+        pressure: initial pressure [Pa].
+        density: initial density [kg/m^3].
     """
     gamma = gas.gamma
     sound = math.sqrt(gamma * pressure / density)

@@ -27,15 +27,15 @@ from .parameters import DetonationParameters
 _SUGGESTED_COURANT = 0.5
 # Courant number of the step that an error message advises.
 _ADVISED_COURANT = 0.7
-# Speed of the fastest expected waves: behind a detonation and its reflection, in units of the detonation speed; in an inert
-# gas, in units of the speed of sound of its hottest region.
+# Speed of the fastest expected waves: in a reacting gas (reflected detonation) divided by the detonation speed; in an inert gas
+# divided by the speed of sound in its hottest region.
 _DETONATION_WAVES, _SOUND_WAVES = 1.3, 2.5
 # Memory per cell for state, scratch, tables and temporary arrays of the build: 488 bytes measured.
 _BYTES_OF_CELL = 500
-# Largest and smallest number of cells over which the front speed is measured. A burn zone of a few cells makes the arrival time
-# in a cell uncertain by a tenth of the time in which the front crosses the cell.
+# Largest and smallest number of cells over which the front speed is measured. With a burn zone of a few cells, the arrival time
+# in a cell is uncertain by a tenth of the time in which the front crosses the cell.
 _SPEED_CELLS, _LEAST_SPEED_CELLS = 50, 10
-# Pistons may not shorten or lengthen a tube to less or more than these fractions of its length.
+# Smallest and largest length of a tube with pistons, as fractions of the initial length.
 _SHORTEST, _LONGEST = 1e-9, 1e9
 _STATE = ("density", "momentum", "energy", "fuel", "velocity", "pressure", "progress", "area", "arrival", "flags")
 
@@ -52,10 +52,10 @@ class DetonationTube(Component):
     parameters: DetonationParameters
     # In the order of the numbers in `kernels`.
     event_kinds = {
-        "diaphragm_opened": "the pressure on a diaphragm reached its bursting pressure: 0 left, 1 right",
-        "end_reached": "half of the gas had reacted at an end, ignited elsewhere: 0 left, 1 right",
-        "front_passed": "half of the gas had reacted at a gauge; the index is the gauge's",
-        "ignited": "half of the gas in a cell had reacted for the first time anywhere; the index is the cell's",
+        "diaphragm_opened": "the pressure on a diaphragm reached its bursting pressure; index 0: left, 1: right",
+        "end_reached": "half of the gas at an end had reacted, after ignition elsewhere; index 0: left, 1: right",
+        "front_passed": "half of the gas at a gauge had reacted; index: number of the gauge",
+        "ignited": "half of the gas in a cell had reacted, for the first time in any cell; index: number of the cell",
     }
     event_details = {
         "diaphragm_opened": EventDetail("Pa"), "end_reached": EventDetail("1"), "front_passed": EventDetail("1"),
@@ -72,7 +72,7 @@ class DetonationTube(Component):
     def _build_system(self) -> None:
         p = self.parameters
         self.gas = p.chosen_gas
-        # Positions of the ends, and front positions per cell; views of the state block if an end moves.
+        # Positions of the ends, and position of the front in each cell; views of the state block if an end moves.
         self._walls: FloatArray = np.array([0.0, p.length, 0.0, 0.0])
         self._places: FloatArray = np.zeros(p.cells)
         self.ahead = Flow(p.initial_pressure / (self.gas.gas_constant * p.initial_temperature), 0.0, p.initial_pressure)
@@ -154,13 +154,13 @@ class DetonationTube(Component):
 
     def _declare_variables(self) -> Iterable[Variable]:
         p, n, cells, gauges = self.parameters, self.parameters.cells, ("cell",), ("gauge",)
-        text = "heat given to the gas in the ignition zone, evenly"
+        text = "heating power, distributed uniformly over the ignition zone"
         yield Variable("ignition_power", "input", "W", (), text, start=0.0, minimum=0.0, nominal=1e6)
         if p.has_pistons:
             yield from self._declare_pistons()
         else:
             yield Variable(
-                "area", "input", "m^2", (n,), "cross-section of each cell; walls that move do work on the gas",
+                "area", "input", "m^2", (n,), "cross-section of each cell; moving walls do work on the gas",
                 start=float(self.areas[0]), minimum=0.0, axes=cells, nominal=float(self.areas.mean()),
             )  # fmt: skip
         for name, end in (("left", p.left), ("right", p.right)):
@@ -171,20 +171,20 @@ class DetonationTube(Component):
                 )  # fmt: skip
         for name, unit, text in (
             ("density", "kg/m^3", "density"), ("velocity", "m/s", "velocity along x"), ("pressure", "Pa", "pressure"),
-            ("progress", "1", "part of the gas that has reacted"),
+            ("progress", "1", "fraction of the gas that has reacted"),
         ):  # fmt: skip
             least = -np.inf if name == "velocity" else 0.0
             nominal = getattr(self.front.burnt, name, 1.0)
             yield Variable(name, "output", unit, (n,), text, minimum=least, state=True, axes=cells, nominal=nominal or 1.0)
-        yield Variable("temperature", "output", "K", (n,), "p / (rho R), R of the unburnt gas", minimum=0.0, axes=cells)
-        yield Variable("arrival_time", "output", "s", (n,), "when half of the gas had reacted; -1 where it has not", axes=cells)
-        yield Variable("left_front", "output", "m", (), "where burnt gas begins; 0 where nothing has burnt")
-        yield Variable("right_front", "output", "m", (), "where burnt gas ends; 0 where nothing has burnt")
+        yield Variable("temperature", "output", "K", (n,), "p / (rho R), with R of the unburnt gas", minimum=0.0, axes=cells)
+        yield Variable("arrival_time", "output", "s", (n,), "time at which half of the gas had reacted, else -1", axes=cells)
+        yield Variable("left_front", "output", "m", (), "left end of the burnt gas; 0 if no gas has burnt")
+        yield Variable("right_front", "output", "m", (), "right end of the burnt gas; 0 if no gas has burnt")
         yield Variable(
-            "front_speed", "output", "m/s", (), f"speed of the front over its last {_SPEED_CELLS} cells; 0 where unknown"
+            "front_speed", "output", "m/s", (), f"speed of the front over its last {_SPEED_CELLS} cells; 0 if unknown"
         )
-        yield Variable("cj_ratio", "output", "1", (), "front_speed over that of the Chapman-Jouguet detonation")
-        seen = ", u as seen from its cell, which moves as the ends are told to" if p.has_pistons else ""
+        yield Variable("cj_ratio", "output", "1", (), "front_speed / speed of the Chapman-Jouguet detonation")
+        seen = ", with u relative to the moving cell" if p.has_pistons else ""
         yield Variable("courant_number", "output", "1", (), f"largest (|u| + c) dt / dx{seen}", minimum=0.0)
         yield Variable("gauge_pressure", "output", "Pa", (len(p.gauges),), "pressure at the `gauges`", axes=gauges)
         yield Variable("gauge_velocity", "output", "m/s", (len(p.gauges),), "velocity at the `gauges`", axes=gauges)
@@ -195,14 +195,14 @@ class DetonationTube(Component):
         for name, end in (("left", p.left), ("right", p.right)):
             if end.code == PISTON:
                 yield Variable(f"{name}_velocity", "input", "m/s", (), f"velocity along x of the piston at the {name} end")
-                yield Variable(f"{name}_position", "output", "m", (), f"where the {name} piston is")
+                yield Variable(f"{name}_position", "output", "m", (), f"position of the {name} piston")
                 yield Variable(
                     f"{name}_piston_pressure", "output", "Pa", (), f"mean pressure on the {name} piston over the last tick",
                     minimum=0.0, nominal=p.initial_pressure,
                 )  # fmt: skip
-        yield Variable("cell_position", "output", "m", (n,), "where the middles of the cells are", axes=("cell",))
+        yield Variable("cell_position", "output", "m", (n,), "positions of the cell centres", axes=("cell",))
         yield Variable(
-            "outline_displacement", "output", "m", (2 * (n + 1), 2), "of the corners of the cells, as they are drawn",
+            "outline_displacement", "output", "m", (2 * (n + 1), 2), "displacements of the cell corners, for drawing",
             axes=("corner", "direction"),
         )  # fmt: skip
 
@@ -241,7 +241,7 @@ class DetonationTube(Component):
 
     @np.errstate(all="ignore")
     def _courant_numbers(self, tick: int | None = None) -> FloatArray:
-        """Return (|u| + c) dt / dx, shape (n,); u is relative to the cells as they move in the tick that begins at `tick`."""
+        """Return (|u| + c) dt / dx, shape (n,); u is relative to the cells, which move as in the tick beginning at `tick`."""
         state, n = self._state, self.parameters.cells
         left, right = (0.0, 0.0) if tick is None else self._end_velocities(tick)
         relative = state.velocity - (left + (right - left) * (np.arange(n) + 0.5) / n)
@@ -270,7 +270,7 @@ class DetonationTube(Component):
         return float(begin), float(end)
 
     def _front_speed(self) -> float:
-        """Return the speed of the front that runs to the right or, without one, of the front that runs to the left [m/s]."""
+        """Return the speed of the front that runs to the right or, if there is none, to the left [m/s]."""
         reached = np.flatnonzero(self._state.arrival >= 0.0)
         if len(reached) < _LEAST_SPEED_CELLS:
             return 0.0
@@ -336,9 +336,9 @@ class DetonationTube(Component):
         cell = int(numbers.argmax())
         if not numbers[cell] <= kernels.LARGEST_COURANT:
             raise ParameterError(
-                f"got {self.step_size:g} s, in which waves cross {numbers[cell]:.4g} cells at the start, in cell {cell}",
+                f"got {self.step_size:g} s: at the start, waves in cell {cell} cross {numbers[cell]:.4g} cells in a step",
                 expected=f"at most {kernels.LARGEST_COURANT * self.step_size / numbers[cell]:.4g} s",
-                hint="give a smaller step_size, or a less extreme start",
+                hint="give a smaller step_size, or a start with slower waves",
                 at="step_size",
             )
 
@@ -381,7 +381,7 @@ class DetonationTube(Component):
             if left <= -right:
                 name, value, limit = "right_velocity", right, left - half / self.step_size
             said = (
-                f"got {value:g} m/s: the ends would come {closing:.4g} m closer in the step to {time:.9g} s, expected less "
+                f"got {value:g} m/s: the ends would approach by {closing:.4g} m in the step to {time:.9g} s, expected less "
                 f"than {half:.4g} m, half of their distance; take slower pistons, or a smaller step_size"
             )
             return error(name, value, limit, said, None)
@@ -389,7 +389,7 @@ class DetonationTube(Component):
             now = float(state.area[cell])
             value = float(tick_signals(self._held, tick - 1, 1)[0, kernel_arrays.AREA] * area_pattern(self._held)[cell])
             limit = now / kernel_arrays.LARGEST_RATIO if value < now else now * kernel_arrays.LARGEST_RATIO
-            said = f"got {value:g} m^2 {where}, expected half to twice of the {now:g} m^2 before; move the walls more slowly"
+            said = f"got {value:g} m^2 {where}, expected half to twice the previous {now:g} m^2; move the walls more slowly"
             return error("area", value, limit, said)
         name = "pressure" if state.density[cell] > 0.0 else "density"
         value = float(getattr(state, name)[cell])
@@ -444,14 +444,13 @@ class DetonationTube(Component):
         """Return the Courant number, and the front's speed and pressure relative to the Chapman-Jouguet detonation."""
         return {
             "largest Courant number now": self.get("courant_number"),
-            "speed of the front over that of Chapman and Jouguet": self.get("cj_ratio"),
-            "largest pressure now over that of Chapman and Jouguet": float(self._state.pressure.max())
-            / self.front.burnt.pressure,
+            "front speed / Chapman-Jouguet speed": self.get("cj_ratio"),
+            "largest pressure now / Chapman-Jouguet pressure": float(self._state.pressure.max()) / self.front.burnt.pressure,
         }
 
     @property
     def missing_detonation(self) -> str:
-        """Description of gas that could detonate but does not: not ignited, extinguished, or burning slowly; else ""."""
+        """Description of gas that could detonate but has not ignited, is extinguished or burns slowly; otherwise ""."""
         return ignition.missing_detonation_text(self)
 
     @property

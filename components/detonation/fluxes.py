@@ -12,7 +12,7 @@ from ..support.jit import inlined, internal, internal_inlined
 from ..support.powers import power
 from .boundaries import ABSORBING, CLOSED, DIAPHRAGM, PISTON
 
-# Lower limit of the room pressure, as a fraction of the pressure inside; the flow is choked well above it.
+# Lower limit of the room pressure, as a fraction of the pressure inside; the flow is choked already at higher pressures.
 _VACUUM = 1e-6
 # Newton steps converge quadratically once they are small: after a step of this fraction of the sonic speed the error is below
 # rounding. There are 2 to 6 steps, and up to 12 if the gas inside is lighter than the room's by orders of magnitude.
@@ -45,7 +45,7 @@ def hllc_flux(medium, left, right):
     r, u = (rr if leftward else rl), (ur if leftward else ul)
     p, y = (pr if leftward else pl), (yr if leftward else yl)
     s, m = (sr if leftward else sl), (mr if leftward else ml)
-    # All waves run the same way: the flux is that of the upstream state.
+    # If all waves run in the same direction, the flux is that of the upstream state.
     outside = s < 0.0 if leftward else s > 0.0
     density = r if outside else m / (s - contact)
     velocity = u if outside else contact
@@ -75,7 +75,7 @@ def wall_flux(medium, state, side):
 
 @internal_inlined
 def piston_pressure(gamma, density, speed, pressure):
-    """Return the pressure on a wall that gas approaches at `speed`; it recedes if `speed` is negative [Pa]."""
+    """Return the pressure on a wall that gas approaches (`speed` > 0) or leaves (`speed` < 0) [Pa]."""
     sound = sqrt(gamma * pressure / density)
     if speed > 0.0:
         half = 0.25 * (gamma + 1.0) * speed
@@ -146,9 +146,9 @@ def inflow_flux(medium, density, outward_velocity, pressure, side, room_pressure
 
     Args:
         medium: the gas.
-        density: inside [kg/m^3].
+        density: density inside [kg/m^3].
         outward_velocity: velocity inside, towards the opening [m/s].
-        pressure: inside [Pa].
+        pressure: pressure inside [Pa].
         side: -1.0 at the left end, 1.0 at the right one.
         room_pressure: pressure of the room [Pa].
     """
@@ -168,17 +168,17 @@ def inflow_flux(medium, density, outward_velocity, pressure, side, room_pressure
 
 @internal
 def inflow_velocity(medium, density, outward_velocity, pressure, room_pressure):
-    """Return the inflow velocity from the room, at which its pressure equals that behind the wave inside, at most sonic [m/s].
+    """Return the inflow velocity, at most sonic, at which entering gas has the pressure behind the wave inside [m/s].
 
     The pressure of the entering gas minus that behind the wave falls with w, ever more steeply (for subsonic w). Newton's
     method from w = 0 therefore overshoots once and then converges to the solution from above.
 
     Args:
-        medium: as in `inflow_flux`, like the following; `outward_velocity` is not positive.
-        density: inside.
-        outward_velocity: velocity inside.
-        pressure: inside.
-        room_pressure: pressure of the room.
+        medium: the gas.
+        density: density inside [kg/m^3].
+        outward_velocity: velocity inside, towards the opening, not positive [m/s].
+        pressure: pressure inside [Pa].
+        room_pressure: pressure of the room [Pa].
     """
     gamma, square = medium.gamma, medium.gamma * medium.gas_constant * medium.outside_temperature
     sonic, w = sqrt(2.0 / (gamma + 1.0) * square), 0.0

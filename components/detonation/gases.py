@@ -15,7 +15,7 @@ from ..errors import ParameterError
 from ..support.parameter_fields import Magnitude, NotNegativeMagnitude, field
 from ..support.validation import Parameters, positive_number
 
-# Bounds of gamma; they include every gas.
+# Bounds of gamma, within which every real gas lies.
 SMALLEST_GAMMA, LARGEST_GAMMA = 1.01, 3.0
 
 
@@ -23,17 +23,17 @@ class Gas(Parameters):
     """A perfect gas with one adiabatic exponent, which may release heat."""
 
     gamma: float = field(1.4, "adiabatic exponent", "1", gt=SMALLEST_GAMMA, le=LARGEST_GAMMA)
-    gas_constant: Magnitude = field(287.05, "pressure over density and temperature, p / (rho T)", "J/(kg K)")
-    heat_release: NotNegativeMagnitude = field(0.0, "heat that the whole reaction sets free; 0: an inert gas", "J/kg")
+    gas_constant: Magnitude = field(287.05, "specific gas constant, p / (rho T)", "J/(kg K)")
+    heat_release: NotNegativeMagnitude = field(0.0, "heat released by the complete reaction; 0 for an inert gas", "J/kg")
 
 
 class Mixture(NamedTuple):
     """A fuel and its oxidiser at one initial temperature.
 
     Attributes:
-        gas_constant: of the unburnt mixture [J/(kg K)].
-        temperature: initial [K].
-        rows: initial pressure [Pa], gamma [1] and heat release [J/kg], in order of increasing pressure.
+        gas_constant: specific gas constant of the unburnt mixture [J/(kg K)].
+        temperature: initial temperature [K].
+        rows: table of initial pressure [Pa], gamma [1] and heat release [J/kg], in order of increasing pressure.
     """
 
     gas_constant: float
@@ -67,7 +67,7 @@ _TEMPERATURE_RANGE = 15.0
 def _validate_name(name: str) -> str:
     known = [*MIXTURES, *INERT_GASES]
     if name not in known:
-        raise ValueError(f"{name!r} is no gas; known: {', '.join(known)}; {_OWN_GAS}")
+        raise ValueError(f"{name!r} is not a gas; known: {', '.join(known)}; {_OWN_GAS}")
     return name
 
 
@@ -80,8 +80,8 @@ def gas_from_name(value: str | Gas, pressure: float, temperature: float) -> Gas:
 
     Args:
         value: a name, or the gas itself.
-        pressure: initial [Pa].
-        temperature: initial [K].
+        pressure: initial pressure [Pa].
+        temperature: initial temperature [K].
 
     Raises:
         ValueError: the table of the mixture does not cover this state.
@@ -115,11 +115,11 @@ def fit_gas(speed: float, cj_pressure: float, pressure: float, density: float, t
     gamma = (p0 + rho0 D^2) / P_CJ - 1, and q from M = D / c0: H = ((M^2 - 1) / 2 M)^2 = (gamma^2 - 1) q / (2 c0^2).
 
     Args:
-        speed: of the detonation, computed for chemical equilibrium or measured [m/s].
-        cj_pressure: at the end of the reaction [Pa].
-        pressure: initial [Pa].
-        density: initial [kg/m^3].
-        temperature: initial [K].
+        speed: detonation speed, computed for chemical equilibrium or measured [m/s].
+        cj_pressure: pressure at the end of the reaction [Pa].
+        pressure: initial pressure [Pa].
+        density: initial density [kg/m^3].
+        temperature: initial temperature [K].
 
     Raises:
         ParameterError: a number is not positive, or no gas has these properties.
@@ -131,7 +131,7 @@ def fit_gas(speed: float, cj_pressure: float, pressure: float, density: float, t
     mach_squared = density * speed * speed / (gamma * pressure)
     if not (SMALLEST_GAMMA < gamma <= LARGEST_GAMMA and mach_squared > 1.0):
         raise ParameterError(
-            f"got {cj_pressure:g} Pa: gamma would be {gamma:.4g}, the square of the front's Mach number {mach_squared:.4g}",
+            f"got {cj_pressure:g} Pa: gamma would be {gamma:.4g}, and the squared Mach number of the front {mach_squared:.4g}",
             expected=f"a gamma of {SMALLEST_GAMMA:g} to {LARGEST_GAMMA:g}, and a front faster than sound",
             at="cj_pressure",
         )

@@ -56,7 +56,7 @@ def missing_detonation_text(gas: DetonationTube) -> str:
     if isinstance(gas.parameters.chosen_reaction, Inert) or gas.unburnt_fraction <= _UNBURNT:
         return ""
     if tally[kernel_arrays.IDLE] * gas.step_size > _IDLE_CELLS * gas.cell_size / gas.front.speed:
-        return "the gas burns no more" if state.flags[kernel_arrays.IGNITED] else "the gas has not ignited"
+        return "the gas has stopped burning" if state.flags[kernel_arrays.IGNITED] else "the gas has not ignited"
     return "the gas burns without a detonation" if 0.0 < gas.get("cj_ratio") < _SLOW else ""
 
 
@@ -69,19 +69,19 @@ def ignition_conclusion(gas: DetonationTube) -> str:
     if not state.flags[kernel_arrays.IGNITED]:
         peak, needed = max(float(tally[kernel_arrays.PEAK]), float(state.pressure.max())), ignition_pressure(gas)
         compared = (
-            f"{1e-3 * peak:.4g} kPa" if math.isnan(needed) else f"{peak / needed:.2f} of the {1e-3 * needed:.4g} kPa it needs"
+            f"{1e-3 * peak:.4g} kPa" if math.isnan(needed) else f"{peak / needed:.2f} of the {1e-3 * needed:.4g} kPa required"
         )
         return f"the gas has not ignited: its largest pressure was {compared}"
     begin, end = gas.fronts()
     first, ratio = gas.events("ignited"), gas.get("cj_ratio")
     time = f"{1e6 * first[0].tick * gas.step_size:.4g} us after the start" if first else "before the start"
-    runs = f"; the front ran at {ratio:.3f} of the speed of Chapman and Jouguet" if ratio else ""
+    runs = f"; the front ran at {ratio:.3f} of the Chapman-Jouguet speed" if ratio else ""
     outcome = missing_detonation_text(gas) or f"the gas ignited {time}"
     return f"{outcome}: {gas.unburnt_fraction:.0%} of it is unburnt; burnt gas lies from {begin:.4g} to {end:.4g} m{runs}"
 
 
 def ignition_cautions(gas: DetonationTube) -> list[str]:
-    """Return the heat or power that the ignition zone lacks if the gas does not burn."""
+    """Return a caution with the missing heat or power of the ignition zone if the gas does not detonate."""
     text = missing_detonation_text(gas)
     if not text:
         return []
@@ -99,6 +99,6 @@ def ignition_cautions(gas: DetonationTube) -> list[str]:
     power = steady_ignition_power(gas.gas, ahead, needed, ordered_sum(*exits))
     sound = math.sqrt(gas.gas.gamma * ahead.pressure / ahead.density)
     given = float(tally[kernel_arrays.IGNITION])
-    enough = ", which is enough but came too slowly" if given >= heat else ""
+    enough = ", which is enough but was added too slowly" if given >= heat else ""
     slowly = f" within {1e6 * _AT_ONCE * length / sound:.3g} us, or about {1e-6 * power:.3g} MW for longer" if exits else ""
-    return [f"{said}: the ignition zone was given {given:.3g} J{enough}; it needs {heat:.3g} J{slowly} (ignition_power)"]
+    return [f"{said}: the ignition zone received {given:.3g} J{enough}; it requires {heat:.3g} J{slowly} (ignition_power)"]

@@ -33,9 +33,9 @@ def _mean_factors(held_input: Any, tick: int, ticks: int) -> FloatArray | float:
 
 
 def area_pattern(held_inputs: Mapping[str, Held]) -> FloatArray:
-    """Return a copy of the cross-sections that the area's signal scales, shape (n,) [m^2].
+    """Return a copy of the cross-sections that are multiplied by the signal of the input `area`, shape (n,) [m^2].
 
-    The copy is always writable. Held arrays are read-only and arrays of some profiles are not: numba would compile twice.
+    The copy is always writable. Otherwise numba would compile twice, for read-only and for writable arrays.
     """
     area = held_inputs["area"]
     pattern = area.pattern if isinstance(area, CompiledProfile) else area

@@ -22,11 +22,11 @@ class Medium(NamedTuple):
     Attributes:
         gamma: adiabatic exponent.
         gas_constant: p / (rho T) [J/(kg K)].
-        heat: of the complete reaction [J/kg].
-        cell_size: [m].
-        step_size: [s].
-        limiter: of slopes; see `limiters`.
-        outside_temperature: of gas that flows in through open ends [K].
+        heat: heat of the complete reaction [J/kg].
+        cell_size: length of a cell [m].
+        step_size: length of a tick [s].
+        limiter: theta of the slope limiter; see `limiters`.
+        outside_temperature: temperature of gas that flows in through open ends [K].
     """
 
     gamma: float

@@ -49,7 +49,7 @@ LARGEST_COURANT = 0.9
 # Kinds of events, in the order of `DetonationTube.event_kinds`, and the progress from which gas counts as burnt.
 _OPENED, _END_REACHED, _FRONT_PASSED, _IGNITED = np.int64(0), np.int64(1), np.int64(2), np.int64(3)
 BURNT = 0.5
-# Gas of which a smaller fraction reacts in a tick is not in a front: cold gas with Arrhenius' law, or air from outside.
+# If a smaller fraction of a cell reacts in a tick, the cell is not in a front: cold gas with Arrhenius' law, air from outside.
 _LEAST_BURN = 1e-5
 # Motion of a fixed mesh: velocity of the left end, and the increase of velocity from cell to cell [m/s].
 AT_REST = (0.0, 0.0)
@@ -62,7 +62,7 @@ def advance(tables, signals, areas, first_tick, events, failure):
     Args:
         tables: `kernel_arrays.Tables`, whose state and tally are updated.
         signals: means of the inputs over each tick, shape (ticks, SIGNALS).
-        areas: cross-sections that the area's factor scales, shape (n,) [m^2].
+        areas: cross-sections, to be multiplied by the factor in `signals`, shape (n,) [m^2].
         first_tick: number at the beginning of the first of these ticks.
         events: `kernel_arrays.Events`, updated.
         failure: cell and tick of a failure, shape (2,).
@@ -141,7 +141,7 @@ def load_first_stage(tables, failure):
 
 @internal
 def heun_step(tables, signals, tick, events, failure):
-    """Move the gas by one step of Heun's method: the mean of the state and of the result of two whole steps.
+    """Advance the gas by one step of Heun's method: the mean of the state and of the result of two whole steps.
 
     Returns 0, or a status if the first step leaves a density or pressure that is not positive.
     """
@@ -252,7 +252,7 @@ def face_areas(area, i):
 
 
 class Losses(NamedTuple):
-    """Losses of a cell in a whole step, per volume, and the force of its walls on the gas [N]."""
+    """Net outflow of a cell in a whole step, per volume, and the force of its walls on the gas [N]."""
 
     density: float
     momentum: float

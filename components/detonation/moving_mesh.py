@@ -82,9 +82,9 @@ def advance(tables, walls, front_positions, signals, first_tick, events, failure
 
 @internal
 def refuse_long_tick(medium, state, motion, size, failure):
-    """Return a status if waves cross a cell too fast, relative to the cell, or if the ends would meet; otherwise 0.
+    """Return a status if waves cross a cell too fast, relative to the cell, or if the ends approach too fast; otherwise 0.
 
-    `failure` then names the cell with the fastest waves, so that a step that suits this cell suits all cells.
+    `failure` then contains the cell with the fastest waves, so that a stable step for this cell is stable for all cells.
     """
     step, fastest, fits = medium.step_size, 0.0, True
     allowed = LARGEST_COURANT * size / step
@@ -105,10 +105,10 @@ def heun_step(tables, walls, signals, velocities, sizes, tick, events, failure):
     """Move gas and faces by one Heun step, as `kernels.heun_step` does; return 0 or a status.
 
     Args:
-        tables: as in `advance`, like the following.
-        walls: of the ends.
+        tables: as in `advance`.
+        walls: as in `advance`.
         signals: inputs of the tick.
-        velocities: of the two ends [m/s].
+        velocities: velocities of the two ends [m/s].
         sizes: length of a cell before and after the tick [m].
         tick: number at the end of the tick.
         events: updated.

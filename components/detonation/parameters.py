@@ -11,49 +11,49 @@ from .gases import MIXTURES, Gas, GasName, gas_from_name
 from .limiters import LimiterName
 from .reactions import ChosenReaction, Inert, PressureBurn, Reaction
 
-# Tolerance for a position beyond an end, as a fraction of the length: both are computed numbers.
+# Tolerance for a position beyond an end, as a fraction of the length, because both have rounding errors.
 _ROUNDING = 1e-9
 
 
 class StartRegion(Parameters):
-    """A part of the tube with another initial state."""
+    """A region of the tube with another initial state."""
 
-    x: SignedPair = field(..., "where it begins and ends in the tube; it holds the cells whose middle lies between", "m")
-    pressure: Magnitude | None = field(None, "pressure at the start; default: that of the tube", "Pa")
-    temperature: Magnitude | None = field(None, "temperature at the start; default: that of the tube", "K")
-    velocity: SignedMagnitude = field(0.0, "velocity at the start", "m/s")
-    progress: float = field(0.0, "part of the gas that has reacted already", "1", ge=0.0, le=1.0)
+    x: SignedPair = field(..., "both ends of the region, which contains the cells with centres between them", "m")
+    pressure: Magnitude | None = field(None, "initial pressure; default: that of the tube", "Pa")
+    temperature: Magnitude | None = field(None, "initial temperature; default: that of the tube", "K")
+    velocity: SignedMagnitude = field(0.0, "initial velocity", "m/s")
+    progress: float = field(0.0, "fraction of the gas that has reacted at the start", "1", ge=0.0, le=1.0)
 
 
 class DetonationParameters(Parameters):
     """A reactive gas in a tube, in one dimension; by default C2H4 + 3 O2 at 100 kPa."""
 
     length: Magnitude = field(1.52, "length of the tube, from x = 0", "m")
-    cells: int = field(760, "cells of equal length", "1", ge=3, le=1_000_000_000)
+    cells: int = field(760, "number of cells, which have equal lengths", "1", ge=3, le=1_000_000_000)
     cross_section: Magnitude | list[Magnitude] = field(
-        1.2254e-3, "area of the tube, one for all cells or one each; the input `area` changes it", "m^2"
+        1.2254e-3, "cross-section of the tube: one for all cells, or one each; the input `area` changes it", "m^2"
     )
     gas: GasName | Gas = field(
         "ethylene_oxygen",
-        f"{{gamma, gas_constant, heat_release}}, or a name: {', '.join(MIXTURES)} (by its table of initial pressures), air",
+        f"gas {{gamma, gas_constant, heat_release}}, or a name: {', '.join(MIXTURES)} (tabulated by initial pressure), air",
         "1",
     )
-    initial_pressure: Magnitude = field(1e5, "pressure at the start", "Pa")
-    initial_temperature: Magnitude = field(295.0, "temperature at the start, and that of the room outside", "K")
-    regions: list[StartRegion] = field([], "parts of the tube that start in another state; later ones cover earlier ones", "1")
+    initial_pressure: Magnitude = field(1e5, "initial pressure", "Pa")
+    initial_temperature: Magnitude = field(295.0, "initial temperature, also of the room outside", "K")
+    regions: list[StartRegion] = field([], "regions with another initial state; later regions override earlier ones", "1")
     left: ChosenEnd = field(
-        Closed(), "the end at x = 0: closed, open, absorbing, piston, or a diaphragm with its burst_pressure", "1"
+        Closed(), "end at x = 0: closed, open, absorbing, piston, or a diaphragm with its burst_pressure", "1"
     )
-    right: ChosenEnd = field(Closed(), "the end at x = length: as `left`", "1")
-    ignition_zone: SignedPair = field([0.0, 0.02], "where the heat of the input `ignition_power` goes: from x to x", "m")
+    right: ChosenEnd = field(Closed(), "end at x = length: as `left`", "1")
+    ignition_zone: SignedPair = field([0.0, 0.02], "both ends of the zone that the input `ignition_power` heats", "m")
     reaction: ChosenReaction = field(
         PressureBurn(),
-        "pressure_burn, arrhenius, constant_volume, inert, or a table; a gas that releases no heat is inert",
+        "reaction law: pressure_burn, arrhenius, constant_volume, inert, or a table; a gas that releases no heat is inert",
         "1",
     )
-    gauges: list[NotNegativeMagnitude] = field([], "places x whose pressure and velocity have outputs of their own", "m")
+    gauges: list[NotNegativeMagnitude] = field([], "positions x of gauges, with outputs of pressure and velocity", "m")
     limiter: LimiterName = field("monotonized_central", "limiter of slopes: first_order, minmod, monotonized_central", "1")
-    step_size: Magnitude | None = field(None, "internal step; default: from the fastest wave that is expected", "s")
+    step_size: Magnitude | None = field(None, "internal step; default: computed from the fastest expected wave", "s")
 
     @property
     def chosen_gas(self) -> Gas:
@@ -77,19 +77,19 @@ class DetonationParameters(Parameters):
 
     @property
     def has_pistons(self) -> bool:
-        """Whether an end, and the cells with it, moves."""
+        """Whether an end is a piston, with which the cells move."""
         return isinstance(self.left, Piston) or isinstance(self.right, Piston)
 
     @model_validator(mode="after")
     def _validate_pistons(self) -> DetonationParameters:
         if self.has_pistons and self.gauges:
             raise ValueError(
-                "gauges: the cells of a tube with a piston move with it, so that no cell stays at a gauge; leave them out, and "
-                "read pressure and velocity at the output cell_position"
+                "gauges: the cells of a tube with a piston move with it, so that no cell stays at a gauge; leave gauges out, "
+                "and read pressure and velocity at the output cell_position"
             )
         if self.has_pistons and isinstance(self.cross_section, list) and len(set(self.cross_section)) > 1:
             raise ValueError(
-                "cross_section: got different ones in a tube with a piston, which has to fit all of it; give one number"
+                "cross_section: got different values in a tube with a piston, which must fit all of it; give one number"
             )
         return self
 
@@ -97,7 +97,7 @@ class DetonationParameters(Parameters):
     def _validate_gas(self) -> DetonationParameters:
         if self.chosen_gas.heat_release == 0.0 and not isinstance(self.reaction, (PressureBurn, Inert)):
             raise ValueError(
-                f"reaction: got {self.reaction.name!r} of a gas that releases no heat; give gas.heat_release, or leave the "
+                f"reaction: got {self.reaction.name!r} for a gas that releases no heat; give gas.heat_release, or leave the "
                 "reaction out"
             )
         return self
@@ -111,19 +111,19 @@ class DetonationParameters(Parameters):
         places = [("ignition_zone", self.ignition_zone), *((f"regions[{n}].x", one.x) for n, one in enumerate(self.regions))]
         for name, (begin, end) in places:
             if not begin < end:
-                raise ValueError(f"{name}: got {begin:g} to {end:g} m, expected a begin below its end")
+                raise ValueError(f"{name}: got {begin:g} to {end:g} m, expected the smaller number first")
             if end <= 0.0 or begin >= self.length:
-                raise ValueError(f"{name}: got {begin:g} to {end:g} m, outside the tube of 0 to {self.length:g} m")
+                raise ValueError(f"{name}: got {begin:g} to {end:g} m, outside the tube from 0 to {self.length:g} m")
             # The default ignition zone may be longer than a short tube.
             if name != "ignition_zone" and max(-begin, end - self.length) > _ROUNDING * self.length:
                 raise ValueError(
-                    f"{name}: got {begin:g} to {end:g} m, which reaches beyond the tube of 0 to {self.length:g} m; give the "
-                    "part that lies in it"
+                    f"{name}: got {begin:g} to {end:g} m, which reaches beyond the tube from 0 to {self.length:g} m; give "
+                    "the part in the tube"
                 )
         for place, x in enumerate(self.gauges):
             if x > self.length:
                 raise ValueError(f"gauges[{place}]: got {x:g} m, expected 0 to {self.length:g} m")
         for place, cell in enumerate(self.gauge_cells):
             if cell in self.gauge_cells[:place]:
-                raise ValueError(f"gauges[{place}]: lies in one cell with another gauge; give each cell one")
+                raise ValueError(f"gauges[{place}]: lies in the same cell as another gauge; give at most one per cell")
         return self

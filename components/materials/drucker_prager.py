@@ -33,7 +33,7 @@ class DruckerPrager(PlasticLaw):
     """q <= yield_stress + hardening x equivalent plastic strain + friction x pressure."""
 
     name: Literal["drucker_prager"] = field("drucker_prager", "soils and rocks: strength grows with pressure", "1")
-    yield_stress: Magnitude = field(..., "equivalent stress at first yield where the pressure is 0", "Pa")
+    yield_stress: Magnitude = field(..., "equivalent stress at first yield at zero pressure", "Pa")
     friction: float = field(..., "increase of the yield stress with pressure", "1", gt=0.0, lt=3.0)
     dilatancy: float = field(0.0, "plastic volume strain per equivalent plastic strain", "1", ge=0.0, lt=3.0)
     hardening: NotNegativeMagnitude = field(0.0, "increase of the yield stress with equivalent plastic strain", "Pa")
@@ -43,7 +43,7 @@ class DruckerPrager(PlasticLaw):
         if self.dilatancy > self.friction:
             raise ParameterError(
                 f"got {self.dilatancy:g}",
-                expected=f"at most friction = {self.friction:g}: more would give energy",
+                expected=f"at most friction = {self.friction:g}: more would generate energy",
                 at="dilatancy",
             )
         return self

@@ -19,7 +19,7 @@ class Material(Fixed):
         density: mass density [kg/m^3].
         young: Young's modulus [Pa].
         poisson: Poisson's ratio, more than -1 and less than 0.5.
-        yield_strength: in compression, or None if unknown [Pa].
+        yield_strength: yield strength in compression, or None if unknown [Pa].
     """
 
     density: float = Field(gt=0.0, description="mass density", json_schema_extra={"unit": "kg/m^3"})
@@ -100,7 +100,7 @@ PRESETS = {
 
 
 def material_constants(material: str | Material | list[str | Material]) -> Iterator[tuple[Location, float]]:
-    """Yield density and Young's modulus of the materials of a parameter `material`, each with its location there."""
+    """Yield density and Young's modulus of each material in a parameter `material`, with their locations."""
     for place, one in enumerate(material if isinstance(material, list) else [material]):
         if isinstance(one, Material):
             where: Location = ("material", place) if isinstance(material, list) else ("material",)

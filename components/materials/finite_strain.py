@@ -1,4 +1,4 @@
-"""Strain and rotation of a tick in three dimensions, and rotation of the stress with the material.
+"""Strain increment and rotation in a tick in three dimensions, and rotation of the stress with the material.
 
 With the deformation gradients F before and G after a tick, the mid-tick velocity gradient is L dt = 2 (G - F) (G + F)^-1; D dt
 is its symmetric part, W dt the antisymmetric one. The stress is rotated by Q = (I - W dt / 2)^-1 (I + W dt / 2). For any step a

@@ -15,7 +15,7 @@ from ..support.tagged_union import Named
 
 
 class ReturnedStress(NamedTuple):
-    """The return of a trial stress to the yield surface.
+    """A trial stress after its return to the yield surface.
 
     Attributes:
         plastic_strain: equivalent plastic strain of the step; 0 inside the surface.
@@ -58,7 +58,7 @@ def return_stress(law, moduli, plastic_strain, equivalent, pressure):
     Args:
         law: constants of the law.
         moduli: a `Moduli`.
-        plastic_strain: equivalent, before the step.
+        plastic_strain: equivalent plastic strain before the step.
         equivalent: q of the trial stress [Pa].
         pressure: p of the trial stress [Pa].
     """

@@ -36,8 +36,8 @@ from .tensors import Moduli, SymmetricTensor, equivalent_stress, trace, trial_st
 LEAST_FLOW, _LARGEST_POISSON = 1e-3, 0.49
 # Smaller plastic strains of a tick are set to zero.
 _NO_FLOW = 1e-18
-# Newton's steps shrink quadratically: after one of this size, relative to the strain, the error is below rounding. The limit on
-# their number is far above the ten that random stresses need.
+# Newton's method converges quadratically: after a step of this size, relative to the strain, the error is below rounding. The
+# limit on the number of steps is far above the ten that random stresses need.
 _LAST_STEP, _MOST_STEPS = 1e-6, 60
 # Up to this x the series of (1 + x)^p is exact to rounding.
 _SHORT_SERIES = 0.01
@@ -50,27 +50,27 @@ class Thermoviscoplastic(Named):
     young: Magnitude = field(69e9, "Young's modulus at the reference temperature", "Pa")
     poisson: float = field(0.33, "Poisson's ratio at the reference temperature", "1", gt=-1.0, le=_LARGEST_POISSON)
     density: Magnitude = field(2719.0, "mass density", "kg/m^3")
-    yield_stress: Magnitude = field(275e6, "flow stress sigma_0 at no plastic strain and reference rate", "Pa")
+    yield_stress: Magnitude = field(275e6, "flow stress sigma_0 at zero plastic strain and the reference rate", "Pa")
     hardening_exponent: float = field(0.07, "n of (1 + e / e0)^n; 1 hardens linearly, by sigma_0 / e0", "1", ge=0.0, le=1.0)
     reference_strain: Magnitude = field(1e-3, "e0 of (1 + e / e0)^n", "1", le=1e3)
-    rate_exponent: float = field(100.0, "m of (q / g)^m; the larger, the less does the rate matter", "1", ge=1.0, le=100.0)
+    rate_exponent: float = field(100.0, "m of (q / g)^m; a larger m reduces the effect of the rate", "1", ge=1.0, le=100.0)
     reference_rate: Magnitude = field(1e-3, "plastic strain rate at which the flow stress is g", "1/s", le=1e12)
-    softening: float = field(0.8, "delta of the thermal softening; 0 leaves it out", "1", ge=0.0, le=100.0)
+    softening: float = field(0.8, "delta of the thermal softening; 0 for no softening", "1", ge=0.0, le=100.0)
     softening_temperature: Magnitude = field(500.0, "kappa of the thermal softening", "K")
-    reference_temperature: Magnitude = field(293.0, "T0, at which the constants are given", "K")
-    heat_fraction: float = field(0.9, "chi, part of the plastic work that becomes heat", "1", ge=0.0, le=1.0)
-    specific_heat: Magnitude = field(896.0, "c", "J/(kg K)")
-    expansion: float = field(2.2e-5, "alpha, of lengths, at the reference temperature", "1/K", ge=0.0, le=1.0)
+    reference_temperature: Magnitude = field(293.0, "reference temperature T0 of the constants", "K")
+    heat_fraction: float = field(0.9, "chi, fraction of the plastic work that becomes heat", "1", ge=0.0, le=1.0)
+    specific_heat: Magnitude = field(896.0, "specific heat c", "J/(kg K)")
+    expansion: float = field(2.2e-5, "linear expansion coefficient alpha at the reference temperature", "1/K", ge=0.0, le=1.0)
     temperature_dependent: bool = field(True, "whether E, nu, sigma_0 and alpha change with temperature", "1")
-    young_slope: NotNegativeMagnitude = field(1.6e6, "E_1, loss of Young's modulus", "Pa/K")
-    young_curvature: NotNegativeMagnitude = field(1e5, "E_2, loss of Young's modulus", "Pa/K^2")
-    poisson_slope: NotNegativeMagnitude = field(5e-5, "nu_1, growth of Poisson's ratio", "1/K")
-    yield_curvature: NotNegativeMagnitude = field(1.5e3, "S, loss of sigma_0", "Pa/K^2")
-    expansion_slope: NotNegativeMagnitude = field(1.6e-8, "alpha_1, growth of alpha", "1/K^2")
+    young_slope: NotNegativeMagnitude = field(1.6e6, "E_1, linear decrease of Young's modulus with temperature", "Pa/K")
+    young_curvature: NotNegativeMagnitude = field(1e5, "E_2, quadratic decrease of Young's modulus", "Pa/K^2")
+    poisson_slope: NotNegativeMagnitude = field(5e-5, "nu_1, increase of Poisson's ratio with temperature", "1/K")
+    yield_curvature: NotNegativeMagnitude = field(1.5e3, "S, quadratic decrease of sigma_0 with temperature", "Pa/K^2")
+    expansion_slope: NotNegativeMagnitude = field(1.6e-8, "alpha_1, increase of alpha with temperature", "1/K^2")
 
     @property
     def melting_temperature(self) -> float | None:
-        """Temperature at which the flow stress reaches its minimum [K], or None if it never does."""
+        """Temperature at which the flow stress reaches its minimum [K], or None if there is no such temperature."""
         rises = [math.inf]
         if self.softening > 0.0:
             rises.append(self.softening_temperature * math.log1p(1.0 / self.softening))

@@ -1,4 +1,4 @@
-"""Functions whose implementation is chosen by the class of their first argument, in Python and in compiled code.
+"""Dispatch on the class of the first argument, in Python and in compiled code.
 
 This is how a law reaches a kernel. A law is a `NamedTuple` of its constants. A kernel takes the law as an argument and calls,
 for example, ``force(law, overlap)``; numba compiles the kernel once for each class of law, with that law's function inlined.
@@ -18,7 +18,7 @@ from numba.extending import overload
 from .jit import OPTIONS, is_cached
 
 _COMPILED = {**OPTIONS, "no_cpython_wrapper": True}
-# Name -> class, for all classes used in dispatch: machine code distinguishes classes by their names.
+# Name -> class, for all classes used in dispatch, because machine code distinguishes classes by name.
 _classes: dict[str, type] = {}
 
 
@@ -29,7 +29,7 @@ def dispatch_by_class(function: Callable[..., Any], *, inlined: bool = False, ha
     arguments. (numba's cache distinguishes functions by name: an implementation must not be a lambda or a closure.)
 
     Args:
-        function: gives the name, the arguments and the docstring.
+        function: function with the name, the arguments and the docstring.
         inlined: whether compiled callers inline the implementations, as loops over many contacts require.
         has_default: whether the body of the function serves unregistered classes; otherwise the body is never run.
 
@@ -70,7 +70,7 @@ def dispatch_by_class(function: Callable[..., Any], *, inlined: bool = False, ha
 
 
 def _register_class(kind: type) -> None:
-    """Refuse a second class with the same name; let numba pickle a class that other processes may not be able to import.
+    """Refuse a second class with the same name; make numba pickle a class that other processes may not be able to import.
 
     The index of numba's cache names classes by their modules. If a module is part of neither this package nor a plug-in, the
     class itself is put into the index: another process can always load the index, and compiles its own kernels.
@@ -78,8 +78,8 @@ def _register_class(kind: type) -> None:
     known = _classes.setdefault(kind.__name__, kind)
     if known is not kind:
         raise TypeError(
-            f"{kind.__module__}.{kind.__name__}: {known.__module__} has a law of that name, and compiled code tells laws apart "
-            "by their names; rename one, or restart Python if it was defined again"
+            f"{kind.__module__}.{kind.__name__}: {known.__module__} has a law of that name, but compiled code distinguishes "
+            "laws by name; rename one, or restart Python if it was defined again"
         )
     module = sys.modules.get(kind.__module__)
     if module is not None and kind.__module__ != "__main__" and not is_cached(kind.__module__):

@@ -1,4 +1,4 @@
-"""Elementary functions, rational powers, a Fourier transform and a spline from + - x / and sqrt alone: reproducible bits.
+"""Elementary functions, rational powers, a Fourier transform and a spline from + - x / and sqrt alone: bitwise reproducible.
 
 numpy and the C library select versions of exp, log, sin and pow by CPU, and their last bits differ. Constants of components
 and environments use the functions here. In compiled loops use `powers.power` for x^p.
@@ -109,7 +109,7 @@ def natural_spline(values: FloatArray, refinement: int) -> FloatArray:
 
 
 def _spline_curvatures(values: list[float]) -> list[float]:
-    """Second derivatives of that spline: p_(k-1) + 4 p_k + p_(k+1) = 6 (v_(k-1) - 2 v_k + v_(k+1)), 0 at the ends."""
+    """Return second derivatives of the spline: p_(k-1) + 4 p_k + p_(k+1) = 6 (v_(k-1) - 2 v_k + v_(k+1)), 0 at the ends."""
     pivots, sides = [], []
     for before, here, after in zip(values, values[1:], values[2:], strict=False):
         pivot, side = 4.0, 6.0 * (before - 2.0 * here + after)

@@ -1,4 +1,4 @@
-"""`jit`: numba without reassociation, with numba's own cache in a folder for this version of the sources."""
+"""Compilation by numba without reassociation, cached in a folder for this version of the sources."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ import numba
 import numpy as np
 
 _settings: Any = numba.config  # pyright: ignore[reportPrivateImportUsage]
-# Whether functions are compiled at all.
+# Whether functions are compiled; False if numba's JIT is disabled.
 JIT = not _settings.DISABLE_JIT
 # Options of all kernels. Kernels do not raise, and a division that could raise would prevent vectorisation. Kernels are not
 # called from C, and the wrapper for C would take a tenth of the compilation.
@@ -38,12 +38,12 @@ def jit(function: F) -> F:
 
 
 def inlined(function: F) -> F:
-    """Compile like `jit` a function that long loops call: LLVM inlines it into its callers, so that loops vectorise."""
+    """Compile a function like `jit` and make LLVM inline it into its callers, so that their loops vectorise."""
     return _compile(function, forceinline=True)
 
 
 def internal(function: F) -> F:
-    """Compile like `jit` a function that only other kernels call, without a wrapper for Python.
+    """Compile a function like `jit`, without a wrapper for Python; for functions that only kernels call.
 
     The wrapper takes longer to compile than a short function.
     """
@@ -51,7 +51,7 @@ def internal(function: F) -> F:
 
 
 def spliced(function: F) -> F:
-    """Compile a function as part of its callers; for a function that calls others and is called in one place.
+    """Compile a function as part of its caller; for functions that call others and are called in one place.
 
     LLVM would optimise a callee separately and again in each caller; without the call it does so once.
     """
@@ -96,10 +96,10 @@ def cache_folder() -> Path | None:
         _delete_old_folders(kernels)
     except (OSError, RuntimeError) as error:  # RuntimeError: no home folder
         reason = getattr(error, "strerror", None) or str(error)
-        print_notice(f"compiled kernels cannot be kept ({reason}): every process compiles them; set GRANULAR_ENV_CACHE")
+        print_notice(f"compiled kernels cannot be cached ({reason}): every process compiles them; set GRANULAR_ENV_CACHE")
         return None
     if is_new:
-        print_notice(f"the first run of each system compiles its kernels, which takes some seconds; they are kept in {folder}")
+        print_notice(f"the first run of each system compiles its kernels and caches them in {folder}; this takes some seconds")
     return folder
 
 

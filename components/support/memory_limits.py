@@ -8,7 +8,7 @@ from pathlib import Path
 from ..errors import GranularError, ParameterError
 
 _MEMINFO = Path("/proc/meminfo")
-# Largest number of bytes in messages: whole numbers may exceed any float.
+# Upper limit of sizes in messages [bytes], because integers may exceed any float.
 _COUNTLESS = 10**300
 _CONTAINER_LIMIT = Path("/sys/fs/cgroup/memory.max")
 
@@ -27,8 +27,8 @@ def refuse_excess_memory(needed: int, subject: str, error_type: type[GranularErr
     there = available_memory()
     if there is not None and needed > there:
         raise error_type(
-            f"{subject} needs at least {min(needed, _COUNTLESS) / 1e9:.3g} GB of memory, {there / 1e9:.3g} GB are available; "
-            "ask for less, or use a machine with more"
+            f"{subject} needs at least {min(needed, _COUNTLESS) / 1e9:.3g} GB of memory, but {there / 1e9:.3g} GB are "
+            "available; reduce the size, or use a machine with more memory"
         ) from MemoryError()
 
 

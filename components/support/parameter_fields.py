@@ -44,7 +44,7 @@ NotNegative = Annotated[float, Field(ge=0.0)]
 Index = Annotated[int, Field(ge=0)]
 Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
 PositivePair = Annotated[list[Positive], Field(min_length=2, max_length=2)]
-# The same types within the bounds above.
+# The same types with magnitudes within `LEAST` and `MOST`.
 Magnitude = Annotated[float, Field(gt=0.0), AfterValidator(_validate_magnitude)]
 NotNegativeMagnitude = Annotated[float, Field(ge=0.0), AfterValidator(_validate_magnitude)]
 SignedMagnitude = Annotated[float, AfterValidator(_validate_coordinate)]
@@ -52,7 +52,7 @@ SignedPair = Annotated[list[SignedMagnitude], Field(min_length=2, max_length=2)]
 
 
 def field(default: Any, description: str, unit: str, *, absent: str | None = None, **bounds: Any) -> Any:
-    """Return a parameter field with its meaning and unit; `absent` is the meaning of an absent value that is not computed."""
+    """Return a parameter field with description and unit; `absent` is the meaning of an omitted value that is not computed."""
     extra: dict[str, Any] = {"unit": unit} if absent is None else {"unit": unit, "left_out": absent}
     return Field(default, description=description, json_schema_extra=extra, **bounds)
 
@@ -63,7 +63,7 @@ def field_unit(field: FieldInfo) -> str:
 
 
 def absent_meaning(field: FieldInfo) -> str:
-    """Return the meaning of an absent value: "automatic" if it is computed, or the declared words."""
+    """Return the meaning of an omitted value: "automatic" if it is computed, or the declared text."""
     return _field_extra(field, "left_out", "automatic")
 
 

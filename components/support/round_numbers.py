@@ -1,4 +1,4 @@
-"""Round numbers 1, 2 or 5 x 10^k: the nearest one below or above a value."""
+"""Rounding to 1, 2 or 5 x 10^k, down or up."""
 
 from __future__ import annotations
 

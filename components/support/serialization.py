@@ -30,12 +30,12 @@ _DTYPES = {"<f8", "<f4", "<i8", "<i4", "<u8", "<u4", "|u1"}
 
 
 def digest(data: bytes | memoryview) -> bytes:
-    """Eight bytes that change when the data does (BLAKE2b)."""
+    """Return an 8-byte BLAKE2b hash."""
     return hashlib.blake2b(data, digest_size=_DIGEST_SIZE).digest()
 
 
 def canonical_json(value: Any) -> bytes:
-    """JSON with sorted keys and no spaces, floats in their shortest exact form; NaN and infinity are refused."""
+    """Return JSON with sorted keys, no spaces and floats in their shortest exact form; refuse NaN and infinity."""
     return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
 
 
@@ -85,16 +85,16 @@ def unpack(data: bytes | memoryview, text_limit: int | None = None) -> tuple[dic
 
 def _unpack(view: memoryview, text_limit: int | None) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     if len(view) < _HEAD.size + _DIGEST_SIZE:
-        raise LogError(f"a packed block of {len(view)} bytes is too short to be one", hint="it was cut off")
+        raise LogError(f"got {len(view)} bytes, too few for a packed block", hint="it was cut off")
     magic, version, length = _HEAD.unpack_from(view)
     if magic != MAGIC:
         raise LogError(
-            f"a packed block starts with {bytes(magic)!r}", expected=f"{MAGIC!r}", hint="this is no data of granular-env"
+            f"a packed block starts with {bytes(magic)!r}", expected=f"{MAGIC!r}", hint="this is not data of granular-env"
         )
     if version != VERSION:
         raise LogError(
             f"a packed block has format version {version}, this program reads {VERSION}",
-            hint="update granular-env" if version > VERSION else "an older granular-env wrote it; record it anew",
+            hint="update granular-env" if version > VERSION else "an older granular-env wrote it; record it again",
         )
     body, stored = view[:-_DIGEST_SIZE], bytes(view[-_DIGEST_SIZE:])
     if _HEAD.size + length > len(body):
@@ -121,7 +121,7 @@ def _unpack(view: memoryview, text_limit: int | None) -> tuple[dict[str, Any], d
         size = count * dtype.itemsize
         if offset + size > len(body):
             raise LogError(
-                f"it takes {size} bytes and the packed block has {len(body) - offset} left", hint=_DAMAGED, at=("array", name)
+                f"it takes {size} bytes, but the block has {len(body) - offset} left", hint=_DAMAGED, at=("array", name)
             )
         arrays[name] = np.frombuffer(body[offset : offset + size], dtype=dtype).reshape(shape).copy()
         offset += size

@@ -20,7 +20,7 @@ _KEPT = 16
 
 
 class ResultCache:
-    """The last results of a function, so that building a body twice computes its frequencies once."""
+    """Cache of recent results, so that building the same body twice computes its frequencies once."""
 
     def __init__(self) -> None:
         self._results: dict[bytes, Any] = {}
@@ -57,7 +57,7 @@ def highest_frequency(
         shape: initial displacements, shape (n, dimensions).
         size: largest trial displacement [m]; small enough to leave the geometry unchanged.
         is_held: mask of prescribed displacements, of the same shape, bool.
-        mass: of the nodes, shape (n,) [kg].
+        mass: mass of each node, shape (n,) [kg].
         force: function that returns the forces for displacements from rest, both of that shape [m, N].
         norm_ratio: function that returns |image| / |vector| in the mass-weighted norm.
         iterations: largest number of power iterations.

@@ -1,4 +1,4 @@
-"""Contiguous parts of a body, each computed by its own thread.
+"""Division of a body into contiguous parts, each computed by its own thread.
 
 A node or an automaton sums its forces in a fixed order, so the results are bitwise independent of the number of parts.
 """
@@ -46,5 +46,5 @@ def call_in_threads(kernel: Callable[..., Any], arguments: Iterable[tuple[Any, .
 
 @cache
 def _thread_pool(process: int, threads: int) -> ThreadPoolExecutor:
-    """Return the threads of this process; a forked process does not inherit those of its parent."""
+    """Return the thread pool of this process; a forked process does not inherit the threads of its parent."""
     return ThreadPoolExecutor(threads, "component")

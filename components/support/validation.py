@@ -26,7 +26,7 @@ class Fixed(BaseModel):
 
     def __setattr__(self, name: str, value: Any) -> None:
         if not name.startswith("_"):
-            hint = f"{type(self).__name__} is fixed; make a new one with that value"
+            hint = f"{type(self).__name__} is read-only; create a new one with that value"
             raise ParameterError(f"got {one_line(value)}", hint=hint, at=(name,))
         super().__setattr__(name, value)
 
@@ -38,14 +38,14 @@ class Fixed(BaseModel):
 
 
 class Parameters(Fixed):
-    """Base of every component's parameters: frozen, no unknown keys, finite numbers; every field declares a unit."""
+    """Base of parameters of components: read-only, no unknown keys, finite numbers, and a unit for every field."""
 
     model_config = ConfigDict(validate_default=True)
 
 
 @dataclass(frozen=True)
 class Choices:
-    """Mark of a parameter field that holds one of several tables.
+    """Annotation of a parameter field whose value is one of several tables.
 
     Attributes:
         choices: the model of each table, by its name.
@@ -90,11 +90,11 @@ _EXPECTED = {
     "list_type": "a list",
     "literal_error": "{expected}",
     "string_pattern_mismatch": "a text that matches {pattern}",
-    "string_too_long": "a text of at most {max_length} letters",
-    "string_too_short": "a text of at least {min_length} letters",
+    "string_too_long": "a text of at most {max_length} characters",
+    "string_too_short": "a text of at least {min_length} characters",
     "string_type": "a text",
-    "too_long": "at most {max_length} of them",
-    "too_short": "at least {min_length} of them",
+    "too_long": "at most {max_length} items",
+    "too_short": "at least {min_length} items",
     "union_tag_invalid": "{expected_tags}",
 }
 
@@ -137,7 +137,7 @@ def _fault(error: Any, place: Location, given: Any, model: type[BaseModel]) -> F
     if kind in ("model_type", "model_attributes_type", "dict_type"):
         return Fault(place, f"got {one_line(error['input'])}", "a table of keys and values")
     if kind == "list_type" and isinstance(error["input"], Mapping):
-        hint = f"tables of a list are written [[{location_text(place)}]], with two brackets"
+        hint = f"write the tables of a list as [[{location_text(place)}]], with two brackets"
         return Fault(place, f"got {one_line(error['input'])}", "a list", hint)
     expected = _EXPECTED[kind].format(**error.get("ctx", {})) if kind in _EXPECTED else error["msg"]
     return Fault(place, f"got {one_line(error['input'])}", expected)
@@ -183,7 +183,7 @@ def _advice_for_missing(place: Location, model: type[BaseModel]) -> str:
         return "it has no default"
     extra = field.json_schema_extra
     own = extra.get("advice") if isinstance(extra, dict) else None
-    return str(own) if own else f"it is {field.description}" if field.description else "it has no default"
+    return str(own) if own else f"meaning: {field.description}" if field.description else "it has no default"
 
 
 def _owner_hint(model: type[BaseModel], name: str, value: Any) -> str:

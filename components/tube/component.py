@@ -25,9 +25,9 @@ from . import balances, exchange
 from .interface_overlaps import Interface, find_overlaps
 from .parameters import MOST_STEPS, TubeParameters
 
-# Number of state words above which an unused component is garbage-collected at once.
+# Number of state words above which the memory of an unused component is collected at once.
 _LARGE_STATE = 100_000
-# Smallest load that wakes the shell, as a fraction of the pressure outside; smaller loads are rounding errors.
+# Smallest load that activates the shell, as a fraction of the outside pressure; smaller loads are rounding errors.
 _WAKING = 1e-9
 # Status offsets of `_advance_state` for failures of the gas, the shell and the exchange; the part's own status is added.
 _GAS, _SHELL, _WALL = 16, 32, 48
@@ -49,7 +49,7 @@ class Tube(Component):
     Parameters = TubeParameters
     parameters: TubeParameters
     event_kinds = {
-        _GROWN: "the cross-section at a station had grown by more than half, unfelt by the gas; the index is the station's"
+        _GROWN: "the cross-section had grown by more than half, without effect on the gas; index: number of the station"
     }
     event_details = {_GROWN: EventDetail("1", ends_validity=True)}
 
@@ -61,7 +61,7 @@ class Tube(Component):
         return DetonationTube.memory_needed(parameters.gas) + Shell.memory_needed(parameters.shell)
 
     def _build_system(self) -> None:
-        # Both parts are first built alone, to find their steps and the sizes of their states.
+        # Both parts are first built alone, to obtain their steps and the sizes of their states.
         gas, shell = make_part(DetonationTube, self, "gas"), make_part(Shell, self, "shell")
         self._choose_steps(gas, shell)
         stations, words = shell.parameters.body.node_counts[0], shell.memory.size
@@ -69,11 +69,11 @@ class Tube(Component):
             gas=("f8", (gas.memory.size,)), shell=("f8", (words,)), peak_pressure=("f8", (stations,)),
             widening=("f8", (stations,)), tally=("f8", (exchange.TALLY,)), awake=("i8", (1,), 0, 1),
         )  # fmt: skip
-        # The second shell shares the tables of the first one while these exist.
+        # While the tables of the first shell exist, the second shell shares them.
         tables = shell.assembly
         del shell
         if words > _LARGE_STATE:
-            gc.collect()  # a component is part of cycles, and would stay in memory until much later
+            gc.collect()  # a component is part of reference cycles, and would stay in memory for long
         gas_step, shell_step = self.step_size / self.gas_steps, self.step_size / self.shell_steps
         self.gas: DetonationTube = self._make_part_with_step(DetonationTube, "gas", gas_step)
         self.shell: Shell = self._make_part_with_step(Shell, "shell", shell_step)
@@ -83,7 +83,7 @@ class Tube(Component):
         self.interface: Interface = self._find_interface()
         # Read from the field, which does not interpolate the parameters of the nodes.
         self._rest_radii: FloatArray = self.shell.get("mean_inner_radius")
-        # Step of the gas or the shell that failed, and a cell without pressure.
+        # Step of the gas or the shell that failed, and the cell in which the pressure vanished.
         self._failed_tick = self._failed_cell = 0
 
     def _choose_steps(self, gas: DetonationTube, shell: Shell) -> None:
@@ -97,7 +97,7 @@ class Tube(Component):
         self.shell_steps: int = p.shell_steps or self._step_count("shell", shell.longest_suggested_step)
 
     def _make_part_with_step(self, kind: type[Part], part: str, step: float) -> Part:
-        """Return a part in this component's memory; report a step that is too large for it as a fault of its step number."""
+        """Return a part in this component's memory; report a step that is too large as a fault of the number of steps."""
         try:
             return make_part(kind, self, part, step_size=step, memory=self._block[part])
         except ParameterError as error:
@@ -106,7 +106,7 @@ class Tube(Component):
                 raise
             raise ParameterError(
                 f"got {getattr(self, f'{part}_steps')}, steps of {step:g} s in an internal step of {self.step_size:g} s",
-                expected=f"steps of {fault.expected}", hint="give more, or leave it out", at=f"{part}_steps",
+                expected=f"steps of {fault.expected}", hint="give more steps, or leave it out", at=f"{part}_steps",
             ) from None  # fmt: skip
 
     def _step_count(self, part: str, limit: float) -> int:
@@ -116,7 +116,7 @@ class Tube(Component):
             raise ParameterError(
                 f"got {steps:.4g} steps of {limit:g} s in an internal step of {self.step_size:g} s",
                 expected=f"at most {MOST_STEPS}",
-                hint="the waves of gas and shell are too different; give cells and nodes of like sizes, or a smaller step_size",
+                hint="the stable steps of gas and shell differ too much; use cells and nodes of similar size",
                 at=f"{part}_steps",
             )
         return math.ceil(steps)
@@ -141,28 +141,28 @@ class Tube(Component):
         yield from map(self._declare_output, part_variables({"gas": self.gas, "shell": self.shell}, ("gauge",)))
         if self.parameters.vent is not None:
             yield Variable(
-                "vent_area", "input", "m^2", (), "area of the opening at `vent`, through which gas leaves", start=0.0,
+                "vent_area", "input", "m^2", (), "area of the opening at `vent` through which gas leaves", start=0.0,
                 minimum=0.0, nominal=float(self.interface.area.mean()),
             )  # fmt: skip
         axes = ("station",)
         yield Variable(
-            "peak_pressure", "output", "Pa", (stations,), "largest pressure on the inner surface since the reset", minimum=0.0,
-            axes=axes, nominal=1e6,
+            "peak_pressure", "output", "Pa", (stations,), "largest pressure on the inner surface since the reset",
+            minimum=0.0, axes=axes, nominal=1e6,
         )  # fmt: skip
         yield Variable(
-            "radial_displacement", "output", "m", (stations,), "mean of the inner surface at each station", axes=axes,
-            nominal=1e-4,
+            "radial_displacement", "output", "m", (stations,), "mean radial displacement of the inner surface",
+            axes=axes, nominal=1e-4,
         )  # fmt: skip
         yield Variable("gas_kinetic_energy", "output", "J", (), "kinetic energy of the gas", minimum=0.0)
         yield Variable("shell_kinetic_energy", "output", "J", (), "kinetic energy of the shell", minimum=0.0)
         yield Variable("work_on_room", "output", "J", (), "work of the shell on the room around it since the reset")
         yield Variable(
-            "exchange_difference", "output", "J", (), "work that the shell and the room got less that of the gas since the "
-            "reset: 0 but for rounding with two-way coupling; with one-way what the gas should have lost",
+            "exchange_difference", "output", "J", (), "work received by shell and room minus work done by the gas, since the "
+            "reset: 0 to rounding with two-way coupling; with one-way coupling, the work that the gas does not lose",
         )  # fmt: skip
 
     def _declare_output(self, variable: Variable) -> Variable:
-        """Return the variable, as an output if it is an input of one part that the other part sets."""
+        """Return the variable, or an output in place of an input of one part that the other part sets."""
         if variable.name not in ("gas_area", "shell_pressure"):
             return variable
         text = (
@@ -263,7 +263,7 @@ class Tube(Component):
         return 0 if self._failed_cell < 0 else _WALL
 
     def _record_growth(self, tick: int) -> None:
-        """Record, once, that the one-way-coupled gas flows through a cross-section different from that of the wall."""
+        """Record, once, that the cross-section of the wall differs too much from that of the one-way-coupled gas."""
         station = int(self._block["widening"].argmax())
         growth = float(self._block["widening"][station])
         if growth > _LARGEST_GROWTH and not self._block.count("events"):
@@ -311,11 +311,11 @@ class Tube(Component):
         return self.parameters.coupling.has_leakage and self.parameters.shell.fracture.name != "none"
 
     def wake(self) -> None:
-        """Let the shell move; otherwise it sleeps at rest until it is loaded."""
+        """Activate the shell, whose steps are otherwise skipped until it is loaded."""
         self._block["awake"][0] = True
 
     def _is_awake(self, pressures: FloatArray) -> bool:
-        """Return whether the shell moves; it sleeps at rest until it is loaded."""
+        """Return whether the shell is active; its steps are skipped until it is loaded."""
         awake, room = self._block["awake"], self.parameters.room_pressure
         if not awake[0]:
             awake[0] = float(np.abs(pressures - room).max()) > _WAKING * room
@@ -353,7 +353,7 @@ class Tube(Component):
         error = part._step_error(status).with_part_prefix(prefix)
         if part is self.shell and error.index is not None:
             x = self.parameters.position + self.shell.assembly.coordinates(error.index)[0]
-            error = error.with_hint(f"x is that of the shell; of the gas it is {x:.4g} m")
+            error = error.with_hint(f"x is the coordinate of the shell; that of the gas is {x:.4g} m")
         if steps == 1:
             return error
         return error.with_hint(f"the {prefix} makes {steps} such steps in a tick of {self.step_size:g} s")
@@ -391,14 +391,12 @@ class Tube(Component):
         work = float(self.shell.balances()[0].supplied["pressure_work"])
         return {
             **found,
-            "steps of the gas in a tick": float(self.gas_steps),
-            "steps of the shell in a tick": float(self.shell_steps),
+            "steps of the gas per tick": float(self.gas_steps),
+            "steps of the shell per tick": float(self.shell_steps),
             "largest pressure at the shell so far, Pa": float(self._block["peak_pressure"].max()),
             "largest change of the cross-section now": self._largest_area_change(),
-            "work of the gas that it did not pay for, over that on the shell": self._exchange_difference() / work
-            if work
-            else 0.0,
-            "energy residual over the work on the shell": float(self.balances()[0].residual) / work if work else 0.0,
+            "exchange difference / work on the shell": self._exchange_difference() / work if work else 0.0,
+            "energy residual / work on the shell": float(self.balances()[0].residual) / work if work else 0.0,
         }
 
     def _largest_area_change(self) -> float:
@@ -410,14 +408,14 @@ class Tube(Component):
         missing_detonation, found = self.gas.missing_detonation, [f"gas: {text}" for text in self.gas.conclusions()]
         found.append(
             f"wall: the largest pressure on it was {1e-6 * self._block['peak_pressure'].max():.4g} MPa, and the cross-section "
-            f"has changed by {100.0 * self._largest_area_change():.3g} % at most"
+            f"has changed by at most {100.0 * self._largest_area_change():.3g} %"
         )
         for event in self.events(_GROWN):
             assert event.index is not None
             place = self.parameters.position + float(self.shell.lattice.axes[0].positions[event.index])
             found.append(
                 f"not valid from {1e6 * event.tick * self.step_size:.4g} us on: the cross-section at {place:.4g} m had grown "
-                f"by {event.value:.0%}, and the gas of a one-way coupling flows as in a rigid tube; take coupling = 'two_way'"
+                f"by {event.value:.0%}, but with one-way coupling the gas flows as in a rigid tube; take coupling = 'two_way'"
             )
         outcome = f"; {missing_detonation}" if missing_detonation else ""
         return found + [f"shell: {text}{outcome if text.startswith('outcome: ') else ''}" for text in self.shell.conclusions()]
@@ -428,7 +426,7 @@ class Tube(Component):
         change = self._largest_area_change()
         if change > _LARGE_CHANGE and not self.parameters.coupling.has_moving_wall:
             said.append(
-                f"the wall has changed the cross-section by {change:.1%}, which a gas in a rigid tube does not feel; take "
+                f"the wall has changed the cross-section by {change:.1%}, which one-way coupling ignores; take "
                 "coupling = 'two_way'"
             )
         return said

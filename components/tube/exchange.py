@@ -1,7 +1,7 @@
-"""Exchange between gas and shell in a tick: pressures to the stations, area and work back to the gas, leaks through openings.
+"""Exchange between gas and shell: pressures on the stations, area and work for the gas, leaks through openings.
 
-The pressure of the gas is linear in each cell, with limited slopes and exact cell means. Each station gets the mean over its
-part of the length: the sum of pressure times length over the overlaps of a cell is that of the cell.
+The pressure of the gas is linear in each cell, with limited slopes and exact cell means. Each station gets the mean pressure
+over its section. The sum of pressure times length over the overlaps of a cell equals that of the cell.
 """
 
 from __future__ import annotations
@@ -47,8 +47,8 @@ def write_widening(interface: Interface, state: State, out: FloatArray) -> None:
 
     Args:
         interface: the nodes of the stations.
-        state: of the shell.
-        out: shape (stations,).
+        state: state of the shell.
+        out: the growth, shape (stations,); written.
     """
     y, z = (interface.reference + state.displacement[interface.nodes]).T[1:]
     share = np.where((state.area != 0.0).any(axis=1), interface.share, 0.0)
@@ -66,8 +66,8 @@ def swept_volumes(tables: Tables, area: FloatArray) -> FloatArray:
     It is the mean of the areas before and after times the mean of the velocities, as in the work of the shell.
 
     Args:
-        tables: of the shell, after the step.
-        area: of the nodes before the step, shape (s, 3) [m^2].
+        tables: tables of the shell after the step.
+        area: area vectors of the nodes before the step, shape (s, 3) [m^2].
     """
     solid, state, scratch, _ = tables
     nodes = solid.surface.nodes
@@ -83,7 +83,7 @@ def move_wall(gas: GasTables, interface: Interface, pressures: FloatArray, widen
     Mass and momentum of each cell do not change. Overlaps share the work of their station by pressure and length.
 
     Args:
-        gas: its tables.
+        gas: tables of the gas.
         interface: the overlaps.
         pressures: present gas pressures at the stations, shape (stations,) [Pa].
         widening: present growth at the stations, see `write_widening`, shape (stations,).
@@ -140,7 +140,7 @@ def leak_gas(medium, gas, openings, discharge, room_pressure, step, tally):
         gas: `detonation.kernel_arrays.State`.
         openings: area of the openings of each cell, shape (cells,) [m^2].
         discharge: mass flow divided by that of the ideal nozzle.
-        room_pressure: outside, 0 in a vacuum [Pa].
+        room_pressure: pressure outside, 0 in a vacuum [Pa].
         step: length of the tick [s].
         tally: shape (TALLY,).
     """

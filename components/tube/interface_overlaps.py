@@ -1,7 +1,7 @@
 """Overlaps of gas cells with stations of the shell.
 
-A station is a plane of shell nodes together with its part of the length. Each overlap of a station with a gas cell has a
-length; the overlaps of a cell together cover the part of the cell that lies in the shell.
+A station is a plane of shell nodes with the section of the tube that it represents. The overlaps of a gas cell with stations
+together cover the part of the cell that lies in the shell.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ class Overlaps(NamedTuple):
     """The overlaps, station by station.
 
     Attributes:
-        station: of each overlap, shape (overlaps,).
-        cell: of each overlap, shape (overlaps,).
-        length: of each overlap, shape (overlaps,) [m].
-        offset: from the middle of the cell to the middle of the overlap, over the length of the cell, shape (overlaps,).
+        station: station of each overlap, shape (overlaps,).
+        cell: gas cell of each overlap, shape (overlaps,).
+        length: length of each overlap, shape (overlaps,) [m].
+        offset: distance from cell centre to overlap centre, divided by the length of the cell, shape (overlaps,).
     """
 
     station: IntArray
@@ -38,9 +38,9 @@ class Interface(NamedTuple):
     """The overlaps, and the inner surface of the shell.
 
     Attributes:
-        overlaps: of stations and cells.
-        width: of each station, shape (stations,) [m].
-        nodes: of the inner surface, station by station, shape (s,).
+        overlaps: overlaps of stations and cells.
+        width: length of each station, shape (stations,) [m].
+        nodes: nodes of the inner surface, station by station, shape (s,).
         share: weight of each of these nodes in the mean over its station, shape (s,).
         reference: positions of these nodes, shape (s, 3) [m].
         rest: distance of these nodes from the axis at rest, shape (s,) [m].
@@ -65,7 +65,7 @@ class Interface(NamedTuple):
 
 
 def find_overlaps(bounds: FloatArray, cell_size: float, cells: int) -> Overlaps:
-    """Return the overlaps.
+    """Return the overlaps of all stations with the gas cells.
 
     Args:
         bounds: ends of the stations in the coordinate of the gas, ascending, shape (stations + 1,) [m].

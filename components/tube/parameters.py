@@ -18,16 +18,16 @@ from ..support.validation import Parameters
 _SAME_AREA = 1e-3
 # Largest number of steps of a part in an internal step.
 MOST_STEPS = 1000
-# Boundaries of a shell in a tube: they neither move nor open.
+# Allowed boundaries of a shell in a tube, which neither move nor open.
 _ENDS = ("clamped", "symmetry")
 
 
 class Coupling(Named):
-    """A coupling, chosen by its `name`."""
+    """A coupling of gas and shell, chosen by its `name`."""
 
     @property
     def has_moving_wall(self) -> bool:
-        """Whether the gas has the present cross-section of the wall and loses the work on it."""
+        """Whether the gas has the present cross-section of the wall and does work on the wall."""
         return False
 
     @property
@@ -45,13 +45,13 @@ class OneWay(Coupling):
 class TwoWay(Coupling):
     """The gas flows through the present cross-section of the wall, and does work on the wall."""
 
-    name: Literal["two_way"] = field("two_way", "the gas feels the wall", "1")
-    motion: bool = field(True, "whether the gas feels that the wall moves", "1")
+    name: Literal["two_way"] = field("two_way", "the motion of the wall acts back on the gas", "1")
+    motion: bool = field(True, "whether the motion of the wall acts on the gas", "1")
     leakage: bool = field(True, "whether gas leaves through open cracks", "1")
 
     @property
     def has_moving_wall(self) -> bool:
-        """Whether the gas has the present cross-section of the wall and loses the work on it."""
+        """Whether the gas has the present cross-section of the wall and does work on the wall."""
         return self.motion
 
     @property
@@ -69,39 +69,39 @@ class TubeParameters(Parameters):
 
     gas: DetonationParameters = field(
         DetonationParameters(),
-        "the gas: a table of the parameters of a detonation, without step_size",
+        "gas: a table of the parameters of a detonation, without step_size",
         "1",
     )
     shell: ShellParameters = field(
         ShellParameters(),
-        "the section that gives way: a table of the parameters of a shell whose body is a tube, without step_size; a half tube "
-        "holds half of the gas: gas.cross_section is half of a circle's",
+        "deformable section: a table of the parameters of a shell whose body is a tube, without step_size; a half tube "
+        "contains half of the gas, so that gas.cross_section is half of a circle",
         "1",
         examples=[{"body": COARSE_RING}],
     )
-    position: NotNegativeMagnitude = field(1.45, "where the section begins, in the coordinate x of the gas", "m")
+    position: NotNegativeMagnitude = field(1.45, "start of the section, in the coordinate x of the gas", "m")
     coupling: ChosenCoupling = field(
-        OneWay(), "one_way: the gas flows as in a rigid tube; two_way: it feels that the wall moves {motion}", "1"
+        OneWay(), "one_way: the gas flows as in a rigid tube; two_way: the wall acts back on the gas {motion, leakage}", "1"
     )
     outside_pressure: NotNegativeMagnitude | None = field(
         None,
-        "pressure outside, taken off that on the inner surface, as for a thin wall; 0 is a vacuum; default: the initial "
-        "pressure of the gas",
+        "pressure outside, subtracted from that on the inner surface, as for a thin wall; 0 for a vacuum; default: the "
+        "initial pressure of the gas",
         "Pa",
     )
     vent: NotNegativeMagnitude | None = field(
-        None, "place x of a vent, whose opening is the input `vent_area`", "m", absent="none"
+        None, "position x of a vent, whose area is the input `vent_area`", "m", absent="none"
     )
     discharge: Magnitude = field(
-        0.8, "mass flow through an opening over that of the ideal nozzle; 0.6 to 0.85 with sharp edges", "1", le=1.0
+        0.8, "discharge coefficient: mass flow / that of the ideal nozzle; 0.6 to 0.85 for sharp edges", "1", le=1.0
     )
     gas_steps: int | None = field(
-        None, "steps of the gas in an internal step; default: as few as are suggested", "1", ge=1, le=MOST_STEPS
+        None, "steps of the gas per internal step; default: the suggested number", "1", ge=1, le=MOST_STEPS
     )
     shell_steps: int | None = field(
-        None, "steps of the shell in an internal step; default: as few as are suggested", "1", ge=1, le=MOST_STEPS
+        None, "steps of the shell per internal step; default: the suggested number", "1", ge=1, le=MOST_STEPS
     )
-    step_size: Magnitude | None = field(None, "internal step; default: the larger one of those of the gas and the shell", "s")
+    step_size: Magnitude | None = field(None, "internal step; default: the larger of the default steps of gas and shell", "s")
 
     @property
     def room_pressure(self) -> float:
@@ -113,13 +113,11 @@ class TubeParameters(Parameters):
         for part in ("gas", "shell"):
             if getattr(self, part).step_size is not None:
                 raise ValueError(
-                    f"{part}.step_size: the parts share one step_size; give it beside them, with {part}_steps where the "
-                    f"{part} shall make several steps in it"
+                    f"{part}.step_size: the parts share the step_size of the tube; give it there, and {part}_steps if the "
+                    f"{part} makes several steps in it"
                 )
         if self.gas.has_pistons:
-            raise ValueError(
-                "gas: got a piston, whose cells move, where the shell is loaded by cells that stay; give another end"
-            )
+            raise ValueError("gas: got a piston, which moves the cells, but the shell requires cells at rest; give another end")
         if not isinstance(self.shell.body, Tube):
             raise ValueError(f"shell.body: got {self.shell.body.name!r}, expected a tube")
         for edge, kind in self.shell.boundaries.items():
@@ -134,8 +132,8 @@ class TubeParameters(Parameters):
         begin, end = self.position, self.position + body.length
         if end > length * (1.0 + 1e-12):
             raise ValueError(
-                f"position: got {begin:g} m, with which the shell reaches from {begin:g} to {end:g} m, outside of the gas "
-                f"of 0 to {length:g} m; move it, or make shell.body.length smaller or gas.length larger"
+                f"position: got {begin:g} m: the shell would reach from {begin:g} to {end:g} m, beyond the gas "
+                f"from 0 to {length:g} m; move it, or make shell.body.length smaller or gas.length larger"
             )
         if self.vent is not None and self.vent > length:
             raise ValueError(f"vent: got {self.vent:g} m, expected 0 to {length:g} m, the length of the gas")
@@ -150,7 +148,7 @@ class TubeParameters(Parameters):
                 where = f"gas.cross_section[{cell}]" if isinstance(areas, list) else "gas.cross_section"
                 radius = math.sqrt(area / (part * math.pi))
                 raise ValueError(
-                    f"{where}: got {area:g} m^2, a radius of {radius:g} m{' of a half tube' if body.half else ''}, where the "
+                    f"{where}: got {area:g} m^2, a radius of {radius:g} m{' of a half tube' if body.half else ''}, but the "
                     f"shell has {body.inner_radius:g} m; give {expected:.5g} m^2, or another shell.body.inner_radius"
                 )
         return self

@@ -23,9 +23,9 @@ from ..objective import Objective
 from .loops import ObjectiveLoops, make_objective_loops, make_run_loops
 from .reverse import INVERSE_MASS_SUM, reverse_tick
 
-# Control steps of a block if nothing is saved for the backward sweep.
+# Control steps per block if no states are saved for a backward sweep.
 _LONG_BLOCK = 256
-# Rows of a table that a run changes and an adjoint starts from.
+# Rows of a table that a run changes and from which an adjoint starts.
 _STATE = slice(U, V + 1)
 
 
@@ -35,11 +35,11 @@ class Adjoints:
 
     Attributes:
         value: J.
-        inputs: derivatives by the left and right input of each control step, shape (steps, 2); 0 for an end without input.
-        table: derivatives by entries of the table. Only constants are meaningful: STIFFNESS, REST_OVERLAP, INVERSE_MASS,
+        inputs: derivatives with respect to left and right inputs, shape (steps, 2); 0 for an end without input.
+        table: derivatives with respect to the table. Only constants are meaningful: STIFFNESS, REST_OVERLAP, INVERSE_MASS,
             LAW_CONSTANTS, those that the objective uses (MASS), and LEFT_STATIC, RIGHT_STATIC and GRAVITY of SCALARS.
-        displacement: derivatives by the start displacement, shape (n,).
-        velocity: derivatives by the start velocity, shape (n,).
+        displacement: derivatives with respect to the start displacement, shape (n,).
+        velocity: derivatives with respect to the start velocity, shape (n,).
     """
 
     value: float
@@ -56,7 +56,7 @@ def evaluate_objective(chain: Chain, drives: npt.ArrayLike, ticks: int, objectiv
         chain: any chain.
         drives: inputs held in each control step, left and right, shape (members, steps, 2); 0 for an end without input.
         ticks: internal steps per control step.
-        objective: what to evaluate.
+        objective: the objective.
 
     Returns:
         The values, shape (members,).
@@ -88,10 +88,10 @@ def value_and_adjoint(chain: Chain, drive: npt.ArrayLike, ticks: int, objective:
         chain: with the integrator pefrl or leapfrog, and a law without history.
         drive: inputs held in each control step, left and right, shape (steps, 2); 0 for an end without input.
         ticks: internal steps per control step.
-        objective: what to differentiate.
+        objective: the objective.
 
     Raises:
-        ParameterError: this chain has no adjoint, the drive does not fit, or the objective is not a number.
+        ParameterError: the chain has no adjoint, the drive does not fit, or the objective is not a number.
         StepError: the physics breaks down; it names the control step.
     """
     refuse_missing_adjoint(chain)
@@ -106,11 +106,11 @@ def value_and_adjoint(chain: Chain, drive: npt.ArrayLike, ticks: int, objective:
 
 
 class _BlockwiseRun:
-    """Runs of a drive on a copy of a chain, block by block.
+    """Runs of a drive on a copy of a chain, in blocks of control steps.
 
     Attributes:
-        table: of the copy.
-        start: the table at the beginning.
+        table: table of the copy.
+        start: initial table.
     """
 
     def __init__(self, chain: Chain, ticks: int, objective: Objective, steps: int) -> None:
@@ -136,8 +136,8 @@ class _BlockwiseRun:
             if sound < done:
                 k = int(np.argmin(np.isfinite(sums)))
                 raise ParameterError(
-                    f"sums[{k}] became {sums[k]} after control step {begin + sound} of {len(drive)}, the state being finite",
-                    hint="mend the feature, or check its constants",
+                    f"sums[{k}] became {sums[k]} after control step {begin + sound} of {len(drive)}; the state is finite",
+                    hint="correct the feature, or check its constants",
                     at="objective.note",
                 )
             if done < len(some):
@@ -147,7 +147,7 @@ class _BlockwiseRun:
     def backward(
         self, drive: FloatArray, block: int, saved_states: list[FloatArray], slopes: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return the derivatives by the table and by the inputs; each block is run again with a tape, then reversed."""
+        """Return the derivatives with respect to table and inputs, by running each block again with a tape and reversing it."""
         adjoint, input_adjoints, running = np.zeros_like(self.table), np.zeros_like(drive), np.zeros((2, self.table.shape[1]))
         states, sources = (np.zeros((block, 2, self.table.shape[1])) for _ in range(2))
         tape = np.zeros((block * self.ticks * tape_rows(self.chain), self.table.shape[1]))
@@ -167,7 +167,7 @@ class _BlockwiseRun:
             if sound > 0:
                 _raise_infinite_derivative(adjoint, begin + sound - 1, self.steps, by_objective=False)
             running[:] = adjoint[_STATE]
-        # The sums for the inverse masses, in a row of scratch, are in units of the inverse masses.
+        # The scratch row INVERSE_MASS_SUM holds the derivatives with respect to inverse masses, times the inverse masses.
         moved = self.table[INVERSE_MASS] > 0.0
         adjoint[INVERSE_MASS, moved] += adjoint[INVERSE_MASS_SUM, moved] / self.table[INVERSE_MASS, moved]
         adjoint[LEFT_DRIVE : LOST + 1] = 0.0
@@ -207,7 +207,7 @@ def value_and_slopes(objective: Objective, sums: FloatArray) -> tuple[float, Flo
     if not math.isfinite(value) or not np.isfinite(slopes).all():
         what = f"J is {value}" if not math.isfinite(value) else f"dJ/dsums is {one_line(slopes)}"
         raise ParameterError(
-            f"{what} for the sums {one_line(sums)}", hint="mend the function, or check its constants", at="objective.value"
+            f"{what} for the sums {one_line(sums)}", hint="correct the function, or check its constants", at="objective.value"
         )
     return value, slopes
 
@@ -222,15 +222,15 @@ def refuse_missing_adjoint(chain: Chain) -> None:
     law, integrator = chain.parameters.law, chain.parameters.integrator
     if not has_gradient(type(law)):
         missing = missing_members(type(law), gradient=True)
-        reason = "whose contacts remember" if law.has_history else f"which lacks {', '.join(missing)}"
+        reason = "its contacts have a history" if law.has_history else f"it lacks {', '.join(missing)}"
         known = [name for name, one in LAWS.items() if has_gradient(one)]
         raise ParameterError(
-            f"there are no gradients of {law.name!r}, {reason}", hint=f"use {', '.join(known[:-1])} or {known[-1]}", at="law"
+            f"law {law.name!r} has no gradients: {reason}", hint=f"use {', '.join(known[:-1])} or {known[-1]}", at="law"
         )
     if type(chain.scheme) not in reverse_tick.implementations:
         known = " or ".join(repr(name) for name, one in SCHEMES.items() if not one.is_explicit)
         raise ParameterError(
-            f"there are no gradients of {integrator!r}", hint=f"build the chain with integrator = {known}", at="integrator"
+            f"integrator {integrator!r} has no gradients", hint=f"build the chain with integrator = {known}", at="integrator"
         )
 
 
@@ -255,18 +255,18 @@ def _raise_infinite_derivative(adjoint: FloatArray, step: int, steps: int, *, by
     name, row = ("U", U) if not np.isfinite(adjoint[U]).all() else ("V", V)
     column = int(np.argmin(np.isfinite(adjoint[row])))
     hint = (
-        "the run is too long or too chaotic for a gradient, so shorten it; or a derivative of the contact law is not finite, "
-        "perhaps where a contact opens"
+        "shorten the run, which may be too long or too chaotic for a gradient; or check the derivatives of the contact law, "
+        "which may be infinite when a contact opens"
     )
     raise ParameterError(
-        f"adjoint[{name}, {column}] became {adjoint[row, column]} in control step {step} of {steps}, on the way back",
-        hint="mend the derivative, or check its constants" if by_objective else hint,
+        f"adjoint[{name}, {column}] became {adjoint[row, column]} in control step {step} of {steps}, during the backward sweep",
+        hint="correct the derivative, or check its constants" if by_objective else hint,
         at="objective.pullback" if by_objective else "objective",
     )
 
 
 def _raise_step_error(chain: Chain, drive: FloatArray, ticks: int, failed_step: int) -> None:
-    """Step a twin of the chain to the failed control step, so that it raises its own error."""
+    """Step a copy of the chain to the failed control step, which raises the `StepError`."""
     twin = type(chain)(**chain.parameters.model_dump())
     twin.restore(chain.save())
     names = [name for name, variable in twin.variables.items() if variable.causality == "input"]
@@ -276,4 +276,4 @@ def _raise_step_error(chain: Chain, drive: FloatArray, ticks: int, failed_step: 
             twin.step(ticks * twin.step_size, **inputs)
         except StepError as error:
             raise error.with_source(f"control step {step} of {len(drive)}") from None
-    raise AssertionError("a run failed whose steps do not")
+    raise AssertionError("the run failed, but its single steps did not")

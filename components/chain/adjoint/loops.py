@@ -1,4 +1,4 @@
-"""RunLoops over control steps that Python calls: forward, backward, and over the states that an objective evaluates.
+"""Loops over control steps, for calls from Python: forward runs, backward sweeps, and the evaluation of objectives.
 
 A block is a number of successive control steps. `states` are the displacements and velocities after each of them,
 shape (steps, 2, columns). `tape` has the rows that each of their ticks needs for the backward sweep.
@@ -44,9 +44,9 @@ class ObjectiveLoops(NamedTuple):
     Attributes:
         note: note(table, drive, states, span, constants, sums) adds the features of a block; returns the number of control
             steps with finite sums. The block begins with step span[0] of span[1].
-        pullback: pullback(table, adjoint, drive, input_adjoints, states, sources, span, numbers) writes the derivatives by the
-            states to `sources`, and adds those by constants to `adjoint`; `numbers` are constants and slopes. It returns the
-            number of control steps with finite derivatives.
+        pullback: pullback(table, adjoint, drive, input_adjoints, states, sources, span, numbers) writes derivatives with
+            respect to states to `sources`, and adds those with respect to constants to `adjoint`; `numbers` are constants and
+            slopes. It returns the number of control steps with finite derivatives.
     """
 
     note: Any
@@ -55,7 +55,7 @@ class ObjectiveLoops(NamedTuple):
 
 @internal
 def _has_infinity(a):
-    """Return whether a derivative by the state is infinite or NaN."""
+    """Return whether a derivative with respect to the state is infinite or NaN."""
     found = False
     for i in range(a.shape[1]):
         found |= not (abs(a[U, i]) <= _LARGEST and abs(a[V, i]) <= _LARGEST)

@@ -1,8 +1,8 @@
-"""Derivatives by a chain's parameters, from those by the table computed from them: the transpose of `geometry`.
+"""Derivatives with respect to parameters, from those with respect to the table: the transpose of `geometry`.
 
 The internal step is kept constant, whatever the parameters would suggest; so are the start displacements and velocities
 relative to the rest configuration. A gradient has the shape of the parameter as given: one number for all, or one each; radii
-from an arrangement or a draw have one each. Gradients by numbers of contacts have n + 1 places, 0 without a contact.
+from an arrangement or at random have one each. Gradients for contacts have n + 1 places, 0 without a contact.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from .gradient import Adjoints
 
 
 def parameter_gradient(chain: Chain, adjoints: Adjoints, name: str) -> float | FloatArray:
-    """Return the derivative by the drive, shape (steps, 2), a start value, shape (n,), or a parameter, in its given shape.
+    """Return the derivative with respect to drive (steps, 2), start value (n,) or parameter (in its given shape).
 
     Raises:
         ParameterError: there is no such derivative; the message gives advice.
@@ -36,7 +36,7 @@ def parameter_gradient(chain: Chain, adjoints: Adjoints, name: str) -> float | F
 
 
 class _GeometryDerivatives:
-    """Derivatives by results of `geometry`: masses, stiffnesses and static forces, each including all dependent quantities."""
+    """Derivatives with respect to masses, stiffnesses and static forces, including quantities that depend on each."""
 
     def __init__(self, chain: Chain, adjoints: Adjoints) -> None:
         p, g, n = chain.parameters, chain.geometry, chain.parameters.grains
@@ -85,7 +85,7 @@ def _has_static_weight(chain: Chain) -> bool:
 
 
 def _weight_adjoint(chain: Chain, static: FloatArray) -> FloatArray:
-    """Return the derivative by the weight of each grain, carried by contacts on one side of it (`geometry.static_forces`)."""
+    """Return the derivative with respect to the weight of each grain, which contacts on one side carry."""
     p = chain.parameters
     carried = np.cumsum(static[::-1])[::-1][1:]
     total = p.gravity * float(chain.table[MASS, 1 : p.grains + 1].sum())
@@ -96,11 +96,11 @@ def _weight_adjoint(chain: Chain, static: FloatArray) -> FloatArray:
 def _refuse_dependent_constants(chain: Chain, name: str) -> None:
     """Refuse a law whose constants depend on stiffness or radius, because the derivative would lack this dependence."""
     g, chosen = chain.geometry, chain.parameters.law
-    # Different factors, so that k / R* changes too.
+    # The factors differ, so that k / R* changes too.
     moved = chosen.contact_constants(1.5 * g.stiffness, 1.25 * g.reduced_radius, g.yield_strength, g.contact_slice)
     if not np.array_equal(moved, g.law_constants[g.contact_slice, : moved.shape[1]]):
         raise ParameterError(
-            f"{name!r} has no derivative for law {chosen.name!r}, whose constants follow from stiffness or radius",
+            f"{name!r} has no derivative for law {chosen.name!r}, whose constants depend on stiffness or radius",
             hint=f"leave {name!r} out",
             at="with_respect_to",
         )
@@ -176,7 +176,7 @@ def _gravity_gradient(chain: Chain, adjoints: Adjoints) -> float:
     derivatives = _GeometryDerivatives(chain, adjoints)
     if chain.parameters.gravity == 0.0:
         raise ParameterError(
-            "'gravity' has a gradient only where there is gravity", hint="give the chain some", at="with_respect_to"
+            "'gravity' has no gradient at gravity = 0", hint="set gravity, or leave 'gravity' out", at="with_respect_to"
         )
     if _has_static_weight(chain):
         _refuse_unloaded_contacts(chain, derivatives, "gravity")

@@ -1,9 +1,9 @@
 """The backward sweep: the transpose of each drift, kick and dissipative flow, in reverse order, at the states of the tape.
 
-The adjoint of a chain is a table like that of the chain; each entry is the derivative of the objective by the same entry of the
-chain. While a stage is reversed, scratch rows hold for each grain c = kick w v_adjoint (FORCE_ADJOINT, the derivative by the
-force on it) and the sum of c times this force (INVERSE_MASS_SUM, w times the derivative by the inverse mass w); for each
-contact its force (FORCE) and g = dF/dd times the derivative by the force (OVERLAP_ADJOINT, the derivative by its overlap).
+The adjoint of a chain is a table like that of the chain; each entry is the derivative dJ/dx of the objective, x being the same
+entry of the chain. While a stage is reversed, scratch rows hold for each grain c = dJ/d(force on it) = kick w v_adjoint
+(FORCE_ADJOINT) and the sum of c times this force (INVERSE_MASS_SUM, w dJ/dw with the inverse mass w), and for each contact its
+force F (FORCE) and dJ/d(overlap) = dF/dd dJ/dF (OVERLAP_ADJOINT).
 """
 
 from __future__ import annotations
@@ -41,14 +41,14 @@ _SPEED_ADJOINT, _IMPULSE = HISTORY + 2, LOST
 
 @dispatch_by_class
 def reverse_tick(scheme, chain, adjoint, inputs, input_adjoint, tape):
-    """Propagate the adjoint from the end of a tick to its beginning, and add the derivatives by the inputs to `input_adjoint`.
+    """Propagate the adjoint from the end of a tick to its beginning, and add the derivatives for the inputs.
 
     Args:
         scheme: the integrator.
         chain: a `ChainState` with the constants of the run.
         adjoint: a `ChainState` of the adjoint table.
         inputs: held left and right inputs, shape (2,).
-        input_adjoint: derivatives by the inputs, shape (2,).
+        input_adjoint: derivatives with respect to the inputs, shape (2,); updated.
         tape: the rows that `advance_tick` wrote in this tick.
     """
 
@@ -123,7 +123,7 @@ def _reverse_drift(chain, adjoint, kick, drift):
 
 @internal_inlined
 def _reverse_forces(chain, adjoint, u):
-    """Propagate adjoints from grain forces to contacts: constants and overlap. Short loops vectorise."""
+    """Propagate adjoints from grain forces to the constants and overlaps of contacts, in short loops that vectorise."""
     a, n, law, left, right = adjoint.rows, chain.settings.grains, chain.law, u[:-1], u[1:]
     overlaps, rest, values = a[OTHER_U, : n + 1], chain.rows[REST_OVERLAP], a[FORCE]
     before, after, by_overlap, by_rest = a[FORCE_ADJOINT, :-1], a[FORCE_ADJOINT, 1:], a[OVERLAP_ADJOINT], a[REST_OVERLAP]
@@ -177,7 +177,7 @@ def _reverse_gravity(chain, adjoint, kick):
 
 @internal_inlined
 def _reverse_positions(chain, adjoint, input_adjoint, e):
-    """Reverse the positions at e, i.e. those at the tick plus the input's integral; return the adjoints of the former."""
+    """Reverse `forces.place_pistons`; return the adjoints of the positions at the tick."""
     u, h, n, left, right = adjoint.rows[U], chain.settings.step, chain.settings.grains, 0.0, 0.0
     if chain.settings.left.is_piston:
         left, u[1] = u[1], 0.0
@@ -243,7 +243,7 @@ def _reverse_dissipation(chain, adjoint, u, v):
 
 @internal_inlined
 def _reverse_half_sweep(a, b, n, approach, parity):
-    """Reverse a half sweep: to impulses per speed and least impulses of one parity, inverse masses, velocities."""
+    """Reverse a half sweep: propagate to velocities, inverse masses, impulses per speed and least impulses."""
     for j in range(n + 1):
         acts = j % 2 == parity
         free, least = a[DISSIPATION, j] * approach[j], a[DISSIPATION + 1, j]
@@ -262,7 +262,7 @@ def _reverse_half_sweep(a, b, n, approach, parity):
 
 @internal_inlined
 def _reverse_impulse_factors(chain, adjoint, u):
-    """Reverse `prepare_impulses`; `_PER_SPEED_ADJOINT` and `_LEAST_ADJOINT` return the adjoints of overlaps and approaches."""
+    """Reverse `prepare_impulses`: replace the adjoints of its results by those of overlaps and approaches."""
     a, b, law, h = chain.rows, adjoint.rows, chain.law, chain.settings.step
     for j in range(chain.settings.grains + 1):
         middle, w = u[j] - u[j + 1] + a[REST_OVERLAP, j], b[_APPROACHES[0], j]
@@ -288,7 +288,7 @@ def _reverse_impulse_factors(chain, adjoint, u):
 
 @internal_inlined
 def _impulse_slopes(c, y):
-    """Return the derivatives by c and by an inverse mass of the impulse per speed, c q(y), q = (1 + y) / (1 + 2 y + 2 y^2)."""
+    """Return the derivatives of c q(y), q = (1 + y) / (1 + 2 y + 2 y^2), with respect to c and to an inverse mass."""
     below = 1.0 / (1.0 + 2.0 * y * (1.0 + y))
     q, slope = (1.0 + y) * below, -(1.0 + y * (4.0 + 2.0 * y)) * (below * below)
     return q + y * slope, (0.5 * c * c) * slope

@@ -1,4 +1,4 @@
-"""Integrators of the chain: name -> the numbers of the scheme, its force evaluations, and its history and scratch rows."""
+"""Integrators of the chain by name, with their coefficients, costs and memory."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ __all__ = ["SCHEMES", "UNSOUND", "Composition", "DampedComposition", "EntryPoint
 
 @dataclass(frozen=True)
 class Scheme:
-    """An integrator.
+    """An integrator with its properties.
 
     Attributes:
-        numbers: the tuple for whose class `advance_tick` is registered.
-        damped: the same for contacts with dissipation.
+        numbers: coefficients, a tuple for whose class `advance_tick` is registered.
+        damped: coefficients for contacts with dissipation.
         evaluations: force evaluations per step.
         history_rows: rows of state in addition to displacement, velocity and peak.
-        scratch_rows: rows of scratch.
-        step_factor: step for the default accuracy, in units of the step of PEFRL.
+        scratch_rows: scratch rows.
+        step_factor: step for the default accuracy divided by that of PEFRL.
         pressed_angle: largest step x the lattice's highest angular frequency, under a static load.
         minimum_evaluations: force evaluations per contact for a relative velocity error of about 1e-3.
     """
@@ -44,7 +44,7 @@ class Scheme:
 
 SCHEMES = {
     "pefrl": Scheme(compositions.PEFRL, compositions.DAMPED_PEFRL, 4),
-    # Second order: an eighth of the step for the same error as the other schemes.
+    # Because it is of second order, leapfrog needs an eighth of the step of the other schemes for the same error.
     "leapfrog": Scheme(
         compositions.LEAPFROG,
         compositions.DAMPED_LEAPFROG,

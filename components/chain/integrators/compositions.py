@@ -34,7 +34,7 @@ from .scheme import advance_tick
 
 
 class Composition(NamedTuple):
-    """Alternating drifts and kicks as fractions of the step, and the fraction of the step that has passed at each kick."""
+    """Durations of the alternating drifts and kicks and times of the kicks, as fractions of the step."""
 
     drifts: tuple[float, ...]
     kicks: tuple[float, ...]
@@ -42,7 +42,7 @@ class Composition(NamedTuple):
 
 
 class DampedComposition(NamedTuple):
-    """The same, with the dissipative flow as the middle kick."""
+    """A `Composition` with the dissipative flow as the middle kick."""
 
     drifts: tuple[float, ...]
     kicks: tuple[float, ...]
@@ -77,7 +77,7 @@ class EndForces(NamedTuple):
 
 @advance_tick.register(Composition)
 def composed_tick(scheme, chain, drive, tick, tape):
-    """Advance by drifts and kicks; record the displacements at each kick if the tape has rows."""
+    """Advance a tick by drifts and kicks; record the displacements at each kick if the tape has rows."""
     h, a, n = chain.settings.step, chain.rows, chain.settings.grains
     u, next_u, v = a[U, : n + 2], a[OTHER_U, : n + 2], a[V, : n + 1]
     base_positions, before = forces.end_values(chain, u), forces.end_values(chain, v)
@@ -134,7 +134,7 @@ def damped_tick(scheme, chain, drive, tick, tape):
 
 @internal
 def drift(u, v, time):
-    """Advance displacements."""
+    """Advance the displacements by a drift."""
     for i in range(len(u)):
         u[i] += time * v[i]
 
@@ -146,16 +146,16 @@ def kick_and_drift(law, u, next_u, velocities, constants, f, times):
     Displacements are read from one row and written to another: an in-place loop would not vectorise and take 1.4 times as long.
 
     Args:
-        law: of the contacts.
+        law: contact law.
         u: displacements of all columns.
         next_u: displacements after the drift; written.
-        velocities: of the grains; written.
+        velocities: velocities of the grains; updated.
         constants: overlaps at rest of the contacts, inverse masses of the grains.
-        f: force left of the first grain.
+        f: force in the contact left of the first grain.
         times: duration of the kick; velocity that gravity adds in it; duration of the drift.
 
     Returns:
-        The force right of the last of these grains.
+        The force in the contact right of the last of these grains.
     """
     left, right, moved = u[1:-2], u[2:-1], next_u[1:-2]
     rest, inverse_mass = constants

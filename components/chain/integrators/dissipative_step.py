@@ -1,4 +1,4 @@
-"""The part of a step in which only dissipative forces act, at constant displacements: pair by pair, in closed form.
+"""The dissipative flow: only dissipative forces act, at constant displacements, pair by pair and in closed form.
 
 In a contact F = max(c w, -F_e) acts in addition to the elastic force F_e. The approach speed w decays as exp(-c s t), with s
 the sum of the inverse masses. Over a time t the impulse is the larger of G w and -F_e t, with s G = 1 - 1 / (1 + x + x^2/2) and
@@ -28,7 +28,7 @@ from ..layout import (
     V,
 )  # fmt: skip
 
-# A contact that closes exactly between two steps, as with round numbers, counts once, in the second step.
+# A contact that closes exactly between two steps (likely with round numbers) counts only in the second step.
 _EDGE = 1e-3
 
 
@@ -41,7 +41,7 @@ def is_closing(d, w, h):
 
 @internal_inlined
 def acting_time(law, d, w, h):
-    """Return the part of a step in which a contact acts; if its force jumps, this begins where it closes within the step.
+    """Return the fraction of a step in which a contact acts; a contact whose force jumps acts from its closing on.
 
     Otherwise the impulse of the dashpot would jump when the closing moves from one step to the next. The order would be 1 at
     closing contacts, and gradients of a run would be those between two jumps, which are wrong for any step.
@@ -54,7 +54,7 @@ def acting_time(law, d, w, h):
 
 @internal_inlined
 def sweep_fraction(j):
-    """Return the fraction of the step for which contact j acts in a half sweep: 1/2 for even j, 1 for odd j."""
+    """Return the duration of a half sweep for contact j as a fraction of the step: 1/2 for even j, 1 for odd j."""
     return 0.5 + 0.5 * (j % 2)
 
 

@@ -25,7 +25,7 @@ SCRATCH_ROWS = runge_kutta.SCRATCH_ROWS + 5
 
 
 class Hamming(NamedTuple):
-    """The scheme, with its starting scheme."""
+    """Coefficients of the scheme, with those of its starting scheme."""
 
     start: runge_kutta.RungeKutta
 
@@ -57,7 +57,7 @@ def hamming_tick(scheme, chain, drive, tick, tape):
 
 @internal
 def _restart_history(chain, drive):
-    """Discard the steps before the drive changed."""
+    """Discard the history from before a change of the drive."""
     u, v, rows = forces.displacements(chain), forces.velocities_and_tallies(chain), chain.rows[FREE_ROW:]
     forces.fill_array(rows[_GAP_U], 0.0)
     forces.fill_array(rows[_GAP_V], 0.0)

@@ -13,7 +13,7 @@ SCRATCH_ROWS = 5
 
 
 class RungeKutta(NamedTuple):
-    """The scheme, with the times of its four stages as fractions of the step."""
+    """Coefficients of the scheme: the times of its four stages as fractions of the step."""
 
     parts: tuple[float, ...]
 

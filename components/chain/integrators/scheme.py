@@ -1,4 +1,4 @@
-"""Integrators: a `NamedTuple` of numbers, for whose class `advance_tick` is registered; and the loop over ticks."""
+"""The interface of integrators, `advance_tick`, dispatched on the class of their coefficients; and the loop over ticks."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ def advance_tick(scheme, chain, drive, tick, tape):
         chain: a `ChainState`.
         drive: a `Drive`.
         tick: number of the tick.
-        tape: records what an adjoint needs of the tick, if it has rows.
+        tape: array for the data that an adjoint needs of the tick; without rows nothing is recorded.
     """
 
 
 @internal_inlined
 def advance(scheme, chain, drive, tick, ticks, tape):
-    """Advance by `ticks`, or until a limit is passed; a tape with rows has the same number for each tick.
+    """Advance by `ticks` ticks, or until a limit is passed; a tape has the same number of rows for each tick.
 
     Returns:
-        The completed ticks: negative if an overlap passed its limit, minus `UNSOUND` if a velocity did.
+        Number of completed ticks, negative if an overlap passed its limit, and minus `UNSOUND` if a velocity did.
     """
     v, rows = chain.rows[V, 1 : chain.settings.grains + 1], len(tape) // ticks
     for t in range(tick, tick + ticks):
@@ -51,7 +51,7 @@ def advance(scheme, chain, drive, tick, ticks, tape):
 
 
 class EntryPoints(NamedTuple):
-    """The functions of a law and an integrator that Python calls; all take a chain's table.
+    """Compiled functions of a law and an integrator for calls from Python; all take a chain's table.
 
     Attributes:
         advance: advance(table, pieces, left_pieces, left, right, tick, ticks), for a drive of pieces.
@@ -76,7 +76,7 @@ class EntryPoints(NamedTuple):
 
 @cache
 def make_entry_points(kind: type, integrator: Any) -> EntryPoints:
-    """Return the functions for a law's class; numba then examines only a few arrays and numbers per call.
+    """Return the functions for a law's class and an integrator, whose arguments are only a few arrays and numbers.
 
     A `ChainState` as an argument would cost a microsecond per array in each call from Python.
     """

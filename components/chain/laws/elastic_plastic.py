@@ -57,7 +57,7 @@ class ElasticPlastic(Law):
     name: Literal["elastic_plastic"] = field("elastic_plastic", "Thornton's elastic-perfectly plastic spheres", "1")
     yield_pressure: Positive | list[NotNegative] | None = field(
         None,
-        "pressure at which a contact yields: one for all, or one for each place; default 1.6 times the softer yield strength",
+        "pressure at which a contact yields: one for all, or one for each place; default: 1.6 times the lower yield strength",
         "Pa",
     )
 
@@ -71,7 +71,7 @@ class ElasticPlastic(Law):
             where = contacts.start + int(np.argmax(np.isnan(pressure)))
             raise ParameterError(
                 f"neither side of contact {where} has a yield_strength",
-                hint="give yield_pressure, or materials that have one",
+                hint="give yield_pressure, or materials with a yield_strength",
                 at="law.yield_pressure",
             )
         return (math.pi * pressure * reduced_radius[contacts] / (1.5 * stiffness[contacts]))[:, None]

@@ -1,4 +1,4 @@
-"""The kernel functions of a contact law; each selects the implementation for the class of the law.
+"""The kernel functions of contact laws; each dispatches on the class of the law.
 
 In a kernel a law is a `NamedTuple` whose fields are arrays with one number per contact: the stiffness, other constants, and the
 history of the contact. The module of a law registers its functions, for example ``force.register(HertzContacts)``. j is a
@@ -21,9 +21,9 @@ def contact_law(kind, stiffness, constants, history):
     """Return the law of class `kind`, with its arrays.
 
     Args:
-        kind: the class.
-        stiffness: one row.
-        constants: three rows; the first ones are the columns that `Law.contact_constants` returns.
+        kind: class of the law.
+        stiffness: a row of the table.
+        constants: three rows, of which the first ones are the columns that `Law.contact_constants` returns.
         history: three rows; a law with k history rows uses the last k.
     """
 
@@ -79,18 +79,18 @@ def energy_pullback(law, adjoint, j, d, slope):
 
 @_optional
 def damping_pullback(law, adjoint, j, d, slope):
-    """Add slope times the derivative of the damping by each constant; return slope times its derivative by d."""
+    """Add slope d(damping)/dc to the adjoint of each constant c; return slope d(damping)/dd."""
     return 0.0
 
 
 @_required
 def energy_root(law, j, d, rest):
-    """Return the root of the energy of contact j above its energy at rest, negative if it is less compressed."""
+    """Return the root q of the energy of contact j above its energy at rest, negative if it is less compressed [J^0.5]."""
 
 
 @_required
 def energy_root_pullback(law, adjoint, j, d, rest, slope):
-    """Add slope times its derivative by each constant; return slope times its derivatives by d and by `rest`."""
+    """Add slope dq/dc to the adjoint of each constant c; return slope dq/dd and slope dq/drest."""
 
 
 ELASTIC = (contact_law, force, energy)

@@ -58,7 +58,7 @@ def hertz_force(k, d):
 
 @internal_inlined
 def hertz_energy(k, d):
-    """Return its work up to the overlap d, 0.4 k d^2.5."""
+    """Return the work of the force up to the overlap d, 0.4 k d^2.5."""
     return 0.4 * k * (d * d * sqrt(d))
 
 
@@ -73,26 +73,26 @@ def energy(law, j, d):
 
 
 def force_pullback(law, adjoint, j, d, slope):
-    """Add slope d^1.5; return slope 1.5 k d^0.5."""
+    """Add slope d^1.5 to the adjoint of k; return slope 1.5 k d^0.5."""
     root = sqrt(d)
     adjoint.stiffness[j] += d * root * slope
     return law.stiffness[j] * (1.5 * root) * slope
 
 
 def energy_pullback(law, adjoint, j, d, slope):
-    """Add slope dE/dk."""
+    """Add slope dE/dk to the adjoint of k."""
     adjoint.stiffness[j] += (0.4 * (d * d * sqrt(d))) * slope
 
 
 @internal_inlined
 def _overlap_roots(d, rest):
-    """Return s and s0, 0 for a gap."""
+    """Return sqrt(d) and sqrt(d0), 0 for a gap."""
     return sqrt(d) if d > SMALLEST_OVERLAP else 0.0, sqrt(max(rest, 0.0))
 
 
 @internal_inlined
 def _energy_quotient(s, s0):
-    """Return Q."""
+    """Return the factor Q of the energy, see the module."""
     return s * s * (0.4 * s + 0.8 * s0) + s0 * s0 * (1.2 * s + 0.6 * s0)
 
 
@@ -103,7 +103,7 @@ def energy_root(law, j, d, rest):
 
 
 def energy_root_pullback(law, adjoint, j, d, rest, slope):
-    """Add slope times the derivative by k; return slope times the derivatives by d and by the overlap at rest."""
+    """Add slope dq/dk; return slope dq/dd and slope dq/d(overlap at rest)."""
     s, s0 = _overlap_roots(d, rest)
     quotient = _energy_quotient(s, s0)
     if quotient <= 0.0 or law.stiffness[j] <= 0.0:

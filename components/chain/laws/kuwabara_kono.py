@@ -30,7 +30,7 @@ class KuwabaraKono(HertzRest, Dissipative):
     contacts: ClassVar[type] = KuwabaraKonoContacts
 
     name: Literal["kuwabara_kono"] = field("kuwabara_kono", "viscoelastic spheres", "1")
-    dissipation: NotNegative | list[NotNegative] = field(..., "gamma: one for all contacts, or one for each place", "N s/m^1.5")
+    dissipation: NotNegative | list[NotNegative] = field(..., "coefficient gamma: one for all or one per place", "N s/m^1.5")
 
     def damping_coefficients(self, constants: FloatArray, overlap: FloatArray) -> FloatArray:
         """Return gamma sqrt(d)."""
@@ -57,7 +57,7 @@ def damping(law, j, d):
 
 @functions.damping_pullback.register(KuwabaraKonoContacts)
 def damping_pullback(law, adjoint, j, d, slope):
-    """Add slope sqrt(d) to the derivative by gamma; return slope gamma / (2 sqrt(d))."""
+    """Add slope sqrt(d) to the adjoint of gamma; return slope gamma / (2 sqrt(d))."""
     root = sqrt(d)
     adjoint.dissipation[j] += slope * root
     return 0.5 * law.dissipation[j] / root * slope if d > 0.0 else 0.0

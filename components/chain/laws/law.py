@@ -1,4 +1,4 @@
-"""The base class of contact laws: the declarations of a law, and its methods for the build of a chain."""
+"""The base class of contact laws: declarations, and methods that the construction of a chain calls."""
 
 from __future__ import annotations
 
@@ -41,9 +41,9 @@ class Law(Named):
         """Return the constants of each contact in addition to its stiffness, shape (contacts, k) with k up to 3.
 
         Args:
-            stiffness: at each place, shape (n + 1,), like the other arrays.
-            reduced_radius: R* [m].
-            yield_strength: of the weaker side [Pa].
+            stiffness: contact stiffness at each place, shape (n + 1,), like the other arrays.
+            reduced_radius: reduced radius R* [m].
+            yield_strength: yield strength of the weaker side [Pa].
             contacts: slice of the places with a contact.
         """
         return np.zeros((contacts.stop - contacts.start, 0))
@@ -69,7 +69,7 @@ class Law(Named):
 
     @property
     def has_history(self) -> bool:
-        """Return whether the force depends on the past of the contact."""
+        """Return whether the force depends on the history of the contact."""
         return self.history_rows > 0
 
     @property
@@ -98,7 +98,7 @@ class Dissipative(Law, ABC):
 
     @abstractmethod
     def overlap_from_coefficient(self, constants: FloatArray, coefficients: FloatArray) -> FloatArray:
-        """Return the overlap above which the damping exceeds `coefficients`; 0: always, inf: never; shape (contacts,) [m]."""
+        """Return the overlap above which damping exceeds `coefficients`, 0 (always) or inf (never), shape (contacts,) [m]."""
 
 
 def missing_members(law: type[Law], *, gradient: bool = False) -> tuple[str, ...]:
@@ -128,8 +128,8 @@ def refuse_incomplete(law: type[Law], name: str) -> None:
     missing = missing_members(law)
     if missing:
         raise ValueError(
-            f"law {name!r} lacks {', '.join(missing)} in {law.__module__}; define what `laws/functions.py` and "
-            "`laws/law.py` describe, or choose another law"
+            f"law {name!r} lacks {', '.join(missing)} in {law.__module__}; define the members that `laws/functions.py` and "
+            "`laws/law.py` list, or choose another law"
         )
     if issubclass(law, Dissipative) and law.history_rows:
         raise ValueError(f"law {name!r} has a history and a dissipation; no integrator combines them: expected one of the two")

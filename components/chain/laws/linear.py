@@ -29,11 +29,11 @@ class Dashpot(Dissipative):
     has_force_jump: ClassVar[bool] = True
 
     def damping_coefficients(self, constants: FloatArray, overlap: FloatArray) -> FloatArray:
-        """Return the dissipation itself."""
+        """Return the constant c, at any overlap."""
         return constants[:, 0]
 
     def overlap_from_coefficient(self, constants: FloatArray, coefficients: FloatArray) -> FloatArray:
-        """Return 0 (always) or infinity (never)."""
+        """Return 0 if c always exceeds the coefficient, or else infinity."""
         return np.where(constants[:, 0] > coefficients, 0.0, np.inf)
 
 
@@ -45,7 +45,7 @@ class Linear(Dashpot):
     needs_stiffness: ClassVar[bool] = True
 
     name: Literal["linear"] = field("linear", "a linear spring and dashpot", "1")
-    dissipation: NotNegative | list[NotNegative] = field(0.0, "c: one for all contacts, or one for each place", "N s/m")
+    dissipation: NotNegative | list[NotNegative] = field(0.0, "coefficient c: one for all contacts or one per place", "N s/m")
 
     def static_overlap(self, force: FloatArray, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
         """Return F / k."""
@@ -84,19 +84,19 @@ def has_force_jump(law):
 
 @functions.force_pullback.register(LinearContacts)
 def force_pullback(law, adjoint, j, d, slope):
-    """Add slope d; return slope k while the grains touch."""
+    """Add slope d to the adjoint of k; return slope k while the grains touch, else 0."""
     adjoint.stiffness[j] += d * slope
     return (law.stiffness[j] if d > 0.0 else 0.0) * slope
 
 
 @functions.energy_pullback.register(LinearContacts)
 def energy_pullback(law, adjoint, j, d, slope):
-    """Add slope dE/dk."""
+    """Add slope dE/dk to the adjoint of k."""
     adjoint.stiffness[j] += 0.5 * (d * d) * slope
 
 
 @functions.damping_pullback.register(LinearContacts)
 def damping_pullback(law, adjoint, j, d, slope):
-    """Add slope to the derivative by c; the overlap has no effect."""
+    """Add slope to the adjoint of c; return 0, because the overlap has no effect."""
     adjoint.dissipation[j] += slope
     return 0.0

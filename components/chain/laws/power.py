@@ -33,13 +33,13 @@ class Power(Law):
 
     name: Literal["power"] = field("power", "a general exponent", "1")
     exponent: float = field(  # pyright: ignore[reportIncompatibleVariableOverride]
-        ..., "p of F = k d^p", "1", ge=1.0, le=10.0
+        ..., "exponent p of F = k d^p", "1", ge=1.0, le=10.0
     )
 
     def contact_constants(
         self, stiffness: FloatArray, reduced_radius: FloatArray, yield_strength: FloatArray, contacts: slice
     ) -> FloatArray:
-        """Return the exponent."""
+        """Return the exponent for each contact."""
         return np.full((contacts.stop - contacts.start, 1), self.exponent)
 
     def static_overlap(self, force: FloatArray, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
@@ -76,7 +76,7 @@ def energy(law, j, d):
 
 @functions.force_pullback.register(PowerContacts)
 def force_pullback(law, adjoint, j, d, slope):
-    """Add slope d^p; return slope p k d^(p - 1)."""
+    """Add slope d^p to the adjoint of k; return slope p k d^(p - 1)."""
     k, p = law.stiffness[j], law.exponent[j]
     adjoint.stiffness[j] += _positive_power(d, p) * slope
     return k * (p * _positive_power(d, p - 1.0)) * slope
@@ -84,6 +84,6 @@ def force_pullback(law, adjoint, j, d, slope):
 
 @functions.energy_pullback.register(PowerContacts)
 def energy_pullback(law, adjoint, j, d, slope):
-    """Add slope dE/dk."""
+    """Add slope dE/dk to the adjoint of k."""
     p = law.exponent[j]
     adjoint.stiffness[j] += (d * _positive_power(d, p)) / (p + 1.0) * slope

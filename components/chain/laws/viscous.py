@@ -27,7 +27,7 @@ class Viscous(HertzRest, linear.Dashpot):
     contacts: ClassVar[type] = ViscousContacts
 
     name: Literal["viscous"] = field("viscous", "Hertz with a dashpot", "1")
-    dissipation: NotNegative | list[NotNegative] = field(..., "c: one for all contacts, or one for each place", "N s/m")
+    dissipation: NotNegative | list[NotNegative] = field(..., "coefficient c: one for all contacts or one per place", "N s/m")
 
 
 @functions.contact_law.register(ViscousContacts)

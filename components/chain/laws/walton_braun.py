@@ -49,7 +49,7 @@ class WaltonBraun(Law):
 
     name: Literal["walton_braun"] = field("walton_braun", "linear, with a stiffer unloading", "1")
     unloading_stiffness: Positive | list[NotNegative] = field(
-        ..., "k2, at least contact_stiffness: one for all contacts, or one for each place", "N/m"
+        ..., "unloading stiffness k2, at least contact_stiffness: one for all contacts, or one for each place", "N/m"
     )
 
     def contact_constants(
@@ -63,7 +63,7 @@ class WaltonBraun(Law):
             where = int(np.argmax(soft))
             raise ParameterError(
                 f"got {unloading[where]:g} N/m for contact {contacts.start + where}",
-                expected=f"at least its contact_stiffness, {loading[where]:g} N/m: unloading is no softer than loading",
+                expected=f"at least its contact_stiffness, {loading[where]:g} N/m: unloading must not be softer than loading",
                 at="law.unloading_stiffness",
             )
         return np.column_stack([unloading, 1.0 - loading / unloading])

@@ -28,9 +28,9 @@ COLLISION_COEFFICIENT = 2.943275184324706
 
 
 def collision_duration(reduced_mass: Number, stiffness: Number, speed: Number) -> Number:
-    """T1, the contact time of two spheres that meet at `speed`: 2.943 (5 m*/4k)^(2/5) v^(-1/5) [s].
+    """Return the contact time T1 of two spheres that meet at `speed`: 2.943 (5 m*/4k)^(2/5) v^(-1/5) [s].
 
-    Between equal spheres m*/k = 1/(2A), and it is the paper's T1 = 2.94 (5/8A)^(2/5) / v0^(1/5) (section 3).
+    Between equal spheres m*/k = 1/(2A), so that it is the paper's T1 = 2.94 (5/8A)^(2/5) / v0^(1/5) (section 3).
 
     Args:
         reduced_mass: 1/(1/m1 + 1/m2) [kg].
@@ -41,19 +41,19 @@ def collision_duration(reduced_mass: Number, stiffness: Number, speed: Number) -
 
 
 def collision_overlap(reduced_mass: Number, stiffness: Number, speed: Number) -> Number:
-    """Largest overlap of two spheres that meet at `speed`: (5 m* v^2 / 4k)^(2/5) [m]."""
+    """Return the largest overlap of two spheres that meet at `speed`: (5 m* v^2 / 4k)^(2/5) [m]."""
     return (1.25 * reduced_mass * speed**2 / stiffness) ** 0.4
 
 
 def duration_from_overlap(reduced_mass: Number, stiffness: Number, overlap: Number) -> Number:
-    """T1 of the collision whose largest overlap is `overlap`: both formulas above with the speed eliminated [s]."""
+    """Return the contact time T1 of a collision with the largest overlap `overlap` [s], from both formulas above."""
     # No power function, because the report of a run must be bitwise the same on every machine.
     root = np.sqrt(overlap)
     return COLLISION_COEFFICIENT * np.sqrt(1.25 * reduced_mass / (stiffness * root))
 
 
 def duration_times_frequency(exponent: float) -> float:
-    """Duration of a collision x its largest angular frequency, for F = k d^growth: 4.03 for spheres, pi for springs.
+    """Return the duration of a collision x its largest angular frequency, for F = k d^p: 4.03 for spheres, pi for springs.
 
     With D the largest overlap, v^2 = 2 k D^(p + 1) / ((p + 1) m*), the duration is (2 D / v) sqrt(pi) Gamma(1 + 1/(p + 1)) /
     Gamma(1/2 + 1/(p + 1)) and the frequency sqrt(p k D^(p - 1) / m*).
@@ -69,7 +69,7 @@ VISCOUS_COEFFICIENT = 0.8 * math.gamma(0.4) * math.gamma(1.5) / math.gamma(1.9) 
 
 
 def kuwabara_kono_loss(reduced_mass: Number, stiffness: Number, damping: Number, speed: Number) -> Number:
-    """1 - e for F = k d^1.5 + gamma d^0.5 d': 1.1534 (gamma/m*)(m*/k)^(3/5) v^(1/5).
+    """Return the loss 1 - e for F = k d^1.5 + gamma d^0.5 d': 1.1534 (gamma/m*)(m*/k)^(3/5) v^(1/5).
 
     The work is 2 gamma v d_m^1.5 int x^0.5 sqrt(1 - x^2.5) dx = 0.8 B(3/5, 3/2) gamma v d_m^1.5.
     With gamma = (3/2) A k it becomes 1.15344 (3/2) A (k/m*)^(2/5) v^(1/5) (Kuwabara & Kono 1987; Ramirez et al. 1999). The next
@@ -85,7 +85,7 @@ def kuwabara_kono_loss(reduced_mass: Number, stiffness: Number, damping: Number,
 
 
 def viscous_loss(reduced_mass: Number, stiffness: Number, damping: Number, speed: Number) -> Number:
-    """1 - e for F = k d^1.5 + g d': 1.7878 (g/m*)(m*/k)^(2/5) v^(-1/5).
+    """Return the loss 1 - e for F = k d^1.5 + g d': 1.7878 (g/m*)(m*/k)^(2/5) v^(-1/5).
 
     The work is 2 g v d_m int sqrt(1 - x^2.5) dx = 0.8 B(2/5, 3/2) g v d_m. If the force is clipped at 0 (no tension) the
     contact opens at d_c = (g v/k)^(2/3), and the loss is smaller by (3/5)(g/m* v) d_c: a correction of the relative order
@@ -101,13 +101,13 @@ def viscous_loss(reduced_mass: Number, stiffness: Number, damping: Number, speed
 
 
 def viscous_loss_without_tension(reduced_mass: Number, stiffness: Number, damping: Number, speed: Number) -> Number:
-    """`viscous_loss` minus the loss that a contact without tension does not have at its end, (3/5)(g/m* v)(g v/k)^(2/3)."""
+    """Return `viscous_loss` minus (3/5)(g/m* v)(g v/k)^(2/3), the loss that tension would cause at the end."""
     whole = viscous_loss(reduced_mass, stiffness, damping, speed)
     return whole - 0.6 * damping / (reduced_mass * speed) * (damping * speed / stiffness) ** (2.0 / 3.0)
 
 
 def tapered_ratio(taper: Number) -> Number:
-    """v_(i+1)/v_i in a chain whose radii fall by the factor 1 - q: 2/(1 + (1 - q)^3), -1 < q < 1; q < 0 grows."""
+    """Return v_(i+1)/v_i for radii that fall by the factor 1 - q: 2/(1 + (1 - q)^3), -1 < q < 1; for q < 0 they grow."""
     return 2.0 / (1.0 + (1.0 - taper) ** 3)
 
 

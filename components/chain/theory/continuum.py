@@ -37,15 +37,15 @@ def W(y: Number, c3: float) -> Number:
 
 
 def extremes(c3: float) -> Extremes:
-    """y1 and y2 for 0 <= C3 < 5/27; at C3 = 0 they are 0 and 1."""
+    """Return y1 and y2 for 0 <= C3 < 5/27; at C3 = 0 they are 0 and 1."""
     low, high = extreme_roots(c3)
     return Extremes(low**2.5, high**2.5)
 
 
 def extreme_roots(c3: float) -> tuple[float, float]:
-    """s1 and s2, s = y^(2/5): the two positive roots of s^2 - s^3 = 4 C3/5."""
+    """Return s1 and s2, s = y^(2/5): the two positive roots of s^2 - s^3 = 4 C3/5."""
     if not 0.0 <= c3 < LARGEST_C3:
-        raise ParameterError(f"got {c3:g}", expected="at least 0 and less than 5/27: beyond it W has no extremes", at="c3")
+        raise ParameterError(f"got {c3:g}", expected="at least 0 and less than 5/27, else W has no extremes", at="c3")
     # With s = 1/3 + 2/3 cos(angle) the cubic is cos(3 angle) = 1 - 10.8 C3; with sines no digits are lost for C3 -> 0.
     third = 2.0 / 3.0 * float(np.arcsin(min(1.0, (5.4 * c3) ** 0.5)))
     low = 2.0 * np.sin(0.5 * third) ** 2 + 3.0**0.5 * np.sin(third)
@@ -53,7 +53,7 @@ def extreme_roots(c3: float) -> tuple[float, float]:
 
 
 def c3_from_ratio(ratio: Number) -> Number:
-    """C3 of the solitary wave whose largest strain is r = xi_m/xi_0 > 1 times the strain at rest."""
+    """Return the C3 of the solitary wave whose largest strain is r = xi_m/xi_0 > 1 times the strain at rest."""
     root = _maximum_root(ratio)
     return 1.25 * root**2 * (1.0 - root)
 
@@ -67,7 +67,7 @@ def ratio_from_c3(c3: float) -> float:
 
 
 def speed_ratio(ratio: Number) -> Number:
-    """V/c0 of the solitary wave of height r = xi_m/xi_0 > 1: sqrt((4/15)(3 + 2 r^2.5 - 5 r))/(r - 1).
+    """Return V/c0 of the solitary wave of height r = xi_m/xi_0 > 1: sqrt((4/15)(3 + 2 r^2.5 - 5 r))/(r - 1).
 
     This is the closed form of the quadrature of W. It is slower than the wave of the lattice (`lattice_wave`) by
     0.04 % at r = 1.563, 0.6 % at 7.93, 1.2 % at 186.
@@ -78,13 +78,13 @@ def speed_ratio(ratio: Number) -> Number:
 
 
 def shock_ratio(c3: float) -> float:
-    """xi_c/xi_0, the strain far behind a stationary shock over that in front, (s2/s1)^2; 0 < C3 < 5/27."""
+    """Return xi_c/xi_0, the strain far behind a stationary shock over that in front, (s2/s1)^2; 0 < C3 < 5/27."""
     low, high = extreme_roots(c3)
     return (high / low) ** 2
 
 
 def shock_speed_ratio(ratio: Number) -> Number:
-    """D/c0 of a shock from xi_0 to xi_c = ratio xi_0, from mass and momentum: sqrt(2/3 (r^1.5 - 1)/(r - 1))."""
+    """Return D/c0 of a shock from xi_0 to xi_c = ratio xi_0, from mass and momentum: sqrt(2/3 (r^1.5 - 1)/(r - 1))."""
     sigma = ratio**0.5
     return (2.0 / 3.0 * (sigma**2 + sigma + 1.0) / (sigma + 1.0)) ** 0.5
 
@@ -106,12 +106,12 @@ CONTINUUM_SOLITARY_SPEED = 0.64**0.2
 
 
 def largest_strain(speed: Number) -> Number:
-    """xi_m of (2.7): (5 V^2 / 4 c^2)^2; the power 2 is misprinted in the paper."""
+    """Return xi_m of (2.7), (5 V^2 / 4 c^2)^2; the power 2 is misprinted in the paper."""
     return (1.25 * speed**2) ** 2
 
 
 def strain_wave(position: Number, speed: float) -> Number:
-    """(2.7): xi = (5 V^2/4c^2)^2 cos^4(sqrt(10) x/5a), periodic; one hump, |x| < L/2, is the solitary wave.
+    """Return the periodic wave (2.7), xi = (5 V^2/4c^2)^2 cos^4(sqrt(10) x/5a); its hump |x| < L/2 is the solitary wave.
 
     It touches xi = 0, where (2.4) does not hold, at x = (5a/sqrt 10)(pi/2 + pi n).
     """
@@ -124,12 +124,12 @@ def solitary_strain(position: Number, speed: float) -> Number:
 
 
 def shock_strain(speed: Number) -> Number:
-    """xi_c = V^4/c^4, the strain behind a stationary shock into an uncompressed chain."""
+    """Return xi_c = V^4/c^4, the strain behind a stationary shock into an uncompressed chain."""
     return speed**4
 
 
 def shock_speed(constant: Number, diameter: Number, piston: Number) -> Number:
-    """D1 of section 3.4, the shock ahead of a piston of velocity v0: c^(4/5) v0^(1/5) [m/s]; SI units.
+    """Return the speed D1 of the shock ahead of a piston of velocity v0 (section 3.4): c^(4/5) v0^(1/5) [m/s]; SI units.
 
     From mass and momentum, v0 = D1 xi_c and xi_c = (D1/c)^4, independent of the size of the grains. It requires losses: without
     losses the front is a faster solitary wave.
@@ -143,5 +143,5 @@ def shock_speed(constant: Number, diameter: Number, piston: Number) -> Number:
 
 
 def front_velocity_ratio(coefficient: float) -> float:
-    """v_m1/v0 of a solitary wave of speed D1: coefficient^(-5) (paper, with 0.915: 1.56; the lattice's 0.907470: 1.625)."""
+    """Return v_m1/v0 of a solitary wave of speed D1: coefficient^(-5) (paper, 0.915: 1.56; lattice, 0.907470: 1.625)."""
     return coefficient**-5

@@ -15,7 +15,7 @@ from .long_waves import Number
 
 
 class BandEdges(NamedTuple):
-    """Angular frequencies of propagating waves: up to the first, and from the second to the third [rad/s]."""
+    """Angular frequencies of the band edges [rad/s]: waves propagate up to acoustic, and from optical_low to optical_high."""
 
     acoustic: float
     optical_low: float
@@ -28,12 +28,12 @@ def tangent_stiffness(stiffness: Number, force: Number, exponent: float = 1.5) -
 
 
 def monatomic_frequency(wave_number: Number, tangent: float, mass: float, diameter: float) -> Number:
-    """Omega = 2 sqrt(K/m) |sin(kappa a/2)| [rad/s].
+    """Return omega = 2 sqrt(K/m) |sin(kappa a/2)| [rad/s].
 
     Args:
         wave_number: kappa [rad/m], |kappa| <= pi/a.
         tangent: K [N/m].
-        mass: [kg].
+        mass: mass of a grain [kg].
         diameter: a, the distance of neighbours [m].
     """
     return monatomic_cutoff_frequency(tangent, mass) * np.abs(np.sin(0.5 * wave_number * diameter))
@@ -45,7 +45,7 @@ def monatomic_cutoff_frequency(tangent: float, mass: float) -> float:
 
 
 def diatomic_frequencies(wave_number: Number, tangent: float, light: float, heavy: float, cell: float) -> tuple[Number, Number]:
-    """Both branches, acoustic and optical, of a chain with two alternating masses [rad/s].
+    """Return the acoustic and the optical frequency of a chain with two alternating masses [rad/s].
 
     omega^2 = K (1/m1 + 1/m2) -+ K sqrt((1/m1 + 1/m2)^2 - 4 sin^2(kappa L/2)/(m1 m2)).
 
@@ -64,7 +64,7 @@ def diatomic_frequencies(wave_number: Number, tangent: float, light: float, heav
 
 
 def diatomic_band_edges(tangent: float, light: float, heavy: float) -> BandEdges:
-    """sqrt(2K/m_heavy), sqrt(2K/m_light), sqrt(2K (1/m1 + 1/m2)) [rad/s]; the gap lies between the first two."""
+    """Return sqrt(2K/m_heavy), sqrt(2K/m_light), sqrt(2K (1/m1 + 1/m2)) [rad/s]; the gap is between the first two."""
     light, heavy = min(light, heavy), max(light, heavy)
     return BandEdges(
         math.sqrt(2.0 * tangent / heavy),

@@ -1,4 +1,4 @@
-"""The solitary wave of the lattice, not the continuum: a travelling wave u(x - Vt) of (2.1). Dimensionless: m = A = a = 1.
+"""The solitary wave of the discrete lattice: a travelling wave u(x - Vt) of (2.1). Dimensionless: m = A = a = 1.
 
 With d(x) the overlap above its rest value, F the contact force above its rest value, and the tent 1 - |x| on |x| < 1,
 
@@ -28,10 +28,10 @@ SOLITARY_MOMENTUM = 1.6699712493
 # Peak of a front with weak losses over the state behind the shock: overlap, pressure (2.7: 1.5625, 1.9531).
 LATTICE_STRAIN_OVERSHOOT = 1.4873593743
 LATTICE_PRESSURE_OVERSHOOT = 1.8139439880
-# Velocity at which a free end leaves, in v_m; from a run of the chain.
+# Velocity of the last grain after it leaves a free end, in v_m; from a run of the chain.
 FREE_END_VELOCITY = 1.44606
 
-# Tolerance of the shape: the first, or the second over e^2 for a wave with a small rise e, where rounding limits the accuracy.
+# Tolerance of the shape: _TOLERANCE, or _ROUNDING / e^2 for a wave with a small rise e, whose accuracy rounding limits.
 _TOLERANCE, _ROUNDING = 1e-13, 5e-13
 _ITERATIONS = 500
 _POINTS_PER_GRAIN = 16
@@ -47,10 +47,10 @@ class LatticeWave:
 
     Attributes:
         position: x - Vt of a contact (overlap) or a grain (velocity), equidistant, with the crest at 0, shape (n,).
-        overlap: above its rest value, shape (n,).
-        velocity: of the grains, shape (n,).
-        rest_overlap: d0; 0 without precompression.
-        speed: V.
+        overlap: overlap above its rest value, shape (n,).
+        velocity: velocity of the grains, shape (n,).
+        rest_overlap: overlap d0 at rest; 0 without precompression.
+        speed: speed V of the wave.
     """
 
     position: FloatArray
@@ -74,7 +74,7 @@ class LatticeWave:
 
     @property
     def speed_coefficient(self) -> float:
-        """V / v_m^(1/5); 0.907470 for the uncompressed wave of any height."""
+        """Speed coefficient V / v_m^(1/5); 0.907470 for the uncompressed wave of any height."""
         return self.speed / float(root(self.velocity.max(), 5))
 
     @property
@@ -89,7 +89,7 @@ class LatticeWave:
 
     @property
     def kinetic_energy(self) -> float:
-        """Sum over the grains, averaged over time; without precompression 5/4 of the potential energy (virial theorem)."""
+        """Kinetic energy, averaged over time; without precompression 5/4 of the potential energy (virial theorem)."""
         return 0.5 * float((self.velocity**2).sum()) * self._grain_fraction
 
     @property
@@ -137,7 +137,7 @@ def lattice_wave(rest_overlap: float, height: float = 1.0) -> LatticeWave:
     if not (rest >= 0.0 and 0.0 < height < math.inf and height >= _SMALLEST_RISE * rest):
         raise ParameterError(
             f"got {height:g} above a rest_overlap of {rest:g}",
-            expected=f"more than 0, and at least {_SMALLEST_RISE:g} of it",
+            expected=f"more than 0, and at least {_SMALLEST_RISE:g} times the rest_overlap",
             at="height",
         )
     rise = height / rest if rest else math.inf
@@ -148,7 +148,7 @@ def lattice_wave(rest_overlap: float, height: float = 1.0) -> LatticeWave:
     place, waves = steps / _POINTS_PER_GRAIN, steps * (_POINTS_PER_GRAIN / count)
     box = np.where(steps == 0, 1.0, sine_of_pi(waves) / np.where(steps == 0, 1.0, math.pi * waves))
     tent = box * box
-    # All in units of the height: the force has the power 1.5, so V scales as the fourth root of the height.
+    # Overlaps are in units of the height: the force has the power 1.5, so V scales as the fourth root of the height.
     start = rest / height
     linear = 1.5 * math.sqrt(start)
     rise_of_guess = exponential(np.minimum(rate * np.abs(place), 300.0))

@@ -48,7 +48,7 @@ def contact_speed(constant: Number, diameter: Number) -> Number:
 
 
 def sound_speed(constant: Number, diameter: Number, overlap: Number) -> Number:
-    """c0 of (2.3), for long waves in a chain compressed to `overlap` delta0: a sqrt(3/2 A delta0^(1/2)) [m/s].
+    """Return c0 of (2.3), the speed of long waves at the static overlap delta0: a sqrt(3/2 A delta0^(1/2)) [m/s].
 
     With a = 2R it is the paper's c0^2 = 6 A R^2 delta0^(1/2). It vanishes with delta0: an uncompressed chain has no sound.
     """
@@ -107,7 +107,7 @@ def nesterenko_acceleration(derivatives: FloatArray, constant: float, diameter: 
 
 
 def korteweg_de_vries_speed_ratio(rise: Number) -> Number:
-    """V/c0 = sqrt(1 + e/6) of the soliton whose strain rises by e times the strain at rest.
+    """Return V/c0 = sqrt(1 + e/6) of the soliton whose strain rises by e times the strain at rest.
 
     Exact for (2.3). Compared with the closed form of (2.4) it is too fast by 1.0e-6 at e = 0.01, 1.0e-4 at 0.1, 7.1e-3 at 1;
     compared with the wave of the lattice (`lattice_wave`) by 8.3e-7, 8.1e-5, 6.1e-3.
@@ -116,7 +116,7 @@ def korteweg_de_vries_speed_ratio(rise: Number) -> Number:
 
 
 def korteweg_de_vries_shape(position: Number, rise: float) -> Number:
-    """(xi - xi0)/(xi_m - xi0) = sech^2(sqrt(e/2) x/a) of that soliton, `position` x in diameters."""
+    """Return (xi - xi0)/(xi_m - xi0) = sech^2(sqrt(e/2) x/a) of that soliton, with `position` x in diameters."""
     rate = (0.5 * rise) ** 0.5
     # In terms of the decaying exponential of -|x|, which cannot overflow.
     decay = np.exp(-np.abs(position) * rate)

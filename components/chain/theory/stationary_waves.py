@@ -28,9 +28,9 @@ class StationaryWave:
 
     Attributes:
         c3: C3 of W.
-        energy: of the particle in W, i.e. W(y1).
+        energy: energy of the particle in W, i.e. W(y1).
         position: x/a, increasing, not equidistant, shape (n,).
-        y: of (2.6), shape (n,).
+        y: y of (2.6), shape (n,).
         width: full width of the strain at half its height above the lowest strain, in a.
     """
 
@@ -65,8 +65,8 @@ def solitary_wave(c3: float, samples: int = 401) -> StationaryWave:
     """Return the solitary wave, 0 < C3 < 5/27; its height over xi_0 is `ratio_from_c3`(C3).
 
     Args:
-        c3: for a given height, from `c3_from_ratio`.
-        samples: number of points of the profile, odd, so that one is the crest.
+        c3: constant C3; `c3_from_ratio` returns it for a given height.
+        samples: odd number of points of the profile, so that one is the crest.
     """
     if whole_number("samples", samples, 5) % 2 == 0:
         raise ParameterError(f"got {samples}", expected="an odd number, so that one point is the crest", at="samples")
@@ -94,7 +94,7 @@ def solitary_wave(c3: float, samples: int = 401) -> StationaryWave:
 
 
 def _potential_polynomial(c3: float) -> Polynomial:
-    """W as a polynomial of s = y^(2/5)."""
+    """Return the coefficients of W as a polynomial of s = y^(2/5)."""
     return Polynomial([0.0, 0.0, c3, 0.0, -0.625, 0.5])
 
 
@@ -116,7 +116,7 @@ def _divide_by_root(coefficients: list[float], root: float) -> list[float]:
 
 
 def _antiderivative(rate: Callable[[FloatArray], FloatArray], nodes: FloatArray) -> FloatArray:
-    """Integral of `rate` from the first node to each node, shape (nodes,)."""
+    """Return the integral of `rate` from the first node to each node, shape (nodes,)."""
     half = 0.5 * np.diff(nodes)
     places = nodes[:-1, None] + half[:, None] * (1.0 + _POINTS)
     return np.concatenate(([0.0], np.cumsum(half * (rate(places) @ _WEIGHTS))))

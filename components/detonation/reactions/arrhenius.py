@@ -23,7 +23,7 @@ _ONE_OVER_E = 0.36787944117144233
 # The rate is zero above this exponent, to limit the argument of `power`.
 _LARGEST_EXPONENT = 100.0
 _INTERVALS = 400
-# Number of cells in the half-reaction length below which there is a caution.
+# Number of cells in the half-reaction length below which the law issues a caution.
 _LEAST_CELLS = 10.0
 
 
@@ -37,10 +37,10 @@ class ArrheniusConstants(NamedTuple):
 class Arrhenius(Reaction):
     """A rate that grows with p / rho, so that the heat of the shock starts the reaction."""
 
-    name: Literal["arrhenius"] = field("arrhenius", "one step, k Y exp(-E rho / p)", "1")
-    activation: Magnitude = field(2.5, "activation energy E over p / rho behind the leading shock", "1", le=40.0)
+    name: Literal["arrhenius"] = field("arrhenius", "one-step reaction of the rate k Y exp(-E rho / p)", "1")
+    activation: Magnitude = field(2.5, "activation energy E, divided by p / rho behind the leading shock", "1", le=40.0)
     half_reaction_length: Magnitude = field(
-        5e-3, "length behind the shock in which half of the gas reacts, in the steady wave", "m"
+        5e-3, "distance behind the shock of the steady wave at which half of the gas has reacted", "m"
     )
 
     def constants(self, gas: Gas, front: Detonation, ahead: tuple[float, float], cell_size: float) -> ArrheniusConstants:
@@ -58,8 +58,8 @@ class Arrhenius(Reaction):
         if cells >= _LEAST_CELLS:
             return []
         return [
-            f"the half-reaction length of {self.half_reaction_length:g} m has {cells:.2g} cells, expected {_LEAST_CELLS:g} or "
-            "more; take more cells, or the reaction pressure_burn, which needs no zone"
+            f"the half-reaction length of {self.half_reaction_length:g} m spans {cells:.2g} cells, expected at least "
+            f"{_LEAST_CELLS:g}; take more cells, or the reaction pressure_burn, which needs no resolved reaction zone"
         ]
 
 

@@ -35,7 +35,7 @@ class ConstantVolumeConstants(NamedTuple):
 class ConstantVolume(Reaction):
     """Pressure is overwritten while the gas is compressed; a documented negative result."""
 
-    name: Literal["constant_volume"] = field("constant_volume", "overwrites the pressure; a negative result", "1")
+    name: Literal["constant_volume"] = field("constant_volume", "overwrites the pressure (a negative result)", "1")
 
     def constants(self, gas: Gas, front: Detonation, ahead: tuple[float, float], cell_size: float) -> ConstantVolumeConstants:
         """Return V0, V_CJ [m^3/kg] and P_CJ [Pa]."""
@@ -44,8 +44,8 @@ class ConstantVolume(Reaction):
     def cautions(self, cell_size: float) -> list[str]:
         """Return the caution that this law is wrong."""
         return [
-            "the reaction constant_volume overwrites pressures: its front is too fast on any mesh, by 9 to 40 % or more as the "
-            "step is chosen, and it does not conserve energy; take the reaction pressure_burn"
+            "the reaction constant_volume overwrites pressures: its front is 9 to 40 % or more too fast on any mesh, depending "
+            "on the step, and it does not conserve energy; take the reaction pressure_burn"
         ]
 
 

@@ -1,4 +1,4 @@
-"""No reaction."""
+"""The law of a gas that does not react."""
 
 from __future__ import annotations
 

@@ -33,9 +33,9 @@ class PressureBurn(Reaction):
 
     name: Literal["pressure_burn"] = field("pressure_burn", "burn over a few cells, triggered by pressure", "1")
     trigger: float = field(
-        0.2, "pressure that starts the burn, as a part of the Chapman-Jouguet pressure", "1", ge=0.05, le=0.5
+        0.2, "pressure that starts the burn, as a fraction of the Chapman-Jouguet pressure", "1", ge=0.05, le=0.5
     )
-    width: float = field(2.0, "cells that the front crosses while the gas burns", "1", ge=1.0, le=20.0)
+    width: float = field(2.0, "number of cells that the front crosses while the gas burns", "1", ge=1.0, le=20.0)
 
     def cautions(self, cell_size: float) -> list[str]:
         """Return a caution if the front may outrun its shock."""
@@ -43,7 +43,7 @@ class PressureBurn(Reaction):
             return []
         return [
             f"pressure_burn with trigger x width = {self.trigger * self.width:.2g}: below {_LEAST_PRODUCT:g} gas burns before "
-            "its shock has come, a weak detonation that is too fast; take a larger width"
+            "its shock arrives, in a weak detonation that is too fast; take a larger width"
         ]
 
     def constants(self, gas: Gas, front: Detonation, ahead: tuple[float, float], cell_size: float) -> PressureBurnConstants:
@@ -51,8 +51,8 @@ class PressureBurn(Reaction):
         if ahead[0] >= self.trigger * front.burnt.pressure:
             part = ahead[0] / front.burnt.pressure
             raise ParameterError(
-                f"got {self.trigger:g} of the Chapman-Jouguet pressure, {front.burnt.pressure:.4g} Pa, and the gas has "
-                f"{part:.4g} of it at rest, so that all of it would burn at once",
+                f"got {self.trigger:g} of the Chapman-Jouguet pressure, {front.burnt.pressure:.4g} Pa, but the gas at "
+                f"rest already has {part:.4g} of it, so that all gas would burn at once",
                 expected=f"more than {part:.4g}",
                 hint="take a larger trigger, more gas.heat_release, or the reaction arrhenius",
                 at=("reaction", "trigger"),

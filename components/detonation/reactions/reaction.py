@@ -25,8 +25,8 @@ def advance_reaction(law, density, pressure, fraction, step):
 
     Args:
         law: constants of the reaction.
-        density: [kg/m^3].
-        pressure: [Pa].
+        density: density of the gas [kg/m^3].
+        pressure: pressure before the reaction [Pa].
         fraction: unreacted fraction before the tick.
         step: length of the tick [s].
     """
@@ -43,10 +43,10 @@ class Reaction(Named):
         """Return the law for kernels.
 
         Args:
-            gas: with its heat release.
+            gas: the gas, with its heat release.
             front: the Chapman-Jouguet detonation of the gas.
             ahead: initial pressure [Pa] and density [kg/m^3].
-            cell_size: [m].
+            cell_size: length of a cell [m].
         """
 
     def ignition_pressure(self, front: Detonation, ahead: tuple[float, float]) -> float:
@@ -54,5 +54,5 @@ class Reaction(Named):
         return math.nan
 
     def cautions(self, cell_size: float) -> list[str]:
-        """Return a caution for each assumption of this law that such cells violate."""
+        """Return a caution for each assumption of this law that cells of this size violate."""
         return []

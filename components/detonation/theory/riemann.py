@@ -24,8 +24,8 @@ class RiemannSolution:
         left: the state at x < 0.
         right: the state at x > 0.
         gamma: adiabatic exponent.
-        pressure: between the two waves [Pa].
-        velocity: between the two waves, i.e. of the contact [m/s].
+        pressure: pressure between the two waves [Pa].
+        velocity: velocity between the two waves, i.e. of the contact [m/s].
     """
 
     left: Flow
@@ -55,7 +55,7 @@ def riemann_problem(left: Flow, right: Flow, gamma: float) -> RiemannSolution:
     speeds = [math.sqrt(gamma * one.pressure / one.density) for one in (left, right)]
     parting = right.velocity - left.velocity
     if parting >= 2.0 * sum(speeds) / (gamma - 1.0):
-        raise ValueError(f"the states part at {parting:g} m/s: a vacuum opens between them")
+        raise ValueError(f"the states separate at {parting:g} m/s: a vacuum opens between them")
 
     def excess_velocity(pressure: float) -> float:
         return _velocity_change(left, gamma, pressure) + _velocity_change(right, gamma, pressure) + parting

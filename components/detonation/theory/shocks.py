@@ -21,7 +21,7 @@ def state_behind_shock(ahead: Flow, gamma: float, mach: float) -> Flow:
 
 
 def reflected_pressure(incoming: Flow, gamma: float) -> float:
-    """Return the pressure [Pa] on a rigid wall that stops a gas flow of velocity `coming.velocity`.
+    """Return the pressure [Pa] on a rigid wall that stops a gas flow of velocity `incoming.velocity`.
 
     The positive root of (P - p)^2 = rho u^2 ((gamma + 1) P + (gamma - 1) p) / 2.
     """

@@ -24,7 +24,7 @@ class ReactionZone:
     """The steady wave with the rate k (1 - progress) exp(-E rho / p).
 
     Attributes:
-        gas: with its heat release.
+        gas: the gas, with its heat release.
         ahead: gas at rest ahead of the wave.
         rate: k [1/s].
         activation_energy: E [J/kg].
