@@ -139,7 +139,7 @@ class Conditions:
         for index, automaton in enumerate(self._forced.tolist()):
             if automaton in held:
                 raise ParameterError(
-                    f"automaton {automaton} is held along x and y, so a force there does nothing",
+                    f"the motion of automaton {automaton} is prescribed along x and y, so a force on it has no effect",
                     hint="leave it out, or free its edge",
                     at=("forced_automata", index),
                 )
@@ -151,7 +151,7 @@ class Conditions:
         """Declare the inputs."""
         if self._forced.size:
             shape, axes = (len(self._forced), 2), ("forced_automaton", "direction")
-            text = "force on each of the `forced_automata`, along x and y"
+            text = "force on each of the `forced_automata` along x and y"
             yield Variable("force", "input", "N", shape, text, start=0.0, axes=axes)
         for name, boundary in self._boundaries.items():
             if isinstance(boundary, (PrescribedVelocity, Traction)):

@@ -76,9 +76,9 @@ class ColdWelding(Relinking):
     """Pressure of the contact >= pressure, and sliding speed <= slip_speed; checked every `release_ticks` steps."""
 
     name: Literal["cold_welding"] = field("cold_welding", "which law", "1")
-    pressure: Magnitude = field(..., "pressure of a contact that links it", "Pa")
-    slip_speed: Magnitude = field(..., "largest sliding speed at which it does", "m/s")
-    kinds = {"linked": "a broken pair was pressed as hard as its law says, and was linked again"}
+    pressure: Magnitude = field(..., "smallest pressure at which a contact is linked again", "Pa")
+    slip_speed: Magnitude = field(..., "largest sliding speed at which a contact is linked again", "m/s")
+    kinds = {"linked": "the pressure between a broken pair reached the limit of the law, and the pair was linked again"}
 
     def constants(self) -> tuple[float, float]:
         """Return pressure and speed."""

@@ -185,7 +185,7 @@ class EdgeInputs:
                     if held & bit and not conditions.prescribed[row_of[node], k]:
                         x, y = mesh.nodes[node]
                         raise ParameterError(
-                            f"automaton {automaton} at ({x:.9g}, {y:.9g}) m is held along {'xy'[k]} by its edge, and belongs "
+                            f"automaton {automaton} at ({x:.9g}, {y:.9g}) m is fixed along {'xy'[k]} by its edge and belongs "
                             f"to the interface, but node {node} of the grid is free there",
                             hint="give the edge of the grid that ends there the same condition",
                             at="automata",

@@ -105,9 +105,9 @@ def _build_assembly(p: ShellParameters) -> Assembly:
     except UnspannedBasisError as error:
         why = str(error)
         if error.place:
-            why = f"the point at {lattice.describe_position(error.place)} sees too few nodes for the basis {p.basis!r}"
+            why = f"the point at {lattice.describe_position(error.place)} has too few neighbours for the basis {p.basis!r}"
         raise ParameterError(
-            f"got {radius:g} spacings: {why}", expected="a radius within which there are enough nodes",
+            f"got {radius:g} spacings: {why}", expected="a radius that contains enough nodes",
             hint="give a larger radius, or more nodes", at="body" if p.radius is None else "radius",
         ) from None  # fmt: skip
     conditions = make_conditions(p.body, lattice, p.boundaries)
@@ -139,9 +139,9 @@ def refuse_zero_energy_modes(p: ShellParameters) -> None:
     if modes != RIGID_MOTIONS:
         raise ParameterError(
             f"got {rule.surface!r} with {rule.through} points through {p.body.node_counts[2]} layers, basis {p.basis!r}, "
-            f"radius {p.chosen_radius:g}: a free patch has {modes} modes without energy",
-            expected=f"{RIGID_MOTIONS}, the rigid motions",
-            hint="take more points, or surface = 'cell'", at="integration",
+            f"radius {p.chosen_radius:g}: a free patch has {modes} zero-energy modes",
+            expected=f"{RIGID_MOTIONS}, the rigid motions only",
+            hint="use more points, or surface = 'cell'", at="integration",
         )  # fmt: skip
 
 

@@ -90,7 +90,7 @@ def _make_line_stencils(axis: Axis, index: FloatArray, radius: float, is_shared:
     found = [axis.neighbours(float(one), radius) for one in index]
     for point, some in enumerate(found):
         if not some:
-            message = f"a point sees too few nodes: none lies within {radius:g} spacings along one of the axes"
+            message = f"a point has too few neighbours: none lies within {radius:g} spacings along one of the axes"
             raise UnspannedBasisError(point, message)
     most = max(map(len, found))
     planes = np.array([[*some, *[some[0]] * (most - len(some))] for some in found], dtype=np.int64)

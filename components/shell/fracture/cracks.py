@@ -41,10 +41,10 @@ _ENDLESS = 2.0**62
 PARTED, ERODED, SPENT, TORN, LOOSENED = "point_parted", "point_eroded", "point_spent", "point_torn", "node_loosened"
 KINDS = {
     PARTED: "a point passed the limit of the fracture law: a crack normal to the largest principal stress begins there",
-    SPENT: "a point that has parted, and has had time to unload, passed the limit again: it carries no stress any more",
-    TORN: "a point at cracks was inverted or strained beyond measure: it carries no stress any more",
-    LOOSENED: "hardly any point sees a node any more: it flies on, and nothing holds it",
-    ERODED: "the nodes that cracks have left to a point do not span its functions: it carries no stress any more",
+    SPENT: "a parted point that has had time to unload passed the limit again: it no longer carries stress",
+    TORN: "a point at cracks was inverted or strained beyond the limits: it no longer carries stress",
+    LOOSENED: "cracks have removed a node from almost all supports of points: it moves on without forces",
+    ERODED: "the neighbours that cracks have left to a point do not span its basis: it no longer carries stress",
 }
 # Events after which a point carries no stress.
 LOST_KINDS = (SPENT, TORN, ERODED)

@@ -124,7 +124,7 @@ def refuse_coinciding_planes(axis: Axis, measure: float, *name: str) -> None:
     distance, largest = float(np.diff(x).min()), float(np.abs(x).max())
     if not distance >= _LEAST_DISTANCE * largest:
         raise ParameterError(
-            f"got {measure:g} m: two planes of nodes would lie {distance:g} apart at {largest:g}",
+            f"got {measure:g} m: two planes of nodes would be only {distance:g} apart at the coordinate {largest:g}",
             expected=f"distances of at least {_LEAST_DISTANCE:g} of the coordinate", at=("body", *name),
         )  # fmt: skip
 
@@ -150,9 +150,7 @@ def graded_axis(base_axis: Axis, middle: float, extent: float, spacing: float, n
     if base_axis.is_covered(middle, extent):
         return base_axis
     if not extent / spacing < base_axis.count:
-        raise unresolved_notch_error(
-            name, f"it takes {extent / spacing:.3g} of them at the distances of its spacing or columns"
-        )
+        raise unresolved_notch_error(name, f"its spacing or columns require {extent / spacing:.3g} nodes inside it")
     count = math.ceil(extent / spacing * (1.0 - _ROUNDING))
     count += 1 - count % 2
     step = extent / count
@@ -189,7 +187,7 @@ def refuse_outside_interval(base_axis: Axis, middle: float, extent: float, name:
     if not inside:
         raise ParameterError(
             f"got a notch from {low:.6g} to {high:.6g} {unit}",
-            expected=f"one within 0 to {length:.6g} {unit}, or with its middle at an end that is a plane of symmetry",
+            expected=f"a notch within 0 to {length:.6g} {unit}, or centred on an end that is a plane of symmetry",
             at=("body", "notch", "position" if name == "along" else "around"),
         )
 
@@ -202,7 +200,7 @@ def divide_cells(below: float, above: float, cells: int, step: float, name: str)
         # The lower side first if both growths are equal, to rounding.
         counts[1 if growths[1] > growths[0] * (1.0 + _ROUNDING) else 0] += 1
     if cells < 1 or sum(counts) != cells:
-        raise unresolved_notch_error(name, "they do not reach beyond the notch")
+        raise unresolved_notch_error(name, "too few remain outside it")
     return counts[0], counts[1]
 
 
@@ -217,7 +215,7 @@ def growing_steps(length: float, count: int, step: float, name: str) -> FloatArr
 def closing_steps(length: float, count: int, step: float, name: str) -> FloatArray:
     """Return distances around the rest of a ring, which grow towards its far side."""
     if count < 2:
-        raise unresolved_notch_error(name, "they do not reach beyond the notch")
+        raise unresolved_notch_error(name, "too few remain outside it")
     ratio = refuse_large_growth(growth_ratio(0.5 * length, 0.5 * count, step), name)
     half = step * ratio_powers(ratio, (count + 1) // 2)
     steps = np.concatenate([half, half[::-1][count % 2 :]])
@@ -227,7 +225,7 @@ def closing_steps(length: float, count: int, step: float, name: str) -> FloatArr
 def refuse_large_growth(ratio: float, name: str) -> float:
     """Return a ratio of neighbouring distances; raise `ParameterError` if it is too large."""
     if ratio > LARGEST_GROWTH:
-        raise unresolved_notch_error(name, f"distances would grow by {ratio:.3g} from plane to plane")
+        raise unresolved_notch_error(name, f"distances would grow by a factor of {ratio:.3g} from plane to plane")
     return ratio
 
 
@@ -253,6 +251,6 @@ def unresolved_notch_error(name: str, reason: str) -> ParameterError:
     """Return the error for a lattice that does not resolve a notch."""
     return ParameterError(
         f"too few nodes for the notch: {reason}",
-        expected=f"ratios of at most {LARGEST_GROWTH:g}", at=("body", name),
-        hint="give more nodes, a larger spacing or width of the notch, or fewer columns of it",
+        expected=f"growth factors of at most {LARGEST_GROWTH:g}", at=("body", name),
+        hint="give more nodes, a larger spacing or width of the notch, or fewer columns in it",
     )  # fmt: skip
