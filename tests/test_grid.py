@@ -352,7 +352,7 @@ def test_inputs_of_an_edge_keep_the_order_of_its_nodes() -> None:
         ({"mesh": mesh_of([[0, 1, 2, 3], [1, 4, 5, 1]])}, ["cells[1]", "four different nodes"]),
         ({"mesh": mesh_of([[0, 1, 2, 3]])}, ["nodes[4]", "does not belong to any cell"]),
         ({"mesh": mesh_of([[0, 1, 2, 3]], [[0, 0], [1, 0], [0.2, 0.2], [0, 1]])}, ["cells[0]", "not convex"]),
-        ({"mesh": mesh_of([[0, 1, 2, 3], [1, 4, 5, 2]], side=[0, 2])}, ["edges.side", "0 and 2", "not joined by a side of the boundary"]),
+        ({"mesh": mesh_of([[0, 1, 2, 3], [1, 4, 5, 2]], side=[0, 2])}, ["edges.side", "nodes 0 and 2", "not joined by a side"]),
         ({"mesh": {**SQUARE, "holes": [{"name": "box", "x": [9, 10], "y": [0, 1]}]}}, ["holes[0]", "the centre of any cell"]),
         (
             {"mesh": mesh_of([[0, 1, 2, 3], [4, 5, 6, 7]], [*NODES[:4], [0.5, 0.5], [1.5, 0.5], [1.5, 1.5], [0.5, 1.5]])},

@@ -284,7 +284,7 @@ def test_plastic_strain_parts_what_has_flowed() -> None:
         ge.make("shell", fracture="plastic_strain")
     with pytest.raises(ge.GranularError, match=r"fracture: got the law 'principal_stress' with an elastic .* stress ="):
         ge.make("shell", material="elastic", fracture={"name": "principal_stress", "factor": 2.0})
-    with pytest.raises(ge.GranularError, match=r"fracture.factor: got 2 in addition to stress = 3e\+08 Pa, expected one of the two"):
+    with pytest.raises(ge.GranularError, match=r"fracture.factor: got 2 in addition to stress = 3e\+08 Pa, .* one of the two"):
         ge.make("shell", fracture={"name": "principal_stress", "factor": 2.0, "stress": 3e8})
     with pytest.raises(ge.GranularError, match=r"fracture: got 'rankine', expected a known name"):
         ge.make("shell", fracture="rankine")

@@ -121,7 +121,7 @@ def test_a_free_patch_has_the_rigid_motions_as_its_only_modes_without_energy(rul
 
 def test_rules_that_are_blind_to_deformations_are_refused() -> None:
     assert zero_mode_count(3, "column", 1, "linear", 1.7) > RIGID_MOTIONS
-    with pytest.raises(ge.GranularError, match=r"integration: got 'column' with 1 points through 3 layers.* 147 zero-energy modes"):
+    with pytest.raises(ge.GranularError, match=r"integration: got 'column' with 1 points through 3 layers.* 147 zero-energy"):
         ge.make("shell", integration={"through": 1})
     for radius in (0.9, 0.3, 1e-15):
         with pytest.raises(ge.ParameterError, match=rf"radius: got {radius:g} spacings: .*has too few neighbours"):

@@ -1,4 +1,4 @@
-"""Steps and readings of a specimen whose links yield and break, and whose pieces touch."""
+"""Steps and outputs of a specimen whose links yield and break, and whose pieces touch."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def intact_medium(packing: Packing, body: Body, parameters: AutomataParameters, 
 
 
 class CrackingSpecimen(LinkedSpecimen):
-    """A specimen with histories: links that weaken, yield and break, contacts that rub."""
+    """A specimen with histories: links that weaken, yield and break, and contacts with friction."""
 
     has_histories = True
 
@@ -273,7 +273,7 @@ class CrackingSpecimen(LinkedSpecimen):
         """Write strains, stresses, and the forces of links and contacts for the present fields.
 
         The evaluation of forces sets the rest distances of new contacts. They are part of the state at the start of a coupled
-        body; readings work on copies.
+        body; outputs are computed on copies.
         """
         contacts = self.contacts()
         if not at_start:
@@ -286,7 +286,7 @@ class CrackingSpecimen(LinkedSpecimen):
         return np.ascontiguousarray(self.scratch.cells[STRESS_XX:, self.place].T)
 
     def link_weights(self) -> FloatArray:
-        """Return the weight of each link: 1 while it holds, 0 once it is released."""
+        """Return the weight of each link: 1 for an intact link, 0 for a released one."""
         return self.medium.histories.weight[self._at]
 
     def broken_link_count(self) -> float:

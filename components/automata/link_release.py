@@ -84,7 +84,7 @@ def apply_end_weights(medium, motion, links, contacts, tick, losses):
             after = scheduled_weight(pairs, row, tick, medium.law.release)
             write_link_value(weight, layout, pairs, row, after)
             if after == 1.0:
-                # The link holds: the search before the next step removes its contact from the list.
+                # The link is intact: the search before the next step removes its contact from the list.
                 losses[TRAVEL] = NEVER_FOUND
 
 

@@ -1,4 +1,4 @@
-"""Packings of equal automata: which automata fill a shape, their neighbours, and the part of each cell inside.
+"""Packings of equal automata: which automata fill a shape, their neighbours, and the fraction of each cell inside it.
 
 The centres lie on a lattice, inside the outline or on it. An automaton on the outline is a part of a cell: a half on a side, a
 quarter at a corner. Volume, mass and the faces in the outline shrink accordingly. A free face of a whole cell (at the zigzag of
@@ -116,7 +116,7 @@ class Packing:
         return np.concatenate(found).astype(np.int64)
 
     def nearest_automaton(self, x: float, y: float) -> int:
-        """Return the automaton nearest to a point [m]; the first of equally near ones."""
+        """Return the automaton nearest to a point [m]; the first one if several are equally near."""
         return int(np.argmin((self.reference[:, 0] - x) ** 2 + (self.reference[:, 1] - y) ** 2))
 
 

@@ -75,7 +75,7 @@ class Rectangle(Shape):
 
     @property
     def bounds(self) -> tuple[float, float, float, float]:
-        """The sides."""
+        """The sides themselves."""
         return 0.0, self.width, 0.0, self.height
 
     def surrounds(self, points: FloatArray, margin: float) -> np.ndarray:

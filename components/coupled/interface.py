@@ -71,7 +71,7 @@ def find_interface(
         search: search of automata by position.
 
     Raises:
-        ParameterError: the parts overlap, do not touch or do not match, or an interface edge is held or damped.
+        ParameterError: the parts overlap, do not touch or do not match, or an interface edge is prescribed or damped.
     """
     sides = find_interface_sides(mesh, shape, origin)
     # Zigzags are checked first: the staircase of the automata along a zigzag side also overlaps cells.
@@ -133,7 +133,7 @@ def _refuse_gap(mesh: Mesh, packing: Packing, search: AutomatonSearch, origin: F
 
 
 def _refuse_conditions(mesh: Mesh, boundaries: Mapping[str, Boundary], interface_sides: IntArray) -> None:
-    """Refuse conditions that hold or damp nodes through `interface_sides`, which are no free surface."""
+    """Refuse conditions that prescribe or damp nodes of `interface_sides`, which are not a free surface."""
     known = {tuple(sorted(side)) for side in interface_sides.tolist()}
     for name, boundary in boundaries.items():
         if isinstance(boundary, (Free, Traction)):

@@ -142,7 +142,7 @@ class Grid(Component):
         return node
 
     def attach_mass(self, mass: FloatArray | None, loaded_nodes: Sequence[int] = ()) -> None:
-        """Let nodes carry masses of another body, whose forces a parent adds to those of the cells.
+        """Attach masses of another body to nodes; a parent adds the forces of that body to those of the cells.
 
         Call it before the first step.
 

@@ -163,7 +163,7 @@ class Shell(Component):
                 if not is_sound:
                     raise ParameterError("got a value that is too small", expected=expected, at=("start", name))
         if "nodal_displacement" in values:
-            # As if the displacement had happened in one tick.
+            # The stresses follow as if the displacement had taken one tick.
             self._write_start_value("nodal_displacement", state.displacement, values)
         if update_forces(solid, state, self._scratch, self._failed):
             raise ParameterError(
@@ -282,7 +282,7 @@ class Shell(Component):
         ]
 
     def cautions(self) -> list[str]:
-        """Return cautions if hourglass control holds too much energy, or if the body is compressed too much for the step."""
+        """Return cautions if hourglass control stores too much energy, or if the body is compressed too much for the step."""
         found, report = [], self.report()
         part, step = report["hourglass energy over that of the body"], self._compressed_step_part()
         if part > _HOURGLASS_PART:

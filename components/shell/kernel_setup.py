@@ -21,7 +21,7 @@ from .shape_functions import UnspannedBasisError
 from .stencils import Stencils, make_stencils
 from .zero_modes import RIGID_MOTIONS, zero_mode_count
 
-# Layers, rule, points through the thickness, basis and radius that are known to have no zero-energy modes.
+# Layers, rule, points through the thickness, basis and radius of a combination without zero-energy modes.
 _KNOWN = (3, "column", 2, "linear", 1.7)
 
 
@@ -43,7 +43,7 @@ class Gauge(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Assembly:
-    """The tables that a component builds once; components with alike bodies share them. They are read-only.
+    """The tables that a component builds once; components with equal bodies share them. They are read-only.
 
     Attributes:
         lattice: the nodes.
@@ -81,7 +81,7 @@ _in_use: WeakValueDictionary[str, Assembly] = WeakValueDictionary()
 
 
 def assemble_solid(p: ShellParameters) -> Assembly:
-    """Return the tables, shared with a component of an alike body if there is one, e.g. that from which a tube gets its step.
+    """Return the tables, which components with equal bodies share, e.g. the component from which a tube gets its step.
 
     Raises:
         ParameterError: the rule has zero-energy modes, or the neighbours of a point do not span the basis.

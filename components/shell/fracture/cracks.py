@@ -34,7 +34,7 @@ _LOOSE = 0.2
 _AT_A_TIME = 4096
 # Unloading time of a parted point: the time in which sound travels this number of the longest spacings.
 _SPACINGS_TO_UNLOAD = 4.0
-# A larger number of ticks than in any run.
+# More ticks than any run has.
 _ENDLESS = 2.0**62
 
 
@@ -168,7 +168,7 @@ class Cracks:
         return self._rebuild_supports(changed, spent)._replace(facets=facets)
 
     def erode_points(self, points: dict[int, Cause]) -> NewCracks:
-        """Erode some points, which then carry no stress any more."""
+        """Erode some points, which then no longer carry stress."""
         return self._rebuild_supports(set(), points)
 
     def _fracture_values(self, state: State, stress: FloatArray, points: IntArray) -> FloatArray:

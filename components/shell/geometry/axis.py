@@ -49,7 +49,7 @@ class Axis:
 
     @property
     def bounds(self) -> FloatArray:
-        """The ends of the part of each plane, halfway to its neighbours, shape (n + 1,)."""
+        """Ends of the intervals that belong to the planes, halfway between neighbours, shape (n + 1,)."""
         x = self.positions
         middle = 0.5 * (x[1:] + x[:-1])
         if self.is_closed:
@@ -59,7 +59,7 @@ class Axis:
 
     @property
     def widths(self) -> FloatArray:
-        """Length of the part of each plane, shape (n,)."""
+        """Length of the interval that belongs to each plane, shape (n,)."""
         return np.diff(self.bounds)
 
     def coordinates(self, index: FloatArray) -> FloatArray:
@@ -67,7 +67,7 @@ class Axis:
         return np.interp(index, *self._interpolation_table(self.positions, self.period))
 
     def plane_coordinates(self, planes: IntArray) -> FloatArray:
-        """Return the coordinates of planes, which may be counted on beyond the seam."""
+        """Return the coordinates of planes, whose numbers may continue beyond the seam of a closed axis."""
         return self.positions[planes % self.count] + self.period * (planes // self.count)
 
     def slope(self, index: FloatArray) -> FloatArray:
@@ -89,7 +89,7 @@ class Axis:
         return np.arange(-1.0, self.count + 1.0), np.concatenate([[values[-1] - jump], values, [values[0] + jump]])
 
     def neighbours(self, index: float, radius: float) -> list[int]:
-        """Return the planes nearer to an index than the radius, counted on beyond the seam of a closed axis."""
+        """Return the planes nearer to an index than the radius; numbers continue beyond the seam of a closed axis."""
         first, last = int(np.ceil(index - radius)), int(np.floor(index + radius))
         found = [plane for plane in range(first, last + 1) if abs(plane - index) < radius]
         return found if self.is_closed else [plane for plane in found if 0 <= plane < self.count]
@@ -125,14 +125,14 @@ def refuse_coinciding_planes(axis: Axis, measure: float, *name: str) -> None:
     if not distance >= _LEAST_DISTANCE * largest:
         raise ParameterError(
             f"got {measure:g} m: two planes of nodes would be only {distance:g} apart at the coordinate {largest:g}",
-            expected=f"distances of at least {_LEAST_DISTANCE:g} of the coordinate", at=("body", *name),
+            expected=f"distances of at least {_LEAST_DISTANCE:g} times the coordinate", at=("body", *name),
         )  # fmt: skip
 
 
 def graded_axis(base_axis: Axis, middle: float, extent: float, spacing: float, name: str, unit: str) -> Axis:
     """Return an axis with the same number of planes as an even one, closer together in an interval.
 
-    Each plane has the part of the axis nearest to it; the parts of the planes in the interval together make up the interval.
+    Each plane represents the part of the axis nearest to it; the planes in the interval together represent the interval.
     The middle of the interval may be an end of the axis, which is then a plane of symmetry.
 
     Args:

@@ -117,7 +117,7 @@ class Tube(BodyShape):
 
     @property
     def edges(self) -> tuple[str, ...]:
-        """Names of the edges; the edges of a half tube at y = 0 are planes of symmetry anyway."""
+        """Names of the edges; the edges of a half tube at y = 0 are always planes of symmetry."""
         return ("start", "end")
 
 
