@@ -153,7 +153,7 @@ class Automata(Component):
         )
         links = len(self._pairs)
         yield Variable("linked", "output", "1", (links,), "1 for a linked pair, 0 for a broken pair", axes=("link",))
-        yield Variable("damage", "output", "1", (n,), "broken fraction of the faces", axes=("automaton",))
+        yield Variable("damage", "output", "1", (n,), "broken fraction of the automaton's faces", axes=("automaton",))
         yield Variable("broken_links", "output", "1", (), "number of broken links")
         yield Variable("touching", "output", "1", (), "number of contacts (unlinked pairs) under pressure")
         for edge in self.conditions.held_edges:

@@ -324,7 +324,7 @@ def find_pairs(
     points, lengths = positions[automata], np.array(period)
     closed = lengths > 0.0
     points[:, closed] %= lengths[closed]
-    # The modulo of a position a rounding error below 0 can be the whole period.
+    # The modulo of a position just below 0 can be rounded to the whole period.
     points[:, closed] *= points[:, closed] < lengths[closed]
     pairs = cKDTree(points, boxsize=lengths).query_pairs(reach, output_type="ndarray")
     found = automata[np.sort(pairs.astype(np.int64), axis=1)]

@@ -74,7 +74,7 @@ class Conditions:
     """
 
     def __init__(self, parameters: AutomataParameters, packing: Packing, layout: Layout) -> None:
-        """Find the automata that inputs act on; raise `ParameterError` if one does not exist or is fixed."""
+        """Find the automata that inputs act on; raise `ParameterError` if one is unknown or cannot move."""
         self._parameters, self._packing, self._place = parameters, packing, layout.place
         # A fixed order, independent of the order in the table, so that sums are bitwise reproducible.
         self._boundaries = {name: parameters.boundaries[name] for name in EDGES if name in parameters.boundaries}

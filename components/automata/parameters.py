@@ -78,7 +78,7 @@ class Interface(Parameters):
     """The strength of links between automata of two materials."""
 
     materials: list[Index] = field(..., "numbers of the two materials", "1", min_length=2, max_length=2)
-    criterion: ChosenCriterion = field(..., "criterion of links between them, of the same name as `criterion`, or none", "1")
+    criterion: ChosenCriterion = field(..., "breaking criterion of their links, of the same name as `criterion`, or none", "1")
 
 
 class AutomataParameters(Parameters):
@@ -117,7 +117,7 @@ class AutomataParameters(Parameters):
         "strengths of pairs of two materials; by default such a pair breaks as soon as the criterion of either is met",
         "1",
     )
-    strength_scatter: float = field(0.0, "strengths get random factors, uniform in 1 -+ this", "1", ge=0.0, lt=1.0)
+    strength_scatter: float = field(0.0, "half-width of the random strength factors around 1", "1", ge=0.0, lt=1.0)
     strength_seed: int = field(0, "seed of the random strengths", "1", ge=0, lt=2**63)
     strength_regions: list[StrengthRegion] = field(
         [], "areas of weaker or stronger pairs, e.g. a flaw or a seam; later ones cover earlier ones", "1"

@@ -78,7 +78,7 @@ class ColdWelding(Relinking):
     name: Literal["cold_welding"] = field("cold_welding", "which law", "1")
     pressure: Magnitude = field(..., "smallest pressure at which a contact is linked again", "Pa")
     slip_speed: Magnitude = field(..., "largest sliding speed at which a contact is linked again", "m/s")
-    kinds = {"linked": "the pressure between a broken pair reached the limit of the law, and the pair was linked again"}
+    kinds = {"linked": "the contact pressure of a broken pair reached its limit, and the pair was linked again"}
 
     def constants(self) -> tuple[float, float]:
         """Return pressure and speed."""

@@ -171,7 +171,7 @@ class EdgeInputs:
         return np.where(conditions.prescribed > 0, 0.0, found)
 
     def refuse_free_nodes(self, mesh: Mesh, conditions: kernel_arrays.Conditions) -> None:
-        """Refuse interface automata that an edge fixes while their nodes are free.
+        """Refuse interface automata whose motion an edge prescribes while their nodes are free.
 
         Raises:
             ParameterError: names the automaton and the node.
@@ -185,8 +185,8 @@ class EdgeInputs:
                     if held & bit and not conditions.prescribed[row_of[node], k]:
                         x, y = mesh.nodes[node]
                         raise ParameterError(
-                            f"automaton {automaton} at ({x:.9g}, {y:.9g}) m is fixed along {'xy'[k]} by its edge and belongs "
-                            f"to the interface, but node {node} of the grid is free there",
+                            f"the motion of automaton {automaton} on the interface, at ({x:.9g}, {y:.9g}) m, is prescribed "
+                            f"along {'xy'[k]}, but node {node} of the grid is free there",
                             hint="give the edge of the grid that ends there the same condition",
                             at="automata",
                         )

@@ -78,7 +78,7 @@ class CoupledParameters(Parameters):
         for part in ("grid", "automata"):
             if getattr(self, part).step_size is not None:
                 raise ParameterError(
-                    "both parts have the same step_size", hint=f"give it outside {part}", at=(part, "step_size")
+                    "both parts have the same step_size", hint=f"give it next to {part}, not in it", at=(part, "step_size")
                 )
         if self.automata.thickness != 1.0:
             raise ParameterError(

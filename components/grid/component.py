@@ -36,7 +36,7 @@ from .yielding import NoYield
 LEAST_CELLS = 100_000
 # Fraction of its area at rest below which a cell is too compressed for the step.
 _COMPRESSED = 0.5
-# A point farther from its node, in sides of the smallest cell, counts as moved to the node.
+# Distance of a point from its node, in sides of the smallest cell, above which there is a caution.
 _OFF_NODE = 1e-6
 # Bytes per cell of a large mesh, for the state and the tables of the kernels.
 _BYTES_OF_CELL = 420
@@ -130,7 +130,7 @@ class Grid(Component):
             )
 
     def _nearest_node(self, where: str, point: Sequence[float]) -> int:
-        """Return the node nearest to a point of the body, and keep a caution if it is not at the point."""
+        """Return the node nearest to a point of the body, and record a caution if it is not at the point."""
         squares = ((self.mesh.nodes - np.array(point)) ** 2).sum(axis=1)
         node = int(np.argmin(squares))
         (x, y), distance = self.mesh.nodes[node].tolist(), math.sqrt(squares[node])

@@ -99,7 +99,7 @@ def _opposite_nodes(mesh: Mesh, first: str, second: str) -> IntArray:
     if len(one) != len(two):
         raise ParameterError(
             f"has {len(one)} nodes, and {second} has {len(two)}",
-            hint="periodic edges need equally many",
+            hint="periodic edges need equal numbers of nodes",
             at=("boundaries", first),
         )
     way = mesh.nodes[two] - mesh.nodes[one]
@@ -147,7 +147,7 @@ def _edge_variable(mesh: Mesh, name: str, boundary: Traction | PrescribedVelocit
 
 
 def prescribed_components(mesh: Mesh, boundaries: Mapping[str, Boundary]) -> dict[int, dict[int, str]]:
-    """Return node -> component -> name of the edge that prescribes it; the name is never empty.
+    """Return a map: node -> component -> name of the edge that prescribes it; the name is never empty.
 
     Raises:
         ParameterError: a symmetry edge does not lie along an axis.

@@ -47,7 +47,7 @@ class GridParameters(Parameters):
         examples=[{"left": "velocity"}],
     )  # fmt: skip
     forced_nodes: list[Place] = field([], "nodes on which the input `force` acts: numbers, or points [x, y]", "1")
-    receivers: list[Place] = field([], "nodes whose motion is also an output of its own: numbers, or points [x, y]", "1")
+    receivers: list[Place] = field([], "nodes with additional outputs of their motion: numbers, or points [x, y]", "1")
     hourglass: float = field(
         1.0, "stiffness against hourglass modes, as a fraction of that of a fully integrated cell", "1", ge=0.0, le=4.0
     )

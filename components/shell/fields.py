@@ -58,7 +58,7 @@ class Fields:
         ):
             yield make_output(name, unit, (m,), f"{text} of the points", read, "point", minimum=0.0, state=is_state)
         yield make_output(
-            "triaxiality", "1", (m,), "hydrostatic over equivalent stress at the points, 0 without stress", self._triaxiality,
+            "triaxiality", "1", (m,), "mean stress over equivalent stress at the points, 0 without stress", self._triaxiality,
             "point",
         )  # fmt: skip
         if self.has_fracture_ratio:

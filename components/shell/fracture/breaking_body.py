@@ -115,7 +115,7 @@ class BreakingBody:
         return 0
 
     def _add_cracks(self, cracking_points: IntArray, tick: int) -> Tables:
-        """Part the body at some points; return its new tables."""
+        """Add cracks at some points; return the new tables of the body."""
         state, scratch, losses = self._tables.state, self._tables.scratch, self._block["losses"]
         before = self.cracks.solid
         new_cracks = self._erode_distorted_points(self.cracks.add_cracks(state, cracking_points, tick))
@@ -432,7 +432,7 @@ class BreakingBody:
         assert first.index is not None
         place = self._assembly.describe_position(first.index)
         return [
-            f"{part:.0%} of the mass no longer carries stress (the first point since {1e6 * first.tick * step_size:.4g} us, at "
+            f"{part:.0%} of the mass no longer carries stress (first eroded point at {1e6 * first.tick * step_size:.4g} us, "
             f"{place}): the remaining points do not represent the body; load it less, or give more nodes"
         ]
 

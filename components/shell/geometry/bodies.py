@@ -52,7 +52,7 @@ class Plate(BodyShape):
     notch: Notch | None = field(None, "a slot in the upper surface", "1", absent="none")
 
     def lattice(self) -> Lattice:
-        """Return its nodes."""
+        """Return the lattice of its nodes."""
         along, across = even_axis(self.length, self.along), even_axis(self.width, self.across)
         if self.notch is not None:
             return notched_lattice(self.notch, (along, across), 0.0, self.thickness, self.layers, is_bent=False)
@@ -74,7 +74,7 @@ class Rod(BodyShape):
     across: int = field(7, f"planes of nodes along y and along z: {_AT_MOST}", "1", ge=3, le=MOST_LAYERS)
 
     def lattice(self) -> Lattice:
-        """Return its nodes."""
+        """Return the lattice of its nodes."""
         side = even_axis(self.side, self.across)
         return Lattice((even_axis(self.length, self.along), side, side), bent=False)
 
@@ -100,7 +100,7 @@ class Tube(BodyShape):
     notch: Notch | None = field(None, "a slot in the outer surface", "1", absent="none")
 
     def lattice(self) -> Lattice:
-        """Return its nodes."""
+        """Return the lattice of its nodes."""
         ring = even_axis(math.pi, self.around) if self.half else closed_axis(2.0 * math.pi, self.around)
         along = even_axis(self.length, self.along)
         part = np.arange(self.layers) / (self.layers - 1)
