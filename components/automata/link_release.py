@@ -93,7 +93,7 @@ def write_rest_distances(medium, motion, scratch, contacts, first_row):
     """Write the rest distances of the contacts that breaking links leave, from row `first_row` on [m].
 
     The contact takes over the pressure of the link, up to two limits: its overlap is at most that relative to the diameter, as
-    in an elastic link, and its energy is at most the link's energy with its part of both volume energies. A link that has
+    in an elastic link, and its energy is at most the link's energy with its share of both volume energies. A link that has
     yielded in compression stores less of both. A link in tension leaves a contact without overlap.
 
     Args:

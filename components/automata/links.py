@@ -409,7 +409,7 @@ def _yield_links(response, medium, motion, scratch, time):
 
 @internal
 def _is_automaton(ghosts, p):
-    """Return whether a place does not belong to a ghost."""
+    """Return whether a place belongs to an automaton, not to a ghost."""
     for row in range(ghosts.shape[0]):
         if ghosts[row, 0] == p:
             return False

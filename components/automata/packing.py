@@ -81,7 +81,7 @@ LATTICES = {
 
 @dataclass(frozen=True)
 class Packing:
-    """Automata that fill a shape, row by row from below, from the left.
+    """Automata that fill a shape, in rows from below, each from left to right.
 
     Attributes:
         lattice: the packing.

@@ -73,7 +73,7 @@ class NoRelinking(Relinking):
 
 
 class ColdWelding(Relinking):
-    """Pressure of the contact >= pressure, and sliding speed <= slip_speed; checked every `release_ticks` steps."""
+    """Contact pressure >= `pressure` and sliding speed <= `slip_speed`, checked every `release_ticks` steps."""
 
     name: Literal["cold_welding"] = field("cold_welding", "which law", "1")
     pressure: Magnitude = field(..., "smallest pressure at which a contact is linked again", "Pa")

@@ -402,7 +402,7 @@ class Coupled(Component):
         self._divided = self._held
 
     def _apply_automata_inputs(self, tick: int) -> None:
-        """Fill the loads and grips of the tick."""
+        """Set the loads and grips of the automata for a tick, from their inputs."""
         self.automata.conditions.apply_inputs(self.automata.held_inputs, tick, has_central_kick=False)
         self._edge_inputs.fill_loads()
 

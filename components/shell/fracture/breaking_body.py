@@ -331,7 +331,7 @@ class BreakingBody:
 
     @property
     def surface_pairs(self) -> ColumnArray:
-        """Neighbouring columns, along and across, shape (links, 2)."""
+        """Pairs of neighbouring columns, along and across, shape (links, 2)."""
         n, m, _ = self._assembly.lattice.shape
         columns = np.arange(n * m, dtype=np.int32).reshape(n, m)
         pairs = (

@@ -62,8 +62,8 @@ class NewCracks(NamedTuple):
     """The new cracks at the end of a tick.
 
     Attributes:
-        facets: new ones, rows of `facets.facet_declaration`, with their causes.
-        eroded: points that carry no stress any more, with their causes; None if cracks have left too few neighbours.
+        facets: new facets, rows of `facets.facet_declaration`, with their causes.
+        eroded: points that no longer carry stress, with their causes (None if cracks have left too few neighbours).
         loosened: nodes that had hardly any weight in points.
         changed: points whose neighbours have changed, including eroded ones, shape (k,).
     """

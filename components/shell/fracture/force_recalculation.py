@@ -48,6 +48,6 @@ def write_pulls(gradient, stress, volume, cosine, sine, along, numbers, pull):
 
 
 def write_pull(solid: Solid, state: State, scratch: Scratch, numbers: IntArray) -> None:
-    """Write the pull of some points of the body."""
+    """Write the pull (nominal stress times volume) of some points of the body."""
     p = solid.points
     write_pulls(state.gradient, state.stress, p.volume, p.cosine, p.sine, p.along, numbers, scratch.pull)

@@ -176,7 +176,7 @@ def graded_axis(base_axis: Axis, middle: float, extent: float, spacing: float, n
 
 
 def refuse_outside_interval(base_axis: Axis, middle: float, extent: float, name: str, unit: str) -> None:
-    """Raise `ParameterError` for an interval off the axis; half of it may lie beyond an end that is its middle."""
+    """Raise `ParameterError` for an interval outside the axis; an interval centred on an end may extend beyond this end."""
     length, low, high, small = base_axis.length, middle - 0.5 * extent, middle + 0.5 * extent, _ROUNDING * base_axis.length
     if base_axis.is_closed:
         inside = middle <= length + small and extent <= length + small
@@ -193,7 +193,7 @@ def refuse_outside_interval(base_axis: Axis, middle: float, extent: float, name:
 
 
 def divide_cells(below: float, above: float, cells: int, step: float, name: str) -> tuple[int, int]:
-    """Return the number of cells on each side, so that distances grow about equally on both."""
+    """Return the numbers of cells on both sides of a notch, so that distances grow about equally on both."""
     counts, lengths = [int(below > 0.0), int(above > 0.0)], (below, above)
     for _ in range(cells - sum(counts)):
         growths = [growth_ratio(length, count, step) if count else 0.0 for length, count in zip(lengths, counts, strict=True)]
@@ -205,7 +205,7 @@ def divide_cells(below: float, above: float, cells: int, step: float, name: str)
 
 
 def growing_steps(length: float, count: int, step: float, name: str) -> FloatArray:
-    """Return distances that grow from a given first one, with a given number and sum."""
+    """Return a given number of distances with a given sum, which grow from a given first distance."""
     if count == 0:
         return np.zeros(0)
     steps = step * ratio_powers(refuse_large_growth(growth_ratio(length, count, step), name), count)

@@ -89,7 +89,7 @@ def notch_sizes(notch: Notch) -> tuple[tuple[str, float], tuple[str, float]]:
 
 
 def notch_spacing(notch: Notch, narrow_direction: str, axis: Axis, radius: float) -> float:
-    """Return the largest distance of planes in the notch: that of the even axis or, across the notch, a part of its width."""
+    """Return the largest distance of planes in the notch: that of the even axis or, across the notch, width / columns."""
     even = float(axis.slope(np.zeros(1))[0])
     if notch.direction == narrow_direction:
         return min(even, notch.width / (notch.columns * radius))
