@@ -30,7 +30,7 @@ def test_a_bar_that_parts_says_where_and_in_which_pieces() -> None:
     (said,) = bar.conclusions()
     ratio = bar.get("criterion_ratio")
     ends = bar.packing.pairs()[ratio.argmax(), :2]
-    assert f"automata {ends[0]} and {ends[1]} at (" in said and said.endswith(f"is at {ratio.max():.3g} of its limit now")
+    assert f"automata {ends[0]} and {ends[1]} at (" in said and said.endswith(f"is now at {ratio.max():.3g} of its limit")
     bar.step(100.0, right_velocity=[2e-4, 0.0])
     links, pieces = bar.conclusions()
     first = bar.events()[0]

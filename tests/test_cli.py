@@ -59,8 +59,8 @@ def test_describe_has_a_row_for_each_key_of_a_table_within_a_table(capsys):
     text = capsys.readouterr().out
     assert len(re.findall(r"^  notch +1 +none +a slot", text, flags=re.MULTILINE)) == 2  # for a plate and for a tube
     for row in (
-        r"notch.depth +m +0.0006 +from",
-        r"notch.columns +1 +\d+ +columns",
+        r"notch.depth +m +0.0006 +depth below",
+        r"notch.columns +1 +\d+ +smallest number of columns",
         r"notch.position +m +automatic",
         r"stress +Pa +none",
     ):
@@ -70,7 +70,7 @@ def test_describe_has_a_row_for_each_key_of_a_table_within_a_table(capsys):
     body = next(one for one in json.loads(capsys.readouterr().out)["parameters"] if one["name"] == "body")
     notch = next(one for one in body["choices"]["tube"]["parameters"] if one["name"] == "notch")
     assert notch["default"] == "none"
-    assert {"name": "width", "unit": "m", "default": "0.0005", "description": "of the slot"} in notch["parameters"]
+    assert {"name": "width", "unit": "m", "default": "0.0005", "description": "width of the slot"} in notch["parameters"]
 
 
 def test_describe_and_new_compile_nothing(tmp_path):

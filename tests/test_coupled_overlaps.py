@@ -39,7 +39,7 @@ def test_parts_that_meet_do_not_overlap(make: Callable[[], Coupled]) -> None:
 
 @pytest.mark.parametrize(("n", "rows"), [(2, 1), (4, 1), (8, 1), (8, 3)])
 def test_columns_of_automata_inside_the_last_cells_are_refused(n: int, rows: int) -> None:
-    with pytest.raises(ParameterError, match=r"automata reach into cells .*: automaton .* into cell 7, .* move `origin`"):
+    with pytest.raises(ParameterError, match=r"automata overlap cells .*: automaton .* overlaps cell 7 .* move `origin`"):
         make_coupled(
             {"mesh": cell_mesh(8, 4, cell_size=1.0)},
             {"shape": rectangle(4.0, 4.0), "packing": "square"},

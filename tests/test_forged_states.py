@@ -155,7 +155,7 @@ def test_a_cell_yields_once() -> None:
     def change(strain: np.ndarray) -> None:
         strain[:] = 0.0
 
-    with pytest.raises(ParameterError, match=r"snapshot: got 0 cells that have yielded, and \d+ events"):
+    with pytest.raises(ParameterError, match=r"snapshot: got 0 yielded cells, but \d+ events"):
         grid.restore(with_values(grid, "plastic_strain", change))
 
 

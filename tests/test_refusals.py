@@ -22,7 +22,7 @@ def automata(**parameters: Any) -> dict[str, Any]:
 
 @pytest.mark.parametrize("boundary", ["fixed", "traction"])
 def test_an_edge_whose_cells_are_all_cut_out_takes_no_condition(boundary: str) -> None:
-    with pytest.raises(ge.ParameterError, match="boundaries.left: no side is left of this edge"):
+    with pytest.raises(ge.ParameterError, match="boundaries.left: the holes remove all cells at this edge"):
         ge.make("grid", mesh=CUT, boundaries={"left": boundary})
     assert ge.make("grid", mesh=CUT, boundaries={"left": "free"}).time == 0.0
 
@@ -30,7 +30,7 @@ def test_an_edge_whose_cells_are_all_cut_out_takes_no_condition(boundary: str) -
 @pytest.mark.parametrize(
     ("name", "parameters", "words"),
     [
-("grid", {"mesh": {**SQUARE, "edges": {"w": [0, 1, 0]}}}, "mesh.edges.w: passes the side between .* twice"),
+("grid", {"mesh": {**SQUARE, "edges": {"w": [0, 1, 0]}}}, "mesh.edges.w: contains the side between .* twice"),
 (
             "automata",
             automata(shape={"name": "disc", "radius": 0.02, "height": 0.033}),
@@ -39,7 +39,7 @@ def test_an_edge_whose_cells_are_all_cut_out_takes_no_condition(boundary: str) -
 (
             "automata",
             automata(boundaries={"left": "fixed"}, forced_automata=[7, 0]),
-            r"forced_automata\[1\]: automaton 0 is held along x and y",
+            r"forced_automata\[1\]: the motion of automaton 0 is prescribed along x and y",
         ),
 ("coupled", {"automata": automata(difameter=1.0)}, "automata.difameter: unknown; did you mean 'diameter'"),
 (

@@ -99,14 +99,14 @@ def test_what_has_become_of_a_body_is_told_with_the_reason() -> None:
     assert OUTCOMES[int(plate.get("outcome"))] == "severed"
     said, first = plate.conclusions()
     assert said.startswith("outcome: severed: cracks reach") and "; 2 pieces, and 7 fully detached columns" in said
-    assert "points that parted did so at 1.96 us, at x, y, z = 0.006, " in first
+    assert "parted points parted at 1.96 us, at x, y, z = 0.006, " in first
     whole = pulled_plate()
     assert whole.conclusions() == [
         "outcome: whole", "the largest principal stress stayed below half of its limit everywhere",
     ]  # fmt: skip
     whole.step(55 * whole.step_size, end_velocity=SPEED)
     outcome, reason = whole.conclusions()
-    ratio = float(re.findall(r"reached ([0-9.]+) of its limit at", reason)[0])
+    ratio = float(re.findall(r"reached at most ([0-9.]+) of its limit, at", reason)[0])
     assert outcome == "outcome: whole" and 0.5 < ratio < 1.0 and ratio >= whole.get("fracture_ratio").max() * 0.999
 
 
@@ -197,7 +197,7 @@ def test_a_step_that_fails_takes_its_cracks_back() -> None:
     other = pulled_plate()
     other.restore(ge.Snapshot.from_bytes(early))
     cracks, displacement = other.get("cracks"), other.get("displacement")
-    with pytest.raises(ge.GranularError, match=r"a strain of .* the largest stable one is [0-9.e-]+ s"):
+    with pytest.raises(ge.GranularError, match=r"a strain of .* the largest stable step .* is [0-9.e-]+ s"):
         other.step(100 * other.step_size, end_velocity=1e6)
     np.testing.assert_array_equal(other.get("cracks"), cracks)
     np.testing.assert_array_equal(other.get("displacement"), displacement)
@@ -284,7 +284,7 @@ def test_plastic_strain_parts_what_has_flowed() -> None:
         ge.make("shell", fracture="plastic_strain")
     with pytest.raises(ge.GranularError, match=r"fracture: got the law 'principal_stress' with an elastic .* stress ="):
         ge.make("shell", material="elastic", fracture={"name": "principal_stress", "factor": 2.0})
-    with pytest.raises(ge.GranularError, match=r"fracture.factor: got 2 beside stress = 3e\+08 Pa, expected one of the two"):
+    with pytest.raises(ge.GranularError, match=r"fracture.factor: got 2 in addition to stress = 3e\+08 Pa, .* one of the two"):
         ge.make("shell", fracture={"name": "principal_stress", "factor": 2.0, "stress": 3e8})
     with pytest.raises(ge.GranularError, match=r"fracture: got 'rankine', expected a known name"):
         ge.make("shell", fracture="rankine")

@@ -137,10 +137,10 @@ class Automata(Component):
     def _declare_variables(self) -> Iterable[Variable]:
         n, plane = self.count, ("automaton", "direction")
         yield from self.conditions.inputs()
-        yield Variable("displacement", "output", "m", (n, 2), "displacement from the packing", state=True, axes=plane)
+        yield Variable("displacement", "output", "m", (n, 2), "displacement from the initial position", state=True, axes=plane)
         yield Variable("velocity", "output", "m/s", (n, 2), "velocity", state=True, axes=plane)
-        yield Variable("rotation", "output", "rad", (n,), "angle, counter-clockwise", state=True, axes=("automaton",))
-        yield Variable("angular_velocity", "output", "rad/s", (n,), "rate of the angle", state=True, axes=("automaton",))
+        yield Variable("rotation", "output", "rad", (n,), "rotation angle, counter-clockwise", state=True, axes=("automaton",))
+        yield Variable("angular_velocity", "output", "rad/s", (n,), "rate of rotation", state=True, axes=("automaton",))
         yield Variable("speed", "output", "m/s", (n,), "magnitude of the velocity", minimum=0.0, axes=("automaton",))
         yield Variable("dilation", "output", "1", (n,), "volumetric strain", axes=("automaton",))
         yield Variable(
@@ -148,24 +148,24 @@ class Automata(Component):
             "output",
             "Pa",
             (n, 3),
-            "stress in the plane, xx, yy and xy, tension positive",
+            "in-plane stress xx, yy, xy, tension positive",
             axes=("automaton", "component"),
         )
         links = len(self._pairs)
-        yield Variable("linked", "output", "1", (links,), "1 for a pair that is linked, 0 for a broken one", axes=("link",))
-        yield Variable("damage", "output", "1", (n,), "part of the faces that is broken", axes=("automaton",))
+        yield Variable("linked", "output", "1", (links,), "1 for a linked pair, 0 for a broken pair", axes=("link",))
+        yield Variable("damage", "output", "1", (n,), "broken fraction of the automaton's faces", axes=("automaton",))
         yield Variable("broken_links", "output", "1", (), "number of broken links")
-        yield Variable("touching", "output", "1", (), "number of pairs that are not linked and press")
+        yield Variable("touching", "output", "1", (), "number of contacts (unlinked pairs) under pressure")
         for edge in self.conditions.held_edges:
-            text = f"force of the {edge} edge on the automata there, along x and y, where it prescribes the motion"
+            text = f"force of the {edge} edge on its automata along x and y; 0 for a component that it does not prescribe"
             yield Variable(f"{edge}_reaction", "output", "N", (2,), text, axes=("direction",))
         if self.parameters.has_several_materials:
-            yield Variable("material_number", "output", "1", (n,), "number of its material, from 0", axes=("automaton",))
+            yield Variable("material_number", "output", "1", (n,), "material number, from 0", axes=("automaton",))
         if self.parameters.breakable:
-            text = "what decides whether a pair breaks over its limit: 1 breaks it; 0 for a broken or an unloaded pair"
+            text = "decisive quantity of the criterion divided by its limit: a pair breaks at 1; 0 if broken or unloaded"
             yield Variable("criterion_ratio", "output", "1", (links,), text, minimum=0.0, axes=("link",))
         if self.parameters.can_yield:
-            yield Variable("inelastic_strain", "output", "1", (n,), "mean of the pairs", axes=("automaton",))
+            yield Variable("inelastic_strain", "output", "1", (n,), "mean inelastic strain of its pairs", axes=("automaton",))
 
     def _output_readers(self) -> dict[str, Callable[[], Any]]:
         specimen = self.specimen
@@ -217,9 +217,9 @@ class Automata(Component):
 
     def _step_error(self, status: int) -> StepError:
         variable, unit, limit = "velocity", "m/s", self._speed_limit
-        meaning = f"{_LARGEST_MOVE:g} of a diameter in an internal step"
+        meaning = f"{_LARGEST_MOVE:g} diameters per internal step"
         if status == TOO_FAR:
-            variable, unit, limit, meaning = "displacement", "m", 1e9 * self.parameters.diameter, "a thousand million diameters"
+            variable, unit, limit, meaning = "displacement", "m", 1e9 * self.parameters.diameter, "10^9 diameters"
         advice = f"{meaning}; take a smaller step_size, or load the specimen less"
         return self._excess_error(variable, unit, norms(self._block[variable]), limit, advice)
 
@@ -283,9 +283,9 @@ class Automata(Component):
             return []
         least = short[length[short].argmin()]
         return [
-            f"{len(short)} links are shorter than {_NEAREST:g} of a diameter, the shortest, of automata {first[least]} and "
-            f"{second[least]}, {length[least]:.2g}: links that flow keep their automata together and let them overlap; choose "
-            "a criterion that breaks links, load the specimen less, and watch the balance of energy"
+            f"{len(short)} links are shorter than {_NEAREST:g} diameters; the shortest, between automata {first[least]} and "
+            f"{second[least]}, has {length[least]:.2g} diameters. Yielding links do not break and let automata overlap; choose "
+            "a criterion that breaks links, load the specimen less, and check the energy balance"
         ]
 
     def nearest_kind(self, ratio: str, index: int) -> str:

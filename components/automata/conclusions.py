@@ -27,11 +27,11 @@ def describe_links(specimen: CrackingSpecimen, points: Points, pairs: IntArray, 
         if not count or not ratio[nearest] > 0.0:
             return f"none of {count} links broke"
         where = _describe_link(points, pairs[nearest])
-        return f"none of {count} links broke; the nearest, of {where}, is at {ratio[nearest]:.3g} of its limit now"
+        return f"none of {count} links broke; the closest to breaking, of {where}, is now at {ratio[nearest]:.3g} of its limit"
     tick, cause, index, value, limit = breaks[0].tolist()
     broken, again = len(np.unique(breaks[:, 2])), ""
     if (held := broken - round(specimen.broken_link_count())) > 0:
-        again = f", {held} of which hold again"
+        again = f", {held} of them are linked again"
     kind = list(specimen.event_kinds)[int(cause)].replace("_", " ")
     unit = "" if (one := next(iter(specimen.event_details.values())).unit) == "1" else f" {one}"
     return (

@@ -1,4 +1,4 @@
-"""Contacts: forces between unlinked pairs, which repel and rub but do not attract, and the search for contacts.
+"""Contacts: repulsion and friction of unlinked pairs, without attraction, and the search for contacts.
 
     N = k_n (R - r) if r < R, 0 otherwise,           k_n = S' (2 G + c lambda) / D
     T = k_t xi, at most mu N,                        k_t = S' 2 G / D
@@ -14,9 +14,9 @@ so that the sum is never attractive. Its force follows from the velocities befor
 mean of the velocities before and after the kick, which is exact.
 
 The dissipation of a contact is the work of the adjacent half kicks over a drift minus the change of its energy. In a drift of
-length c in which a pair closes, this is too large by k_n o (c - o) / 2, with o the overlap afterwards; a drift in which it
-opens gives as much back. Without a dashpot both cancel on average. With a dashpot the pair separates more slowly than it met,
-and the remainder counts as dissipation of the dashpot.
+length c in which a pair closes, this is too large by k_n o (c - o) / 2, with o the overlap afterwards; in a drift in which it
+opens, it is too small by as much. Without a dashpot both errors cancel on average. With a dashpot the pair separates more
+slowly than it met, and the remainder counts as dissipation of the dashpot.
 
 The search visits pairs in the order of their automata. It omits automata inside a whole piece while its strains are small,
 because they touch only their neighbours.
@@ -42,7 +42,7 @@ _FARTHEST = 2.0**30
 
 
 class ContactConstants(NamedTuple):
-    """Positions of automata in whole numbers: differences are exact, and mirrored pairs have mirrored differences.
+    """Constants of contacts. Positions are integers, so that differences are exact, and mirrored for mirrored pairs.
 
     Attributes:
         places: in multiples of `unit`, shape (n, 2), int32.
@@ -237,7 +237,7 @@ def add_contact_forces(medium, motion, contacts, time, cells):
         medium: a `links.Medium`.
         motion: a `lattice.Motion`, with the velocities since the last force evaluation.
         contacts: `Contacts`, updated in place.
-        time: since the last force evaluation [s]; 0 for readings.
+        time: since the last force evaluation [s]; 0 to compute outputs.
         cells: of a `lattice.Scratch`; forces and torques are updated.
 
     Returns:
@@ -264,7 +264,7 @@ def add_contact_forces(medium, motion, contacts, time, cells):
         if before == 0.0 and not overlap > 0.0:
             continue
         slid = before + _slip_increment(relative, x, y, r, time)
-        # No slip is kept by a pair that has separated.
+        # A separated pair keeps no slip.
         most = constants.friction * normal * max(overlap, 0.0) / tangential
         kept = min(max(slid, -most), most)
         # The kicks before and after have the mean of both forces: this mean times the released slip is dissipated.
@@ -324,7 +324,7 @@ def find_pairs(
     points, lengths = positions[automata], np.array(period)
     closed = lengths > 0.0
     points[:, closed] %= lengths[closed]
-    # The modulo of a position a rounding error below 0 can be the whole period.
+    # The modulo of a position just below 0 can be rounded to the whole period.
     points[:, closed] *= points[:, closed] < lengths[closed]
     pairs = cKDTree(points, boxsize=lengths).query_pairs(reach, output_type="ndarray")
     found = automata[np.sort(pairs.astype(np.int64), axis=1)]
@@ -332,7 +332,7 @@ def find_pairs(
 
 
 def is_within_search_range(positions: FloatArray, reach: float) -> bool:
-    """Return whether all positions are finite and not absurdly far out."""
+    """Return whether all positions are finite and within the range of the search."""
     return bool((np.abs(positions) < _FARTHEST * reach).all())
 
 

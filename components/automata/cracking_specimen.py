@@ -1,4 +1,4 @@
-"""Steps and readings of a specimen whose links yield and break, and whose pieces touch."""
+"""Steps and outputs of a specimen whose links yield and break, and whose pieces touch."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def intact_medium(packing: Packing, body: Body, parameters: AutomataParameters, 
 
 
 class CrackingSpecimen(LinkedSpecimen):
-    """A specimen with histories: links that weaken, yield and break, contacts that rub."""
+    """A specimen with histories: links that weaken, yield and break, and contacts with friction."""
 
     has_histories = True
 
@@ -109,7 +109,7 @@ class CrackingSpecimen(LinkedSpecimen):
         stiffest = float(self.medium.contact_constants.normal.max())
         limit = max(ALLOWED_PART * damping_limit(self.packing.lattice.slots, stiffest, whole, self.step_size), 0.0)
         if given > limit:
-            expected = f"at most {limit:.3g} with steps of {self.step_size:g} s, beyond which dashpots are not stable"
+            expected = f"at most {limit:.3g}, the stability limit of dashpots with steps of {self.step_size:g} s"
             raise ParameterError(f"got {given:g}", expected=expected, hint="use a smaller step_size", at="contact_damping")
 
     def attach_state(self, block: Block) -> None:
@@ -273,7 +273,7 @@ class CrackingSpecimen(LinkedSpecimen):
         """Write strains, stresses, and the forces of links and contacts for the present fields.
 
         The evaluation of forces sets the rest distances of new contacts. They are part of the state at the start of a coupled
-        body; readings work on copies.
+        body; outputs are computed on copies.
         """
         contacts = self.contacts()
         if not at_start:
@@ -286,7 +286,7 @@ class CrackingSpecimen(LinkedSpecimen):
         return np.ascontiguousarray(self.scratch.cells[STRESS_XX:, self.place].T)
 
     def link_weights(self) -> FloatArray:
-        """Return the weight of each link: 1 while it holds, 0 once it is released."""
+        """Return the weight of each link: 1 for an intact link, 0 for a released one."""
         return self.medium.histories.weight[self._at]
 
     def broken_link_count(self) -> float:
@@ -375,8 +375,8 @@ class CrackingSpecimen(LinkedSpecimen):
         found = super().report()
         overlap = float(self._overlaps().max(initial=0.0))
         found |= {
-            "part of the links that is broken": self.broken_link_count() / max(len(self._pairs), 1),
-            "largest overlap of a contact now over the diameter": overlap / self.packing.diameter,
+            "fraction of links that are broken": self.broken_link_count() / max(len(self._pairs), 1),
+            "largest overlap of a contact now, in diameters": overlap / self.packing.diameter,
         }
         if self._parameters.can_yield:
             found["largest inelastic strain of a link"] = float(self.medium.histories.inelastic.max())
@@ -397,8 +397,8 @@ def _refuse_double_links(packing: Packing) -> None:
     ends = np.sort(packing.pairs()[:, :2], axis=1)
     if len(np.unique(ends, axis=0)) < len(ends):
         raise ParameterError(
-            "two automata of this periodic specimen are neighbours on two sides",
-            expected="at least 3 diameters across where links may break, or join several materials",
+            "two automata of this periodic body are neighbours on two sides",
+            expected="a width of at least 3 diameters if links can break or join different materials",
             at="shape",
         )
 
@@ -412,7 +412,7 @@ def _regional_strengths(packing: Packing, parameters: AutomataParameters) -> Flo
         inside = region.area.contains(middles.reshape(-1, 2)).reshape(factors.shape)
         if not inside.any():
             raise ParameterError(
-                "contains the middle of no pair", hint="make it larger, or leave it out", at=("strength_regions", number)
+                "contains no midpoint of a pair", hint="make it larger, or leave it out", at=("strength_regions", number)
             )
         factors[inside] = region.factor
     return factors

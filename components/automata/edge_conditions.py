@@ -74,7 +74,7 @@ class Conditions:
     """
 
     def __init__(self, parameters: AutomataParameters, packing: Packing, layout: Layout) -> None:
-        """Find the automata that inputs act on; raise `ParameterError` if a forced one does not exist or is held."""
+        """Find the automata that inputs act on; raise `ParameterError` if one is unknown or cannot move."""
         self._parameters, self._packing, self._place = parameters, packing, layout.place
         # A fixed order, independent of the order in the table, so that sums are bitwise reproducible.
         self._boundaries = {name: parameters.boundaries[name] for name in EDGES if name in parameters.boundaries}
@@ -139,7 +139,7 @@ class Conditions:
         for index, automaton in enumerate(self._forced.tolist()):
             if automaton in held:
                 raise ParameterError(
-                    f"automaton {automaton} is held along x and y, so a force there does nothing",
+                    f"the motion of automaton {automaton} is prescribed along x and y, so a force on it has no effect",
                     hint="leave it out, or free its edge",
                     at=("forced_automata", index),
                 )
@@ -151,7 +151,7 @@ class Conditions:
         """Declare the inputs."""
         if self._forced.size:
             shape, axes = (len(self._forced), 2), ("forced_automaton", "direction")
-            text = "force on each of the `forced_automata`, along x and y"
+            text = "force on each of the `forced_automata` along x and y"
             yield Variable("force", "input", "N", shape, text, start=0.0, axes=axes)
         for name, boundary in self._boundaries.items():
             if isinstance(boundary, (PrescribedVelocity, Traction)):

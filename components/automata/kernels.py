@@ -120,7 +120,7 @@ def advance(specimen, inputs, contacts, step_limits, tick, ticks, is_checked):
         is_checked: whether the links of the first step have already been checked and broken.
 
     Returns:
-        DONE or TOO_FAST; SEARCH before a step; BREAK in the middle of one. And the number of completed steps.
+        DONE, TOO_FAST, SEARCH (before a step) or BREAK (in the middle of a step); and the number of completed steps.
     """
     medium, motion, losses, place = specimen.medium, specimen.motion, specimen.losses, specimen.medium.body.layout.place
     damps, time = medium.contact_constants.damping > 0.0, step_limits.time

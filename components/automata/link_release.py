@@ -84,7 +84,7 @@ def apply_end_weights(medium, motion, links, contacts, tick, losses):
             after = scheduled_weight(pairs, row, tick, medium.law.release)
             write_link_value(weight, layout, pairs, row, after)
             if after == 1.0:
-                # The link holds: the search before the next step removes its contact from the list.
+                # The link is intact: the search before the next step removes its contact from the list.
                 losses[TRAVEL] = NEVER_FOUND
 
 
@@ -93,7 +93,7 @@ def write_rest_distances(medium, motion, scratch, contacts, first_row):
     """Write the rest distances of the contacts that breaking links leave, from row `first_row` on [m].
 
     The contact takes over the pressure of the link, up to two limits: its overlap is at most that relative to the diameter, as
-    in an elastic link, and its energy is at most the link's energy with its part of both volume energies. A link that has
+    in an elastic link, and its energy is at most the link's energy with its share of both volume energies. A link that has
     yielded in compression stores less of both. A link in tension leaves a contact without overlap.
 
     Args:

@@ -1,4 +1,4 @@
-"""A specimen whose pairs all stay linked and elastic: forces, internal steps, readings.
+"""A specimen whose pairs all stay linked and elastic: forces, internal steps, outputs.
 
     theta_i = sum_j c_ij eps_ij / (1 + c* lambda / 2 G),        c_ij = S r / 2 V
     f_n = S (2 G eps + lambda (theta_i + theta_j) / 2),         f_t = S 2 G gamma
@@ -201,7 +201,7 @@ class LinkedSpecimen:
         return advance(self.body, self.motion, self.scratch, self.inputs, self.step_size, ticks, self.speed_limit)
 
     def update_forces(self) -> None:
-        """Write the strains and the forces of links and contacts for the present fields, for readings."""
+        """Write the strains and the forces of links and contacts for the present fields, to compute outputs."""
         update_forces(self.body, self.motion, self.scratch)
 
     def _measure_fields(self) -> None:

@@ -1,6 +1,6 @@
 """Links that weaken, yield and break: strains, tractions, forces, and the ratio to their breaking limit.
 
-As in `linked_specimen`, with the weight w of each link (1 while it holds, decreasing to 0 during its release), the remaining
+As in `linked_specimen`, with the weight w of each link (1 if intact, decreasing to 0 during its release), the remaining
 fraction g of its stiffness, and its plastic strains:
 
     theta_i = sum_j c (w eps + (1 - w) eps_p) / (1 + a),      a = (c* + sum_j (1 - w) c / g) lambda / 2 G
@@ -22,7 +22,7 @@ eps - d, and d approximately minimises the energy:
 
 This d is exact if the links of an automaton to other materials have equal strains, as in layers along the rows of a square
 packing. Otherwise D is an upper bound of the value for the whole system, and U lies above its minimum: never negative, a little
-too stiff. D assumes that all links hold. Solving the whole system would need all links of an interface in every step.
+too stiff. D assumes that all links are intact. Solving the whole system would need all links of an interface in every step.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ class Histories(NamedTuple):
     """Histories of links, each of shape (directions, m).
 
     Attributes:
-        weight: 1 for a link that holds, less during its release, 0 afterwards and without a link.
+        weight: 1 for an intact link, less during its release, 0 afterwards and without a link.
         plastic_eps: plastic strain along the link.
         plastic_gamma: plastic strain across the link.
         stiffness: remaining fraction of the shear modulus, minus 1.
@@ -409,7 +409,7 @@ def _yield_links(response, medium, motion, scratch, time):
 
 @internal
 def _is_automaton(ghosts, p):
-    """Return whether a place does not belong to a ghost."""
+    """Return whether a place belongs to an automaton, not to a ghost."""
     for row in range(ghosts.shape[0]):
         if ghosts[row, 0] == p:
             return False

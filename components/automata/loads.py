@@ -115,7 +115,7 @@ def save_velocities(place, motion, before):
 
 @internal
 def kick_with_inputs(body, motion, forces, inputs, time):
-    """Kick automata with forces and loads, then set the velocities of held automata.
+    """Kick automata with forces and loads, then set the velocities of gripped automata.
 
     Args:
         body: a `lattice.Body`.
@@ -150,7 +150,7 @@ def kick_with_inputs(body, motion, forces, inputs, time):
 
 @spliced
 def hold_grip(body, motion, forces, inputs, time):
-    """Set the velocities of held automata after a kick, and tally work and impulse of the grip; arguments as above."""
+    """Set the velocities of gripped automata after a kick, and tally work and impulse of the grip."""
     grip, tally = inputs.grip, inputs.tallies[1]
     for row in range(grip.place.size):
         p, held = grip.place[row], grip.held[row]

@@ -1,4 +1,4 @@
-"""Packings of equal automata: which automata fill a shape, their neighbours, and the part of each cell inside.
+"""Packings of equal automata: which automata fill a shape, their neighbours, and the fraction of each cell inside it.
 
 The centres lie on a lattice, inside the outline or on it. An automaton on the outline is a part of a cell: a half on a side, a
 quarter at a corner. Volume, mass and the faces in the outline shrink accordingly. A free face of a whole cell (at the zigzag of
@@ -81,7 +81,7 @@ LATTICES = {
 
 @dataclass(frozen=True)
 class Packing:
-    """Automata that fill a shape, row by row from below, from the left.
+    """Automata that fill a shape, in rows from below, each from left to right.
 
     Attributes:
         lattice: the packing.
@@ -116,7 +116,7 @@ class Packing:
         return np.concatenate(found).astype(np.int64)
 
     def nearest_automaton(self, x: float, y: float) -> int:
-        """Return the automaton nearest to a point [m]; the first of equally near ones."""
+        """Return the automaton nearest to a point [m]; the first one if several are equally near."""
         return int(np.argmin((self.reference[:, 0] - x) ** 2 + (self.reference[:, 1] - y) ** 2))
 
 
@@ -137,7 +137,7 @@ def pack_shape(name: str, shape: Shape, diameter: float, periodic: tuple[bool, b
     _refuse_idle_holes(lattice, shape, diameter)
     places = _places_inside(lattice, shape, diameter, periodic)
     if not len(places) and shape.holes:
-        raise ParameterError("nothing is left of the shape", at=("shape", "holes"))
+        raise ParameterError("the holes remove the whole shape", at=("shape", "holes"))
     turns = _lattice_periods(lattice, shape, diameter, periodic)
     _refuse_own_neighbours(lattice, turns)
     neighbours = _neighbours(lattice, places, turns)
@@ -150,7 +150,7 @@ def pack_shape(name: str, shape: Shape, diameter: float, periodic: tuple[bool, b
     kept: npt.NDArray[np.bool_] = np.any(face > 0.0, axis=1)
     if not kept.any():
         raise ParameterError(
-            f"a {shape.name} that holds no two automata of diameter {diameter:g} m",
+            f"got a {shape.name} that is too small for two automata of diameter {diameter:g} m",
             expected="a larger shape, or a smaller diameter",
             at="shape",
         )
@@ -246,7 +246,7 @@ def _refuse_own_neighbours(lattice: Lattice, periods: tuple[int, int]) -> None:
         all(step % turn == 0 if turn else step == 0 for step, turn in zip(one, periods, strict=True)) for one in lattice.steps
     ):
         raise ParameterError(
-            "an automaton of this periodic specimen is its own neighbour", expected="at least 2 diameters across", at="shape"
+            "an automaton of this periodic body is its own neighbour", expected="a width of 2 diameters or more", at="shape"
         )
 
 

@@ -35,7 +35,7 @@ Place = Index | Pair
 class Fixed(boundaries.Fixed):
     """Automata that neither move nor rotate."""
 
-    depth: float = field(0.0, "how far from the outermost automaton it reaches", "m", ge=0.0)
+    depth: float = field(0.0, "depth of the edge behind its outermost automaton", "m", ge=0.0)
 
 
 class PrescribedVelocity(boundaries.PrescribedVelocity):
@@ -45,7 +45,7 @@ class PrescribedVelocity(boundaries.PrescribedVelocity):
     plane of symmetry. If only the component along the edge is prescribed, automata rotate freely.
     """
 
-    depth: float = field(0.0, "how far from the outermost automaton it reaches", "m", ge=0.0)
+    depth: float = field(0.0, "depth of the edge behind its outermost automaton", "m", ge=0.0)
 
 
 BOUNDARIES: dict[str, type[Boundary]] = {
@@ -63,14 +63,14 @@ ChosenBoundary = Annotated[SerializeAsAny[Boundary], ByName(BOUNDARIES)]
 class StrengthRegion(Parameters):
     """A region with weaker or stronger pairs."""
 
-    area: ChosenArea = field(..., "pairs whose middle lies in this area: a box or a disc", "1")
-    factor: Magnitude = field(..., "of their strengths", "1")
+    area: ChosenArea = field(..., "area that contains the midpoints of these pairs: a box or a disc", "1")
+    factor: Magnitude = field(..., "factor of the strengths of these pairs", "1")
 
 
 class Region(Parameters):
     """A part of the specimen with one of the materials."""
 
-    area: ChosenArea = field(..., "automata whose centre lies in this area: a box or a disc", "1")
+    area: ChosenArea = field(..., "area that contains the centres of these automata: a box or a disc", "1")
     material: int = field(..., "number of the material, from 0", "1", ge=0)
 
 
@@ -78,7 +78,7 @@ class Interface(Parameters):
     """The strength of links between automata of two materials."""
 
     materials: list[Index] = field(..., "numbers of the two materials", "1", min_length=2, max_length=2)
-    criterion: ChosenCriterion = field(..., "what breaks links between them, of the same name as `criterion`, or none", "1")
+    criterion: ChosenCriterion = field(..., "breaking criterion of their links, of the same name as `criterion`, or none", "1")
 
 
 class AutomataParameters(Parameters):
@@ -86,16 +86,16 @@ class AutomataParameters(Parameters):
 
     shape: ChosenShape = field(
         ...,
-        "what is filled: rectangle, disc or polygon; a table {name = ..., ...}",
+        "shape that the automata fill: rectangle, disc or polygon; a table {name = ..., ...}",
         "1",
         examples=[{"name": "rectangle", "width": 0.04, "height": 0.0346410161514}],
     )
     diameter: float = field(..., "diameter of the automata", "m", gt=0.0, examples=[0.01])
     packing: Literal["square", "hexagonal"] = field("hexagonal", "square, or hexagonal with rows along x", "1")
     material: Preset | Material | list[Preset | Material] = field(
-        "steel", f"material, or the name of a preset ({preset_text()}); several for `regions` or `automaton_material`", "1"
+        "steel", f"material, or the name of a preset ({preset_text()}); a list for `regions` or `automaton_material`", "1"
     )
-    regions: list[Region] = field([], "where materials lie; later ones cover earlier ones, material 0 is everywhere else", "1")
+    regions: list[Region] = field([], "areas of the materials; later ones cover earlier ones, material 0 fills the rest", "1")
     automaton_material: list[Index] | None = field(
         None, "number of the material of each automaton, instead of `regions`", "1", absent="none"
     )
@@ -103,42 +103,42 @@ class AutomataParameters(Parameters):
     response: ChosenResponses = field(
         Linear(),
         "response of pairs: linear, degrading, plastic or plastic_degrading; a table {name = ..., ...}; one for all materials, "
-        "or one each. Pairs of two materials are linear",
+        "or a list with one for each. Pairs of two materials are linear",
         "1",
     )
     criterion: ChosenCriteria = field(
         Unbreakable(),
-        "what breaks pairs: none, von_mises, drucker_prager, mohr_coulomb or strain; a table {name = ..., ...}; one for all "
-        "materials, or one each, of one name or none",
+        "breaking criterion of pairs: none, von_mises, drucker_prager, mohr_coulomb or strain; a table {name = ..., ...}; one "
+        "for all materials, or a list with one for each (of the same name, or none)",
         "1",
     )
     interfaces: list[Interface] = field(
         [],
-        "strengths of pairs of two materials; by default a pair breaks by the criterion of either, the one that is met first",
+        "strengths of pairs of two materials; by default such a pair breaks as soon as the criterion of either is met",
         "1",
     )
-    strength_scatter: float = field(0.0, "strengths of pairs lie evenly within 1 -+ this", "1", ge=0.0, lt=1.0)
-    strength_seed: int = field(0, "which draw of strengths", "1", ge=0, lt=2**63)
+    strength_scatter: float = field(0.0, "half-width of the random strength factors around 1", "1", ge=0.0, lt=1.0)
+    strength_seed: int = field(0, "seed of the random strengths", "1", ge=0, lt=2**63)
     strength_regions: list[StrengthRegion] = field(
-        [], "where pairs are weaker or stronger, as a flaw or a seam is; later ones cover earlier ones", "1"
+        [], "areas of weaker or stronger pairs, e.g. a flaw or a seam; later ones cover earlier ones", "1"
     )
-    release_ticks: int = field(20, "over how many internal steps a broken pair is released", "1", ge=1, le=1_000_000)
-    friction: NotNegativeMagnitude = field(0.5, "coefficient of friction of pairs that touch and are not linked", "1")
+    release_ticks: int = field(20, "number of internal steps in which a broken pair is released", "1", ge=1, le=1_000_000)
+    friction: NotNegativeMagnitude = field(0.5, "friction coefficient of contacts (unlinked pairs that touch)", "1")
     contact_damping: float = field(
-        0.0, "dashpot of pairs that touch and are not linked, along their line of centres, in parts of critical damping", "1",
+        0.0, "damping ratio of contacts along their line of centres, as a fraction of critical damping", "1",
         ge=0.0, le=1.0,
     )  # fmt: skip
     relinking: ChosenRelinking = field(
-        NoRelinking(), "what links broken pairs again: none or cold_welding; a table {name = ..., ...}", "1"
+        NoRelinking(), "condition that links broken pairs again: none or cold_welding; a table {name = ..., ...}", "1"
     )
     boundaries: dict[str, ChosenBoundary] = field(
-        {}, "what left, right, bottom and top do: free (the default), fixed, symmetry, periodic, velocity, traction", "1",
+        {}, "conditions of left, right, bottom, top: free (the default), fixed, symmetry, periodic, velocity, traction", "1",
         examples=[{"left": "velocity"}],
     )  # fmt: skip
     forced_automata: list[Place] | Literal["all"] = field(
-        [], "automata with a force of their own, the input `force`: numbers, or points [x, y] in the shape; or all", "1"
+        [], "automata on which the input `force` acts: numbers, or points [x, y] in the shape; or all", "1"
     )
-    step_size: float | None = field(None, "internal step; default 0.7 of the largest stable one, rounded down", "s", gt=0.0)
+    step_size: float | None = field(None, "internal step; default: 0.7 of the largest stable step, rounded down", "s", gt=0.0)
 
     @model_validator(mode="after")
     def _validate_magnitudes(self) -> AutomataParameters:
@@ -152,7 +152,7 @@ class AutomataParameters(Parameters):
     def _validate_edges(self) -> AutomataParameters:
         for name, boundary in self.boundaries.items():
             if name not in OPPOSITE:
-                raise ParameterError("is no edge of a specimen", hint=spelling_hint(name, OPPOSITE), at=("boundaries", name))
+                raise ParameterError("is not an edge of the body", hint=spelling_hint(name, OPPOSITE), at=("boundaries", name))
             if isinstance(boundary, Periodic) and not isinstance(self.boundaries.get(OPPOSITE[name]), Periodic):
                 raise ParameterError(f"is periodic, so {OPPOSITE[name]} has to be periodic too", at=("boundaries", name))
             if isinstance(boundary, (Periodic, Traction)) and not isinstance(self.shape, Rectangle):
@@ -176,12 +176,10 @@ class AutomataParameters(Parameters):
     @model_validator(mode="after")
     def _validate_relinking(self) -> AutomataParameters:
         if self.relinking.kinds and not self.breakable:
-            raise ParameterError(
-                "links what has broken, and nothing breaks; choose a criterion, or leave relinking out", at="relinking"
-            )
+            raise ParameterError("requires pairs that can break; choose a criterion, or leave relinking out", at="relinking")
         if self.relinking.kinds and self.has_several_materials:
             raise ParameterError(
-                "knows no pairs of two materials", hint="give one material, or leave relinking out", at="relinking"
+                "does not support pairs of two materials", hint="give one material, or leave relinking out", at="relinking"
             )
         return self
 
@@ -193,10 +191,10 @@ class AutomataParameters(Parameters):
         for name, given in (("response", self.response), ("criterion", self.criterion)):
             if isinstance(given, list) and len(given) != count:
                 raise ParameterError(
-                    f"got {len(given)} for {count} materials", hint="give one for all, or one each", at=(name,)
+                    f"got {len(given)} for {count} materials", hint="give one for all, or one for each", at=(name,)
                 )
         if self.regions and self.automaton_material is not None:
-            raise ParameterError("`regions` says it too", hint="give one of them", at="automaton_material")
+            raise ParameterError("`regions` is given too", hint="give only one of them", at="automaton_material")
         for place, region in enumerate(self.regions):
             _refuse_unknown_material(("regions", place, "material"), region.material, count)
         for place, number in enumerate(self.automaton_material or ()):
@@ -218,8 +216,8 @@ class AutomataParameters(Parameters):
         for place, one in zip(places, self._all_criteria(), strict=True):
             if one.causes and one.name != leading.name:
                 raise ParameterError(
-                    f"got {one.name!r} beside {leading.name!r}",
-                    expected="criteria of one name, or none, in a specimen",
+                    f"got {one.name!r} in addition to {leading.name!r}",
+                    expected="criteria of the same name, or none, in a specimen",
                     at=place,
                 )
         return self

@@ -6,8 +6,8 @@ This is the switching unlinked -> linked of movable cellular automata: Psakhie e
 linked in the packing are linked again if their line of centres lies within 45 degrees of the axis of their link. The new link
 carries the force of the contact; its strains count from there. Such specimens have one material, see `parameters`.
 
-The kicks before and after a drift each do half of their force times its length; for springs this is the change of energy. It is
-not if the link gets other strains between the kicks, so the work of the forces before and after is needed (`_drift_work`).
+The kicks before and after a drift each do the work force x length / 2; for springs the sum is the change of energy. This fails
+if the strains of a link change between the kicks, so the work of the forces before and after is computed (`_drift_work`).
 """
 
 from __future__ import annotations
@@ -73,12 +73,12 @@ class NoRelinking(Relinking):
 
 
 class ColdWelding(Relinking):
-    """Pressure of the contact >= pressure, and sliding speed <= slip_speed; checked every `release_ticks` steps."""
+    """Contact pressure >= `pressure` and sliding speed <= `slip_speed`, checked every `release_ticks` steps."""
 
     name: Literal["cold_welding"] = field("cold_welding", "which law", "1")
-    pressure: Magnitude = field(..., "pressure of a contact that links it", "Pa")
-    slip_speed: Magnitude = field(..., "largest sliding speed at which it does", "m/s")
-    kinds = {"linked": "a broken pair was pressed as hard as its law says, and was linked again"}
+    pressure: Magnitude = field(..., "smallest pressure at which a contact is linked again", "Pa")
+    slip_speed: Magnitude = field(..., "largest sliding speed at which a contact is linked again", "m/s")
+    kinds = {"linked": "the contact pressure of a broken pair reached its limit, and the pair was linked again"}
 
     def constants(self) -> tuple[float, float]:
         """Return pressure and speed."""

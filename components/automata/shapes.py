@@ -33,7 +33,7 @@ class StraightSide(NamedTuple):
 class Shape(Named):
     """The outline of a specimen, and its holes."""
 
-    holes: list[ChosenArea] = field([], "areas without automata: a box or a disc; at the outline it makes a notch", "1")
+    holes: list[ChosenArea] = field([], "areas without automata: boxes or discs; an area at the outline makes a notch", "1")
 
     @property
     @abstractmethod
@@ -75,7 +75,7 @@ class Rectangle(Shape):
 
     @property
     def bounds(self) -> tuple[float, float, float, float]:
-        """The sides."""
+        """The sides themselves."""
         return 0.0, self.width, 0.0, self.height
 
     def surrounds(self, points: FloatArray, margin: float) -> np.ndarray:
@@ -94,7 +94,7 @@ class Disc(Shape):
     name: Literal["disc"] = field("disc", "which shape", "1")
     radius: float = field(..., "radius", "m", gt=0.0)
     height: float | None = field(
-        None, "extent along y to which it is cut flat above and below; default: not cut", "m", absent="not cut", gt=0.0
+        None, "extent along y between flats that cut it at top and bottom; default: not cut", "m", absent="not cut", gt=0.0
     )
 
     @model_validator(mode="after")
@@ -134,22 +134,24 @@ class Polygon(Shape):
     """A polygon without self-intersections; the first corner is the centre of an automaton, oblique sides are staircases."""
 
     name: Literal["polygon"] = field("polygon", "which shape", "1")
-    corners: list[SignedPair] = field(..., "corners in order around it, each x and y", "m", min_length=3, max_length=10_000)
+    corners: list[SignedPair] = field(
+        ..., "corners in order around the outline, x and y of each", "m", min_length=3, max_length=10_000
+    )
 
     @model_validator(mode="after")
     def _validate_area(self) -> Polygon:
         corners = np.array(self.corners)
         if not abs(_polygon_area(corners)) > 1e-12 * float(np.ptp(corners, axis=0).max()) ** 2:
-            raise ParameterError(f"got {one_line(self.corners)}", expected="a polygon with an area", at="corners")
+            raise ParameterError(f"got {one_line(self.corners)}", expected="a polygon of nonzero area", at="corners")
         twice = np.flatnonzero((corners == np.roll(corners, -1, axis=0)).all(axis=1))
         if len(twice):
-            raise ParameterError(f"corner {twice[0]} is followed by itself", hint="give each corner once", at="corners")
+            raise ParameterError(f"corner {twice[0]} equals the next one", hint="give each corner once", at="corners")
         meeting = _first_crossing_sides(corners)
         if meeting is not None:
             raise ParameterError(
                 f"side {meeting[0]} meets side {meeting[1]}",
-                expected="a polygon that touches itself nowhere",
-                hint="give slits and notches as boxes in `holes`, and leave a gap between parts that would meet in a point",
+                expected="a polygon that does not touch itself",
+                hint="give slits and notches as boxes in `holes`, and leave a gap between parts that would meet at a point",
                 at="corners",
             )
         return self

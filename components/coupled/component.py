@@ -155,18 +155,18 @@ class Coupled(Component):
     def _declare_variables(self) -> Iterable[Variable]:
         yield from part_variables({"grid": self.grid, "automata": self.automata})
         for name in _PART_ENERGIES:
-            text = f"{name.replace('_', ' ')}; of interface nodes with the mass of this part"
+            text = f"{name.replace('_', ' ')}; interface nodes count with the mass of this part"
             yield Variable(name, "output", "J", (), text)
         yield Variable("interface_work_on_grid", "output", "J", (), "work of the automata on the grid since the reset")
         yield Variable("interface_work_on_automata", "output", "J", (), "work of the grid on the automata since the reset")
-        yield Variable("interface_work_difference", "output", "J", (), "sum of both works: 0 but for rounding")
+        yield Variable("interface_work_difference", "output", "J", (), "sum of both works, 0 except for rounding")
         yield Variable("interface_impulse", "output", "N s", (2,), "impulse of the grid on the automata", axes=("direction",))
-        yield Variable("mass_difference", "output", "kg", (), "mass that moves less the masses of the cells and automata")
+        yield Variable("mass_difference", "output", "kg", (), "moving mass minus the masses of the cells and automata")
         yield Variable(
-            "grid_step_part", "output", "1", (), "internal step in largest stable steps of the grid", variability="constant"
+            "grid_step_part", "output", "1", (), "internal step over the grid's largest stable one", variability="constant"
         )
         yield Variable(
-            "automata_step_part", "output", "1", (), "micro-step in largest stable steps of automata", variability="constant"
+            "automata_step_part", "output", "1", (), "micro-step over the automata's largest stable one", variability="constant"
         )
 
     def _output_readers(self) -> dict[str, Callable[[], Any]]:
@@ -210,7 +210,7 @@ class Coupled(Component):
         found |= {f"automata: {name}": figure for name, figure in self.automata.report().items()}
         found |= {
             "micro-steps in a step": float(self.micro_steps),
-            "interface: works of both sides, their sum over the larger": difference / largest if largest > 0.0 else 0.0,
+            "interface: sum of the works of both sides over the larger": difference / largest if largest > 0.0 else 0.0,
         }
         if self._cracking is not None:
             found["automata: pieces inside cells of the grid"] = float(len(self._stray_automata()))
@@ -234,8 +234,8 @@ class Coupled(Component):
         if len(strays := self._stray_automata()):
             x, y = self._positions()[1][strays[0]]
             said.append(
-                f"{len(strays)} automata with broken links lie inside cells of the grid, automaton {strays[0]} at ({x:.6g}, "
-                f"{y:.6g}) m: pieces fly through the free sides of the grid unless side_contacts = true"
+                f"{len(strays)} automata with broken links lie in cells of the grid, e.g. automaton {strays[0]} at ({x:.6g}, "
+                f"{y:.6g}) m: pieces pass through the free sides of the grid unless side_contacts = true"
             )
         return said
 
@@ -402,7 +402,7 @@ class Coupled(Component):
         self._divided = self._held
 
     def _apply_automata_inputs(self, tick: int) -> None:
-        """Fill the loads and grips of the tick."""
+        """Set the loads and grips of the automata for a tick, from their inputs."""
         self.automata.conditions.apply_inputs(self.automata.held_inputs, tick, has_central_kick=False)
         self._edge_inputs.fill_loads()
 

@@ -37,9 +37,9 @@ class EdgeLoads(NamedTuple):
     """Loads and grips of the automata as a coupled medium applies them.
 
     Attributes:
-        load: forces on automata outside the interface; 0 along held directions.
+        load: forces on automata outside the interface; 0 along prescribed directions.
         grip: prescribed velocities.
-        grip_place: scratch: displacements of held automata before the tick, shape (g, 2).
+        grip_place: scratch: displacements of gripped automata before the tick, shape (g, 2).
         grip_force: scratch: forces and torque before the tick, shape (g, 3).
         tallies: of loads and of grips, part of the state; see `automata.loads`.
     """
@@ -65,7 +65,7 @@ def save_tick_start(edges, motion, forces):
 
 @internal
 def apply_loads_and_grips(edges, cells, motion, time):
-    """Apply the loads for a half kick of `time` [s], tally their moment, and set the velocities of held automata.
+    """Apply the loads for a half kick of `time` [s], tally their moment, and set the velocities of gripped automata.
 
     `cells` are those of a `lattice.Body`.
     """
@@ -130,7 +130,7 @@ class EdgeInputs:
     """Loads and grips of the automata. Loads on interface automata are passed to their nodes.
 
     Attributes:
-        edges: arguments of the kernels; of interface automata only the rotation is held.
+        edges: arguments of the kernels; of interface automata only the rotation is prescribed.
     """
 
     def __init__(self, conditions: Conditions, interface: Interface, tallies: FloatArray) -> None:
@@ -150,7 +150,7 @@ class EdgeInputs:
         )  # fmt: skip
 
     def fill_loads(self) -> None:
-        """Copy the current loads from the conditions of the automata; held directions get no load."""
+        """Copy the current loads from the conditions of the automata; prescribed directions get no load."""
         self.edges.load.force[:] = np.where(self._acts, self._conditions.load.force[self._loads], 0.0)
 
     def loads_on_nodes(self, conditions: kernel_arrays.Conditions, places: IntArray) -> FloatArray | None:
@@ -171,7 +171,7 @@ class EdgeInputs:
         return np.where(conditions.prescribed > 0, 0.0, found)
 
     def refuse_free_nodes(self, mesh: Mesh, conditions: kernel_arrays.Conditions) -> None:
-        """Refuse interface automata that an edge holds while their nodes are free.
+        """Refuse interface automata whose motion an edge prescribes while their nodes are free.
 
         Raises:
             ParameterError: names the automaton and the node.
@@ -185,8 +185,8 @@ class EdgeInputs:
                     if held & bit and not conditions.prescribed[row_of[node], k]:
                         x, y = mesh.nodes[node]
                         raise ParameterError(
-                            f"automaton {automaton} at ({x:.9g}, {y:.9g}) m is held along {'xy'[k]} by its edge, and belongs "
-                            f"to the interface, but node {node} of the grid is free there",
+                            f"the motion of automaton {automaton} on the interface, at ({x:.9g}, {y:.9g}) m, is prescribed "
+                            f"along {'xy'[k]}, but node {node} of the grid is free there",
                             hint="give the edge of the grid that ends there the same condition",
                             at="automata",
                         )

@@ -69,7 +69,7 @@ def make_energy_sums(grid: GridPart, automata: AutomataPart, seam: Seam, own_mas
     own, inertia, spin, torque = np.where(free, cells[MASS], 0.0), cells[INERTIA], motion[SPIN], forces[TORQUE]
     vx, vy, x, y = motion[VX], motion[VY], cells[X] + motion[X], cells[Y] + motion[Y]
     squares = (forces[FORCE_X] * forces[FORCE_X] + forces[FORCE_Y] * forces[FORCE_Y]) / cells[MASS]
-    # Held components do not respond to the force.
+    # Prescribed components do not respond to the force.
     grip, inertias = automata.edges.grip, np.stack([cells[MASS], cells[MASS], inertia])
     held = np.stack(
         [free[grip.automata] & (grip.held & bit > 0) for bit in (HOLDS_X, HOLDS_Y)] + [grip.held & HOLDS_ROTATION > 0]

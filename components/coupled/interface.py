@@ -71,7 +71,7 @@ def find_interface(
         search: search of automata by position.
 
     Raises:
-        ParameterError: the parts overlap, do not touch or do not match, or an interface edge is held or damped.
+        ParameterError: the parts overlap, do not touch or do not match, or an interface edge is prescribed or damped.
     """
     sides = find_interface_sides(mesh, shape, origin)
     # Zigzags are checked first: the staircase of the automata along a zigzag side also overlaps cells.
@@ -89,8 +89,8 @@ def find_interface(
             known = hanging.setdefault(automaton, (first, second, part if 0.0 < part < 1.0 else 0.0))
             if leader[known[0]] != leader[first] and leader[known[0]] != leader[second]:
                 raise ParameterError(
-                    f"automaton {automaton} meets the nodes {known[0]} and {first} of the grid, which move on their own",
-                    hint="join them by periodic edges, or close the automata on themselves nowhere",
+                    f"automaton {automaton} belongs to the nodes {known[0]} and {first} of the grid, which move independently",
+                    hint="join the nodes by periodic edges, or give the automata no periodic edges",
                     at="automata",
                 )
     _refuse_shared_nodes(hanging, leader)
@@ -108,10 +108,10 @@ def _refuse_overlaps(mesh: Mesh, packing: Packing, search: AutomatonSearch, orig
         inside = automaton[kept][points]
         (x, y), (u, v) = (packing.reference[inside[0]] + origin).tolist(), mesh.centres[cells[0]].tolist()
         raise ParameterError(
-            f"{len(np.unique(inside))} automata reach into cells of the grid: automaton {inside[0]} at ({x:.9g}, {y:.9g}) m "
-            f"into cell {cells[0]}, about ({u:.9g}, {v:.9g}) m",
-            expected="parts that meet in sides of cells alone",
-            hint="move `origin`, let the shape of the automata end at sides of cells, or leave a hole in the mesh there",
+            f"{len(np.unique(inside))} automata overlap cells of the grid: automaton {inside[0]} at ({x:.9g}, {y:.9g}) m "
+            f"overlaps cell {cells[0]} with the centre ({u:.9g}, {v:.9g}) m",
+            expected="parts that touch only along sides of cells",
+            hint="move `origin`, end the shape of the automata at sides of cells, or leave a hole in the mesh for them",
             at="automata",
         )
 
@@ -125,7 +125,7 @@ def _refuse_gap(mesh: Mesh, packing: Packing, search: AutomatonSearch, origin: F
     raise ParameterError(
         "no side of a cell lies on the outline of the automata",
         hint=(
-            f"nearest are node {nodes[nearest]} at ({x:.9g}, {y:.9g}) m and automaton {automata[nearest]} at ({u:.9g}, "
+            f"the nearest are node {nodes[nearest]} at ({x:.9g}, {y:.9g}) m and automaton {automata[nearest]} at ({u:.9g}, "
             f"{v:.9g}) m, off by ({x - u:.6g}, {y - v:.6g}) m; move `origin`, or leave a hole in the mesh for the automata"
         ),
         at="automata",
@@ -133,7 +133,7 @@ def _refuse_gap(mesh: Mesh, packing: Packing, search: AutomatonSearch, origin: F
 
 
 def _refuse_conditions(mesh: Mesh, boundaries: Mapping[str, Boundary], interface_sides: IntArray) -> None:
-    """Refuse conditions that hold or damp nodes through `interface_sides`, which are no free surface."""
+    """Refuse conditions that prescribe or damp nodes of `interface_sides`, which are not a free surface."""
     known = {tuple(sorted(side)) for side in interface_sides.tolist()}
     for name, boundary in boundaries.items():
         if isinstance(boundary, (Free, Traction)):
@@ -142,9 +142,9 @@ def _refuse_conditions(mesh: Mesh, boundaries: Mapping[str, Boundary], interface
             if (min(start, end), max(start, end)) in known:
                 (x, y), (u, v) = mesh.nodes[start].tolist(), mesh.nodes[end].tolist()
                 raise ParameterError(
-                    f"got {boundary.name!r} where the interface is, between ({x:.6g}, {y:.6g}) and ({u:.6g}, {v:.6g}) m",
+                    f"got {boundary.name!r} on the interface between ({x:.6g}, {y:.6g}) and ({u:.6g}, {v:.6g}) m",
                     expected="free or traction",
-                    hint="what meets the automata there is no surface",
+                    hint="an edge on the interface is not a surface of the body",
                     at=("grid", "boundaries", name),
                 )
 
@@ -156,7 +156,7 @@ def _refuse_zigzags(mesh: Mesh, packing: Packing, side: list[int]) -> None:
         x, y = mesh.nodes[side[0]]
         raise ParameterError(
             f"at ({x:.9g}, {y:.9g}) m the interface does not lie along the rows of the hexagonal packing",
-            expected="sides along x alone",
+            expected="sides along x only",
             hint="turn the body by 90 degrees, so that the grid meets rows of automata, or take packing = square",
             at=("automata", "packing"),
         )
@@ -171,7 +171,7 @@ def _side_automata(mesh: Mesh, packing: Packing, search: AutomatonSearch, side: 
     if round(count) < 1 or abs(count - round(count)) > ON_THE_OUTLINE * max(count, 1.0):
         raise ParameterError(
             f"the {where}, is {count:.9g} diameters of {packing.diameter:g} m long",
-            expected="a whole number",
+            expected="a whole number of diameters",
             at="automata.diameter",
         )
     parts = np.arange(round(count) + 1) / round(count)
@@ -194,8 +194,8 @@ def _refuse_shared_nodes(interface_automata: dict[int, tuple[int, int, float]], 
     for automaton, (first, second, _) in interface_automata.items():
         if first == second and (other := on.setdefault(int(leader[first]), automaton)) != automaton:
             raise ParameterError(
-                f"automata {other} and {automaton} both move with node {leader[first]} of the grid, which periodic edges join",
-                hint="close the automata on themselves too, or the grid nowhere",
+                f"automata {other} and {automaton} would both follow node {leader[first]}; periodic edges of the grid join it",
+                hint="give the automata periodic edges too, or the grid none",
                 at="automata",
             )
 

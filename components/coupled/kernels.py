@@ -56,7 +56,7 @@ def advance(grid, automata, linked_body, cracking, seam, factors, steps, tick, c
         call: a `CallProgress`, updated.
 
     Returns:
-        DONE, INVERTED or TOO_FAST; SEARCH before a step of the automata, BREAK in the middle of one.
+        DONE, INVERTED or TOO_FAST; SEARCH before a step of the automata, BREAK in the middle of a step.
     """
     progress, time, rows = call.progress, steps.step / steps.micro, len(factors)
     while progress[ROW] < rows:

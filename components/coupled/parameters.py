@@ -20,7 +20,7 @@ class CoupledParameters(Parameters):
 
     grid: GridParameters = field(
         ...,
-        "the continuous part: a table of the parameters of a grid, without step_size",
+        "continuous part: a table of the parameters of a grid, without step_size",
         "1",
         examples=[
             {
@@ -31,48 +31,46 @@ class CoupledParameters(Parameters):
     )
     automata: AutomataParameters = field(
         ...,
-        "the discrete part: a table of the parameters of automata, without step_size and thickness",
+        "discrete part: a table of the parameters of automata, without step_size and thickness",
         "1",
         examples=[{"shape": {"name": "rectangle", "width": 0.04, "height": 0.02}, "diameter": 0.01, "packing": "square"}],
     )
-    origin: Pair = field([0.0, 0.0], "where the origin of the automata's shape lies in the coordinates of the grid", "m")
+    origin: Pair = field([0.0, 0.0], "position of the origin of the automata's shape, in the coordinates of the grid", "m")
     scheme: Scheme = field(
         "force",
-        "how interface nodes move. force: with the sum of the forces of both parts; momentum: each part moves its own nodes, "
-        "then momenta are added (the same to rounding); literal: the sub-steps of Psakhie et al. as written, unstable",
+        "motion of interface nodes. force: by the sum of the forces of both parts; momentum: each part moves its own nodes, "
+        "then momenta are added (equal to rounding); literal: the sub-steps of Psakhie et al. as written (unstable)",
         "1",
     )
     micro_steps: int = field(
         1,
-        "internal steps of the automata in one of the grid. 1: lockstep, where what is at rest stays at rest; more: longer "
-        "steps beside small automata, and static stresses ring at the interface",
+        "internal steps of the automata per step of the grid. 1: lockstep, in which a body at rest stays at rest; more: "
+        "longer steps of the grid with small automata, but static stresses oscillate at the interface",
         "1",
         ge=1,
         le=1000,
     )
     step_size: Positive | None = field(
         None,
-        "internal step; default: what both parts bear, rounded down: 0.8 of the largest stable one, less with micro-steps",
+        "internal step; default: 0.8 of the largest step stable for both parts, less with micro-steps, rounded down",
         "s",
     )
 
     side_contacts: bool = field(
-        False, "whether automata touch the free sides of the grid, which are smooth; links have to break or yield for that", "1"
+        False, "whether automata can touch the (frictionless) free sides of the grid; requires links that break or yield", "1"
     )
 
     @model_validator(mode="after")
     def _validate_side_contacts(self) -> CoupledParameters:
         if self.side_contacts and self.scheme == "literal":
-            raise ParameterError("does not go with scheme = literal", hint="take scheme = force", at="side_contacts")
+            raise ParameterError("is not possible with scheme = literal", hint="choose scheme = force", at="side_contacts")
         if self.side_contacts and not self.automata.has_history:
             raise ParameterError(
-                "got true, and no automaton can come loose", hint="choose a criterion, or leave it out", at="side_contacts"
+                "got true, but no automaton can detach", hint="choose a criterion, or leave it out", at="side_contacts"
             )
         periodic = [name for name, boundary in self.grid.boundaries.items() if boundary.name == "periodic"]
         if self.side_contacts and (periodic or any(self.automata.periodic)):
-            raise ParameterError(
-                "got true for a body that is closed on itself", expected="no periodic edges", at="side_contacts"
-            )
+            raise ParameterError("got true for a body with periodic edges", expected="no periodic edges", at="side_contacts")
         return self
 
     @model_validator(mode="after")
@@ -80,20 +78,20 @@ class CoupledParameters(Parameters):
         for part in ("grid", "automata"):
             if getattr(self, part).step_size is not None:
                 raise ParameterError(
-                    "the parts have one step_size", hint=f"give it beside them, not in {part}", at=(part, "step_size")
+                    "both parts have the same step_size", hint=f"give it next to {part}, not in it", at=(part, "step_size")
                 )
         if self.automata.thickness != 1.0:
             raise ParameterError(
                 f"got {self.automata.thickness:g} m",
-                expected="1 m, as thick as the slab of the grid",
+                expected="1 m, the thickness of the grid",
                 at=("automata", "thickness"),
             )
         refuse_extreme_coordinates((("origin", place), one) for place, one in enumerate(self.origin))
         if self.scheme == "literal" and self.micro_steps == 1:
             raise ParameterError(
-                "got 1 with scheme = literal, which differs from the others in sub-steps alone",
+                "got 1 with scheme = literal, which differs from the others only in its sub-steps",
                 expected="2 or more",
-                hint='give how many sub-steps of the automata make a step; with one take scheme = "force"',
+                hint='give the number of sub-steps of the automata per step; for 1 choose scheme = "force"',
                 at="micro_steps",
             )
         return self

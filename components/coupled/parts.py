@@ -99,7 +99,7 @@ def update_automata_forces(automata, linked_body, cracking, seam, time, tick):
 
 @internal
 def kick_automata(automata, time):
-    """Kick all automata by their forces and loads, then set the velocities of held automata."""
+    """Kick all automata by their forces and loads, then set the velocities of gripped automata."""
     kick(automata.body, automata.motion, automata.scratch.cells, time)
     apply_loads_and_grips(automata.edges, automata.body.cells, automata.motion, time)
     update_ghost_velocities(automata.body.layout.ghosts, automata.motion)

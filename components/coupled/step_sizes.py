@@ -71,8 +71,8 @@ def choose_steps(parameters: CoupledParameters, grid_limit: float, automata_limi
         raise ParameterError(
             f"got {step:g} s with micro_steps = {micro}",
             expected=(
-                f"at most {largest:.6g} s: {allowed:g} of the largest stable one of the grid, {grid_limit:.6g} s, "
-                f"and {of_kick:.3g} of those of the automata, {automata_limit:.6g} s"
+                f"at most {largest:.6g} s: {allowed:g} times the largest stable step of the grid, {grid_limit:.6g} s, "
+                f"and {of_kick:.3g} times that of the automata, {automata_limit:.6g} s"
             ),
             hint="leave it out, or change micro_steps",
             at="step_size",

@@ -22,19 +22,19 @@ Along = Literal["edge", "nodes"]
 class Periodic(boundaries.Periodic):
     """A joined edge: waves that leave here enter at the opposite edge, which is periodic too; their nodes move together."""
 
-    partner: str = field("", "the opposite edge; may be left out for left, right, bottom and top", "1")
+    partner: str = field("", "opposite edge; optional for left, right, bottom and top", "1")
 
 
 class PrescribedVelocity(boundaries.PrescribedVelocity):
     """Nodes move at the velocity of the input `<edge>_velocity`."""
 
-    along: Along = field("edge", "edge: one velocity for the edge; nodes: one for each of its nodes", "1")
+    along: Along = field("edge", "edge: one velocity for the whole edge; nodes: one for each node", "1")
 
 
 class Traction(boundaries.Traction):
     """A force per initial area, the input `<edge>_traction`, in the fixed directions x and y."""
 
-    along: Along = field("edge", "edge: one traction for the edge; nodes: one for each of its nodes, linear between", "1")
+    along: Along = field("edge", "edge: one traction for the whole edge; nodes: one for each node, linear between them", "1")
 
 
 class Absorbing(Boundary):
@@ -46,8 +46,8 @@ class Absorbing(Boundary):
     The dashpots act in addition to the static traction of the stress at the reset, which the edge keeps.
     """
 
-    name: Literal["absorbing"] = field("absorbing", "lets waves out", "1")
-    sponge_width: float = field(0.0, "width of the damping layer inside the edge; 0: dashpots alone", "m", ge=0.0)
+    name: Literal["absorbing"] = field("absorbing", "absorbs waves", "1")
+    sponge_width: float = field(0.0, "width of the damping layer inside the edge; 0: only dashpots", "m", ge=0.0)
     sponge_strength: float = field(
         10.0, "damping rate of the layer at the edge, in units of c_p / width",
         "1", ge=0.0, le=1000.0,

@@ -36,7 +36,7 @@ from .yielding import NoYield
 LEAST_CELLS = 100_000
 # Fraction of its area at rest below which a cell is too compressed for the step.
 _COMPRESSED = 0.5
-# A point farther from its node, in sides of the smallest cell, counts as moved to the node.
+# Distance of a point from its node, in sides of the smallest cell, above which there is a caution.
 _OFF_NODE = 1e-6
 # Bytes per cell of a large mesh, for the state and the tables of the kernels.
 _BYTES_OF_CELL = 420
@@ -72,9 +72,7 @@ class Grid(Component):
             raise error.with_outer_location("mesh") from None
         for name, boundary in p.boundaries.items():
             if not isinstance(boundary, Free) and not len(self.mesh.edges[name]):
-                raise ParameterError(
-                    "no side is left of this edge, all of its cells are cut out", hint="leave it out", at=("boundaries", name)
-                )
+                raise ParameterError("the holes remove all cells at this edge", hint="leave it out", at=("boundaries", name))
         self.cell_material: IntArray = self._cell_materials()
         self._materials: list[Material] = [to_material(one) for one in p.materials]
         self._off_nodes: list[str] = []
@@ -105,7 +103,7 @@ class Grid(Component):
             inside = region.area.contains(self.mesh.centres)
             if not inside.any():
                 raise ParameterError(
-                    "contains the middle of no cell", hint="make it larger, or leave it out", at=("regions", place)
+                    "does not contain the centre of any cell", hint="make it larger, or leave it out", at=("regions", place)
                 )
             numbers[inside] = region.material
         return numbers
@@ -118,7 +116,7 @@ class Grid(Component):
                 raise ParameterError(f"got node {place}", expected=f"0 to {len(self.mesh.nodes) - 1}", at=f"{name}[{index}]")
             found.append(place if isinstance(place, int) else self._nearest_node(f"{name}[{index}]", place))
             if found[-1] in found[:-1]:
-                raise ParameterError(f"node {found[-1]} is there already", hint="give each node once", at=f"{name}[{index}]")
+                raise ParameterError(f"got node {found[-1]} twice", hint="give each node once", at=f"{name}[{index}]")
         return np.array(found, dtype=np.int64)
 
     def _refuse_ineffective_forces(self) -> None:
@@ -126,13 +124,13 @@ class Grid(Component):
         held = self._conditions.prescribed[self._assembly.places[self._forced]].all(axis=1)
         for index in np.flatnonzero(held).tolist():
             raise ParameterError(
-                f"node {self._forced[index]} is held along x and y, so a force there does nothing",
+                f"the motion of node {self._forced[index]} is prescribed along x and y, so a force on it has no effect",
                 hint="leave it out, or free its edge",
                 at=("forced_nodes", index),
             )
 
     def _nearest_node(self, where: str, point: Sequence[float]) -> int:
-        """Return the node nearest to a point of the body, and keep a caution if it is not at the point."""
+        """Return the node nearest to a point of the body, and record a caution if it is not at the point."""
         squares = ((self.mesh.nodes - np.array(point)) ** 2).sum(axis=1)
         node = int(np.argmin(squares))
         (x, y), distance = self.mesh.nodes[node].tolist(), math.sqrt(squares[node])
@@ -144,7 +142,7 @@ class Grid(Component):
         return node
 
     def attach_mass(self, mass: FloatArray | None, loaded_nodes: Sequence[int] = ()) -> None:
-        """Let nodes carry masses of another body, whose forces a parent adds to those of the cells.
+        """Attach masses of another body to nodes; a parent adds the forces of that body to those of the cells.
 
         Call it before the first step.
 
@@ -180,7 +178,7 @@ class Grid(Component):
         yielded = np.count_nonzero(state["plastic_strain"])
         if not self._plastic or len(state["events"]) == yielded:
             return ""
-        return f"got {yielded} cells that have yielded, and {len(state['events'])} events"
+        return f"got {yielded} yielded cells, but {len(state['events'])} events"
 
     # -- the contract -----------------------------------------------------------------------------------------------
 
@@ -189,24 +187,26 @@ class Grid(Component):
         nodes, cells, received = ("node", "direction"), ("cell",), ("receiver", "direction")
         for one in self._assembly.inputs:
             yield one.variable
-        yield Variable("displacement", "output", "m", (n, 2), "displacement of the nodes from the mesh", state=True, axes=nodes)
+        yield Variable("displacement", "output", "m", (n, 2), "displacement of the nodes", state=True, axes=nodes)
         yield Variable("velocity", "output", "m/s", (n, 2), "velocity of the nodes", state=True, axes=nodes)
         yield Variable("speed", "output", "m/s", (n,), "magnitude of the velocity", minimum=0.0, axes=("node",))
         yield Variable(
-            "stress", "output", "Pa", (m, 4), "stresses xx, yy, zz, xy of the cells, tension positive; a start value of the "
-            "displacement gives them too, elastically, where they have none of their own", state=True, axes=("cell", "entry"),
+            "stress", "output", "Pa", (m, 4), "stresses xx, yy, zz, xy of the cells, tension positive; without "
+            "a start value, they follow elastically from a start value of the displacement", state=True, axes=("cell", "entry"),
         )  # fmt: skip
         yield Variable("pressure", "output", "Pa", (m,), "mean of the normal stresses, compression positive", axes=cells)
-        yield Variable("equivalent_stress", "output", "Pa", (m,), "of von Mises: sqrt(3/2 s:s)", minimum=0.0, axes=cells)
+        yield Variable("equivalent_stress", "output", "Pa", (m,), "von Mises stress sqrt(3/2 s:s)", minimum=0.0, axes=cells)
         yield Variable("plastic_strain", "output", "1", (m,), "equivalent plastic strain of the cells", minimum=0.0, axes=cells)
         if self._plastic:
-            text = "equivalent stress over that at which the cell yields: 1 where it yields, 0 where its material cannot"
+            text = "equivalent stress over the yield stress: 1 in a yielding cell, 0 if the material cannot yield"
             yield Variable("yield_ratio", "output", "1", (m,), text, minimum=0.0, axes=cells)
-        yield Variable("internal_energy", "output", "J", (m,), "work of stresses on the cells and plastic work", axes=cells)
+        yield Variable(
+            "internal_energy", "output", "J", (m,), "work of stresses on the cells, plastic work included", axes=cells
+        )
         for edge in self._assembly.held_edges:
             yield Variable(
-                f"{edge}_reaction", "output", "N", (2,), f"force of the {edge} edge on the cells there, along x and y, where "
-                "it prescribes the motion", axes=("direction",),
+                f"{edge}_reaction", "output", "N", (2,), f"force of the {edge} edge on its cells along x and y; 0 for a "
+                "component that it does not prescribe", axes=("direction",),
             )  # fmt: skip
         yield Variable("receiver_displacement", "output", "m", (k, 2), "displacement of the `receivers`", axes=received)
         yield Variable("receiver_velocity", "output", "m/s", (k, 2), "velocity of the `receivers`", axes=received)
@@ -316,7 +316,9 @@ class Grid(Component):
             members = group[group >= 0]
             if (value[members] != value[members[0]]).any():
                 raise ParameterError(
-                    f"the nodes {members.tolist()} are joined by periodic edges", hint="give them one value", at=f"start.{name}"
+                    f"the nodes {members.tolist()} are joined by periodic edges",
+                    hint="give them equal values",
+                    at=f"start.{name}",
                 )
 
     @property
@@ -366,7 +368,7 @@ class Grid(Component):
         time = tick * self.step_size
         area = float(self._smallest_corner_area(cell))
         return StepError(
-            f"cell {cell} has been inverted at {time:.9g} s, the area at a corner is {area:.6g} m2, not above 0; "
+            f"cell {cell} has been inverted at {time:.9g} s: the triangle area at a corner is {area:.6g} m2, not above 0; "
             f"load the grid less, or take a smaller step_size (now {self.step_size:g} s)",
             time=time, at="displacement", variable="displacement", index=cell, value=area, limit=0.0,
         )  # fmt: skip
@@ -405,15 +407,15 @@ class Grid(Component):
         return {
             "step over the largest stable one, at rest": 0.5 * self.highest_frequency * self.step_size,
             "smallest area of a cell over that at rest": float((cell_areas(moved, self.mesh.cells) / self.mesh.areas).min()),
-            "part of the cells that has yielded": self.event_count / len(self.mesh.cells),
+            "fraction of cells that have yielded": self.event_count / len(self.mesh.cells),
         }
 
     def cautions(self) -> list[str]:
         """Return cautions about nodes that are not at their points, and about cells too compressed for the step."""
         smallest = self.report()["smallest area of a cell over that at rest"]
         compressed = (
-            f"a cell has {smallest:.2g} of its area at rest: the elastic law is meant for small elastic strains, and the step "
-            f"(now {self.step_size:g} s) for cells as they are at rest; load less, or take a smaller step_size"
+            f"a cell has {smallest:.2g} of its area at rest: the elastic law is valid for small elastic strains, and the step "
+            f"(now {self.step_size:g} s) is chosen for cells at rest; load the grid less, or take a smaller step_size"
         )
         return [*self._off_nodes, *([] if smallest > _COMPRESSED else [compressed])]
 

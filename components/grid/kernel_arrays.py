@@ -22,7 +22,7 @@ class Grid(NamedTuple):
     Attributes:
         reference: initial positions of the nodes, shape (n, 2) [m].
         cells: nodes of each cell, counterclockwise, shape (m, 4).
-        mass: that moves with a node, shape (n,) [kg]; for joined nodes the mass of the whole group.
+        mass: moving with each node, shape (n,) [kg]; for joined nodes the mass of the whole group.
         half_inverse: 1 / (2 mass), shape (n,) [1/kg].
         material: number of the material of each cell, shape (m,).
         moduli: Lame's constants of each material, shape (materials, 2) [Pa].

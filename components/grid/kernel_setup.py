@@ -22,7 +22,7 @@ from .yielding import law_list
 
 @dataclass(frozen=True)
 class Assembly:
-    """The arrays for kernels except the state, and the tables they were made from.
+    """The arrays for kernels except the state, and the tables from which they were built.
 
     Attributes:
         grid: mesh, masses, materials.
@@ -142,9 +142,9 @@ def lump_to_nodes(mesh: Mesh, amounts: FloatArray) -> FloatArray:
 
 
 def hourglass_stiffness(mesh: Mesh, moduli: FloatArray, fraction: float) -> FloatArray:
-    """Return part (lambda + 3 mu) / 12 of each cell, times (w^2 + h^2) / 2 w h for its width and height, shape (m,) [Pa].
+    """Return fraction x (lambda + 3 mu) / 12 x (w^2 + h^2) / 2 w h for each cell of width w and height h, shape (m,) [Pa].
 
-    For part = 1 it is the mean stiffness of the two hourglass modes of a fully integrated rectangle; in a square both have it.
+    For fraction = 1 it is the mean stiffness of the two hourglass modes of a fully integrated rectangle (equal in a square).
 
     Args:
         mesh: nodes and cells.
@@ -191,7 +191,7 @@ def make_drive(
     The first signal is 1 and carries all constant inputs; the other signals are the profiles.
 
     Args:
-        assembly: with the nodes with conditions.
+        assembly: contains the nodes with conditions.
         inputs: the held inputs by name.
         static_force: on each side of the absorbing edges, half of it on each node of the side, shape (k, 2) [N].
     """

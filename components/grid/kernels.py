@@ -43,7 +43,7 @@ _ONE, _TWO, _THREE = np.uint64(1), np.uint64(2), np.uint64(3)
 def corner_forces(stress, hourglass, diagonals, pattern):
     """Return the stress part of the forces on the first two corners: x and y of one, then of the other [N].
 
-    The other two corners get the opposite. The contour integral (11), minus the work of hourglass forces in a linear field.
+    The other corners get the opposite forces: the contour integral (11), minus the work of hourglass forces in a linear field.
 
     Args:
         stress: xx, yy, xy [Pa].

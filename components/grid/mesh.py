@@ -87,7 +87,7 @@ class Mesh:
             return f"cells[{twice[0]}]", f"got {self.cells[twice[0]].tolist()}, expected four different nodes"
         unused = np.flatnonzero(np.bincount(self.cells.ravel(), minlength=n) == 0)
         if len(unused):
-            return f"nodes[{unused[0]}]", "belongs to no cell; remove it, or number the nodes anew"
+            return f"nodes[{unused[0]}]", "does not belong to any cell; remove it, or renumber the nodes"
         return self._shape_problem() or self._side_problem() or self._foreign_node_problem()
 
     def _shape_problem(self) -> tuple[str, str] | None:
@@ -105,7 +105,7 @@ class Mesh:
         cell, area = int(bad[0]), float(self.areas[bad[0]])
         what = "inverted (its nodes run clockwise)" if area < 0.0 else "flat, crossed or not convex"
         return f"cells[{cell}]", (
-            f"nodes {self.cells[cell].tolist()} make a cell of area {area:.6g} m2 that is {what}; expected four corners "
+            f"nodes {self.cells[cell].tolist()} form a cell of area {area:.6g} m2 that is {what}; expected four corners "
             "counterclockwise, each below 180 degrees"
         )
 
@@ -117,7 +117,7 @@ class Mesh:
             return None
         start, end = divmod(int(keys[np.argmax(counts)]), len(self.nodes))
         cells = np.unique(np.flatnonzero((sides == (start, end)).all(axis=1)) % len(self.cells)).tolist()
-        return "cells", f"the cells {cells} lie on the same side of the line from node {start} to node {end}, expected one cell"
+        return "cells", f"the cells {cells} lie on the same side of the line from node {start} to node {end}, expected only one"
 
     def _foreign_node_problem(self) -> tuple[str, str] | None:
         """Return a node inside a cell or on its sides that is not its corner: cells overlap there or are not connected."""
@@ -138,8 +138,8 @@ class Mesh:
             return None
         first = int(np.argmax(foreign))
         return f"nodes[{node[first]}]", (
-            f"lies in cell {cell[first]} or on a side of it, and is no corner of it: cells overlap, or nothing joins them; "
-            "divide that cell, or for a slit give both faces nodes at the same places or leave a gap between them"
+            f"lies in cell {cell[first]} or on a side of it, but is not its corner: cells overlap or are not connected; "
+            "divide that cell, or for a slit give both faces nodes at the same positions or leave a gap between them"
         )
 
 

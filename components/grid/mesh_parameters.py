@@ -30,7 +30,7 @@ _MOST_CELLS = 100_000_000
 def _validate_edge_name(name: str) -> str:
     """Refuse edge names that do not make valid input names, or that clash with an output."""
     if not re.fullmatch("[a-z][a-z0-9_]*", name) or name == "receiver":
-        raise ValueError(f"edges: got the name {name!r}, expected small letters, digits and _, and not 'receiver'")
+        raise ValueError(f"edges: got the name {name!r}, expected lower-case letters, digits and _, but not 'receiver'")
     return name
 
 
@@ -61,11 +61,11 @@ class Rectangle(Shape):
     name: Literal["rectangle"] = field("rectangle", "equal cells along the axes", "1")
     columns: int = field(40, "cells along x", "1", ge=1, le=_MOST_CELLS)
     rows: int = field(20, "cells along y", "1", ge=1, le=_MOST_CELLS)
-    cell_size: Positive | PositivePair = field(1e-3, "side of a cell, or its width and height", "m")
+    cell_size: Positive | PositivePair = field(1e-3, "side length of a cell, or its width and height", "m")
     centre: Pair | None = field(
-        None, "middle of the rectangle; default: its lower left corner is at 0. About [0, 0] mirror images are exact", "m"
+        None, "centre of the rectangle; default: lower left corner at 0. About [0, 0], mirror images are exact", "m"
     )
-    holes: list[ChosenArea] = field([], "areas without cells: a box or a disc; at the boundary it makes a notch", "1")
+    holes: list[ChosenArea] = field([], "areas without cells: boxes or discs; an area at the boundary makes a notch", "1")
 
     @model_validator(mode="after")
     def _validate_magnitudes(self) -> Rectangle:
@@ -99,22 +99,22 @@ class Rectangle(Shape):
             inside = hole.contains(mesh.centres)
             if not inside.any():
                 raise ParameterError(
-                    "contains the middle of no cell", hint="make it larger, or leave it out", at=("holes", place)
+                    "does not contain the centre of any cell", hint="make it larger, or leave it out", at=("holes", place)
                 )
             removed |= inside
         if removed.all():
-            raise ParameterError("nothing is left of the mesh", at="holes")
+            raise ParameterError("the holes remove all cells", at="holes")
         return mesh_without_cells(mesh, removed)
 
 
 class Quadrilaterals(Shape):
     """A mesh of explicit nodes and cells."""
 
-    name: Literal["quadrilaterals"] = field("quadrilaterals", "nodes and cells that are given", "1")
+    name: Literal["quadrilaterals"] = field("quadrilaterals", "explicit nodes and cells", "1")
     nodes: list[Pair] = field(..., "x and y of each node", "m", min_length=4)
     cells: list[_Corners] = field(..., "the four nodes of each cell, counterclockwise", "1", min_length=1)
     edges: dict[EdgeName, Annotated[list[Index], Field(min_length=2)]] = field(
-        {}, "parts of the boundary by name: their nodes, one after the other along the boundary, as in inputs of the edge", "1"
+        {}, "parts of the boundary by name: their nodes in order along the boundary, also the order in inputs of the edge", "1"
     )
 
     @model_validator(mode="after")
@@ -147,12 +147,12 @@ class Quadrilaterals(Shape):
                 side = oriented.get((min(first, second), max(first, second)))
                 if side is None:
                     raise ParameterError(
-                        f"between the nodes {first} and {second} there is no side of the boundary", at=("edges", name)
+                        f"the nodes {first} and {second} are not joined by a side of the boundary", at=("edges", name)
                     )
                 if side in sides:
                     raise ParameterError(
-                        f"passes the side between the nodes {first} and {second} twice",
-                        hint="once is enough",
+                        f"contains the side between the nodes {first} and {second} twice",
+                        hint="give each side once",
                         at=("edges", name),
                     )
                 sides[side] = None

@@ -98,12 +98,14 @@ def _opposite_nodes(mesh: Mesh, first: str, second: str) -> IntArray:
     one, two = mesh.sorted_edge_nodes(first), mesh.sorted_edge_nodes(second)
     if len(one) != len(two):
         raise ParameterError(
-            f"has {len(one)} nodes, and {second} has {len(two)}", hint="periodic edges need as many", at=("boundaries", first)
+            f"has {len(one)} nodes, and {second} has {len(two)}",
+            hint="periodic edges need equal numbers of nodes",
+            at=("boundaries", first),
         )
     way = mesh.nodes[two] - mesh.nodes[one]
     if np.abs(way - way[0]).max() > _MISFIT * np.abs(way[0]).max():
         raise ParameterError(
-            f"its nodes do not lie opposite those of {second}, as periodic edges need", at=("boundaries", first)
+            f"its nodes do not lie opposite the nodes of {second}, as periodic edges require", at=("boundaries", first)
         )
     return np.stack([one, two], axis=1)
 
@@ -127,7 +129,7 @@ def edge_inputs(
             variable = _edge_variable(mesh, name, boundary)
             found.append(EdgeInput(variable, nodes, velocity=True, own=own))
     if len(forced_nodes):
-        text = "force on each of the `forced_nodes`, along x and y"
+        text = "force on each of the `forced_nodes` along x and y"
         variable = Variable("force", "input", "N", (len(forced_nodes), 2), text, start=0.0, axes=("forced_node", "direction"))
         found.append(EdgeInput(variable, np.array(forced_nodes, dtype=np.int64)))
     return found
@@ -145,7 +147,7 @@ def _edge_variable(mesh: Mesh, name: str, boundary: Traction | PrescribedVelocit
 
 
 def prescribed_components(mesh: Mesh, boundaries: Mapping[str, Boundary]) -> dict[int, dict[int, str]]:
-    """Return node -> component -> name of the edge that prescribes it; the name is never empty.
+    """Return a map: node -> component -> name of the edge that prescribes it; the name is never empty.
 
     Raises:
         ParameterError: a symmetry edge does not lie along an axis.
@@ -170,7 +172,7 @@ def _prescribed_axes(mesh: Mesh, name: str, boundary: Boundary) -> tuple[int, ..
         nodes = mesh.nodes[mesh.edge_nodes(name)]
         extent = nodes.max(axis=0) - nodes.min(axis=0)
         if extent.min() > _MISFIT * extent.max():
-            raise ParameterError("a symmetry edge has to lie along x or y; this one does not", at=("boundaries", name))
+            raise ParameterError("does not lie along x or y, as a symmetry edge must", at=("boundaries", name))
         return (int(np.argmin(extent)),)
     return boundary.prescribed_axes if isinstance(boundary, PrescribedVelocity) else (0, 1)
 
@@ -216,8 +218,8 @@ def _sponge_damping(mesh: Mesh, name: str, boundary: Absorbing, longitudinal: Fl
     distance, _ = cKDTree(mesh.nodes[mesh.edge_nodes(name)]).query(mesh.nodes)
     if (distance < width).all():
         raise ParameterError(
-            f"got {width:g} m, and all of the mesh lies in it",
-            hint="give a narrower one",
+            f"got {width:g} m, a layer that contains the whole mesh",
+            hint="give a smaller width",
             at=("boundaries", name, "sponge_width"),
         )
     part = np.maximum(1.0 - distance / width, 0.0)

@@ -21,7 +21,7 @@ Place = Index | Pair
 class Region(Parameters):
     """A part of the body with one of the materials."""
 
-    area: ChosenArea = field(..., "cells whose middle lies in this area: a box or a disc", "1")
+    area: ChosenArea = field(..., "area that contains the centres of these cells: a box or a disc", "1")
     material: int = field(..., "number of the material, from 0", "1", ge=0)
 
 
@@ -33,25 +33,25 @@ class GridParameters(Parameters):
         examples=[{"name": "rectangle", "columns": 8, "rows": 4}],
     )  # fmt: skip
     material: Preset | Material | list[Preset | Material] = field(
-        "steel", f"material, or the name of a preset ({preset_text()}); several for `regions` or `cell_material`", "1"
+        "steel", f"material, or the name of a preset ({preset_text()}); a list for `regions` or `cell_material`", "1"
     )
     plasticity: list[ChosenPlasticity] = field(
-        [Elastic()], "plastic law: elastic, von_mises, drucker_prager, or a table; one for all materials, or one each", "1"
+        [Elastic()], "plastic law: elastic, von_mises, drucker_prager, or a table; one for all materials, or one for each", "1"
     )
-    regions: list[Region] = field([], "where materials lie; later ones cover earlier ones, material 0 is everywhere else", "1")
+    regions: list[Region] = field([], "areas of the materials; later ones cover earlier ones, material 0 fills the rest", "1")
     cell_material: list[Index] | None = field(
         None, "number of the material of each cell, instead of `regions`", "1", absent="none"
     )
     boundaries: dict[str, ChosenBoundary] = field(
-        {}, "what each edge does: free (the default), fixed, symmetry, periodic, velocity, traction, absorbing", "1",
+        {}, "condition of each edge: free (the default), fixed, symmetry, periodic, velocity, traction, absorbing", "1",
         examples=[{"left": "velocity"}],
     )  # fmt: skip
-    forced_nodes: list[Place] = field([], "nodes with a force of their own, the input `force`: numbers, or points [x, y]", "1")
-    receivers: list[Place] = field([], "nodes whose motion has outputs of its own: numbers, or points [x, y]", "1")
+    forced_nodes: list[Place] = field([], "nodes on which the input `force` acts: numbers, or points [x, y]", "1")
+    receivers: list[Place] = field([], "nodes with additional outputs of their motion: numbers, or points [x, y]", "1")
     hourglass: float = field(
-        1.0, "stiffness against hourglass modes, as a part of that of a fully integrated cell", "1", ge=0.0, le=4.0
+        1.0, "stiffness against hourglass modes, as a fraction of that of a fully integrated cell", "1", ge=0.0, le=4.0
     )
-    step_size: Positive | None = field(None, "internal step; default: 0.8 of the largest stable one, rounded down", "s")
+    step_size: Positive | None = field(None, "internal step; default: 0.8 of the largest stable step, rounded down", "s")
 
     @property
     def materials(self) -> list[Any]:
@@ -77,11 +77,11 @@ class GridParameters(Parameters):
         if len(self.plastic_laws) != count:
             raise ParameterError(
                 f"got {len(self.plastic_laws)} laws for {count} materials",
-                hint="give one for all, or one each",
+                hint="give one for all, or one for each",
                 at="plasticity",
             )
         if self.regions and self.cell_material is not None:
-            raise ParameterError("`regions` says it too", hint="give one of them", at="cell_material")
+            raise ParameterError("`regions` is given too", hint="give only one of them", at="cell_material")
         for place, region in enumerate(self.regions):
             if region.material >= count:
                 raise ParameterError(f"got {region.material}", expected=f"0 to {count - 1}", at=("regions", place, "material"))
@@ -100,5 +100,5 @@ class GridParameters(Parameters):
         known = self.mesh.edge_names
         for name in self.boundaries:
             if name not in known:
-                raise ParameterError("is no edge of this mesh", hint=spelling_hint(name, known), at=("boundaries", name))
+                raise ParameterError("is not an edge of this mesh", hint=spelling_hint(name, known), at=("boundaries", name))
         return self

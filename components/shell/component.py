@@ -37,9 +37,9 @@ _BYTES_OF_BREAKING = 190
 _POINTS_OF_CELL: dict[RuleName, int] = {"column": 1, "cell": 4}
 # Status -> description of the failure, and the output concerned.
 _FAILURES = {
-    kernel_arrays.INVERTED: ("the body is inverted, its volume {value:.3g} of that at the start", "stress"),
-    kernel_arrays.STRAINED: ("a strain of {value:.3g} in one tick, more than {limit:g},", "stress"),
-    kernel_arrays.FLOWN: ("a plastic strain of {value:.3g}, more than {limit:g},", "plastic_strain"),
+    kernel_arrays.INVERTED: ("the body is inverted (its volume is {value:.3g} of the initial one)", "stress"),
+    kernel_arrays.STRAINED: ("a strain of {value:.3g} in one tick (limit {limit:g})", "stress"),
+    kernel_arrays.FLOWN: ("a plastic strain of {value:.3g} (limit {limit:g})", "plastic_strain"),
     kernel_arrays.HEATED: ("{value:.4g} K, more than {limit:g} K,", "temperature"),
 }
 # Largest energy fraction of hourglass control without a caution.
@@ -136,8 +136,8 @@ class Shell(Component):
 
     def _declare_variables(self) -> Iterable[Variable]:
         yield Variable(
-            "pressure", "input", "Pa", self.lattice.shape[:1], "pressure on the inner surface (of a plate the lower one) at "
-            "each plane of nodes along the body; it follows the surface", start=0.0, axes=("station",), nominal=1e6,
+            "pressure", "input", "Pa", self.lattice.shape[:1], "pressure on the inner surface (lower surface of a plate) at "
+            "each plane of nodes along the body, normal to the deformed surface", start=0.0, axes=("station",), nominal=1e6,
         )  # fmt: skip
         for edge, axis in self.assembly.conditions.moved.items():
             shape, text = ((3,), "velocity") if axis < 0 else ((), f"velocity along {'xyz'[axis]}")
@@ -163,11 +163,11 @@ class Shell(Component):
                 if not is_sound:
                     raise ParameterError("got a value that is too small", expected=expected, at=("start", name))
         if "nodal_displacement" in values:
-            # As if the displacement had happened in one tick.
+            # The stresses follow as if the displacement had taken one tick.
             self._write_start_value("nodal_displacement", state.displacement, values)
         if update_forces(solid, state, self._scratch, self._failed):
             raise ParameterError(
-                f"the body would be inverted or strained beyond measure at point {self._failed[0]}",
+                f"the body would be inverted or strained beyond the limit at point {self._failed[0]}",
                 expected="smaller displacements", at=("start", "nodal_displacement"),
             )  # fmt: skip
         if "stress" in values:
@@ -187,7 +187,7 @@ class Shell(Component):
         moving = (self._whole.solid.nodes.prescribed == AT_REST) & (part != 0.0)
         if moving.any():
             node, direction = (int(one[0]) for one in np.nonzero(moving))
-            came = f"got {part[node, direction]:g} where a boundary holds the node"
+            came = f"got {part[node, direction]:g} for a node that a boundary fixes"
             raise ParameterError(came, expected="0", at=("start", name, node, direction))
 
     def _advance_state(self, ticks: int) -> int:
@@ -204,8 +204,8 @@ class Shell(Component):
         what, variable = _FAILURES[status]
         return StepError(
             f"{what.format(value=value, limit=limit)} at point {point} ({where}) at {time:.9g} s; load the body "
-            f"less, or take a smaller step_size (now {self.step_size:g} s; as compressed as the body was, the largest stable "
-            f"one is {self.step_size / self._compressed_step_part():.2g} s)",
+            f"less, or take a smaller step_size (now {self.step_size:g} s; the largest stable step at the compression "
+            f"reached is {self.step_size / self._compressed_step_part():.2g} s)",
             time=time, at=variable, variable=variable, index=point, value=value, limit=limit,
         )  # fmt: skip
 
@@ -250,7 +250,7 @@ class Shell(Component):
         stored = sums["elastic_energy"] + sums["kinetic_energy"] + sums["plastic_work"]
         found = {
             "step over the largest stable one, at rest": 0.5 * self.highest_frequency * self.step_size,
-            "step over the largest stable one, as compressed as it is": self._compressed_step_part(),
+            "step over the largest stable one, at the present compression": self._compressed_step_part(),
             "largest equivalent stress now, Pa": float(self._fields.equivalent_stress().max()),
             "hourglass energy over that of the body": sums["hourglass_energy"] / stored if stored > 0.0 else 0.0,
         }
@@ -277,29 +277,29 @@ class Shell(Component):
         strain, report = float(station_means(self.assembly, self._state.plastic_strain).max()), self.report()
         return [
             f"outcome: {OUTCOMES[BULGED if strain > BULGED_STRAIN else WHOLE]}; no fracture law is chosen",
-            f"the largest principal stress is {report['largest fracture ratio now']:.3g} of three times the yield stress now, "
+            f"largest principal stress now: {report['largest fracture ratio now']:.3g} of three times the yield stress, at "
             f"{1e3 * report['where along the body, m']:.4g} mm along the body",
         ]
 
     def cautions(self) -> list[str]:
-        """Return cautions if hourglass control holds too much energy, or if the body is compressed too much for the step."""
+        """Return cautions if hourglass control stores too much energy, or if the body is compressed too much for the step."""
         found, report = [], self.report()
         part, step = report["hourglass energy over that of the body"], self._compressed_step_part()
         if part > _HOURGLASS_PART:
             found.append(
-                f"hourglass control holds {part:.1%} of the energy: displacements alternate from column to column; give more "
+                f"hourglass control stores {part:.1%} of the energy: displacements alternate from column to column; give more "
                 "nodes, or integration = {surface = 'cell'}"
             )
         if step > 1.0:
             found.append(
-                f"where the body is compressed most, the step (now {self.step_size:g} s) is {step:.2f} times the "
+                f"at the largest compression of the body, the step (now {self.step_size:g} s) is {step:.2f} times the "
                 "largest stable one; take a smaller step_size"
             )
         melting, temperature = self.parameters.material.melting_temperature, self._fields.temperature()
         if melting is not None and temperature.max() > melting:
             found.append(
-                f"{np.mean(temperature > melting):.0%} of the points are above {melting:.4g} K, where the flow stress of this "
-                f"material has fallen to its end, up to {temperature.max():.4g} K: the law does not know liquids"
+                f"{np.mean(temperature > melting):.0%} of the points are above {melting:.4g} K, the melting temperature of "
+                f"this material (highest: {temperature.max():.4g} K); the material law does not describe liquids"
             )
         if self._breaking is not None:
             found += self._breaking.cautions(self.events(), self.step_size, float(self.mass.sum()))

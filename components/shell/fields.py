@@ -34,44 +34,44 @@ class Fields:
         state, plastic, top, lattice = self._state, self._solid.plastic, self._lattice.top_nodes, self._lattice
         n, m, k, s = lattice.node_count, self._point_count, len(self._assembly.gauges), len(top)
         yield make_output(
-            "nodal_displacement", "m", (n, 3), "parameters u_J of the nodes, which the field does not pass through; a start "
-            "value gives stresses too, elastically, where they have none of their own", lambda: state.displacement, "node",
+            "nodal_displacement", "m", (n, 3), "parameters u_J of the nodes, which the field does not interpolate; without "
+            "a start value of the stress, a start value of u_J also gives elastic stresses", lambda: state.displacement, "node",
             "direction", state=True,
         )  # fmt: skip
-        text = "parameters of the velocity"
+        text = "parameters of the velocity field"
         yield make_output("nodal_velocity", "m/s", (n, 3), text, lambda: state.velocity, "node", "direction", state=True)
         for name, unit, values in (("displacement", "m", state.displacement), ("velocity", "m/s", state.velocity)):
             read = partial(self.lattice_values, values)
-            yield make_output(name, unit, (n, 3), f"{name} where the nodes are", read, "node", "direction")
+            yield make_output(name, unit, (n, 3), f"{name} at the positions of the nodes", read, "node", "direction")
         yield make_output(
             "stress", "Pa", (m, 6), "Kirchhoff stress xx, yy, zz, xy, yz, zx of the integration points, tension positive; at "
-            "steps of the wall they alternate from column to column", lambda: state.stress, "point", "entry", state=True,
+            "steps of the wall they alternate from one column to the next", lambda: state.stress, "point", "entry", state=True,
         )  # fmt: skip
         yield make_output(
-            "mean_stress", "Pa", (m, 6), "mean of the stress over neighbouring columns, 1-2-1 along and across, which does not "
-            "alternate: it is judged, and all outputs below are computed from it", self.mean_stress, "point", "entry",
+            "mean_stress", "Pa", (m, 6), "mean of the stress over neighbouring columns (weights 1-2-1 along and across), "
+            "without this alternation; fracture laws and all other stress outputs use it", self.mean_stress, "point", "entry",
         )  # fmt: skip
         for name, unit, text, read, is_state in (
-            ("equivalent_stress", "Pa", "equivalent stress of von Mises, sqrt(3/2 s:s),", self.equivalent_stress, False),
+            ("equivalent_stress", "Pa", "von Mises stress sqrt(3/2 s:s)", self.equivalent_stress, False),
             ("plastic_strain", "1", "equivalent plastic strain", self.plastic_strain, plastic),
             ("temperature", "K", "temperature", self.temperature, plastic),
         ):
             yield make_output(name, unit, (m,), f"{text} of the points", read, "point", minimum=0.0, state=is_state)
         yield make_output(
-            "triaxiality", "1", (m,), "mean stress over the equivalent one at the points, 0 without stress", self._triaxiality,
+            "triaxiality", "1", (m,), "mean stress over equivalent stress at the points, 0 without stress", self._triaxiality,
             "point",
         )  # fmt: skip
         if self.has_fracture_ratio:
             yield make_output(
-                "fracture_ratio", "1", (m,), "what decides on fracture over its limit, at the points; without a law the "
-                "largest principal stress over three times the yield stress", self.fracture_ratio, "point",
+                "fracture_ratio", "1", (m,), "decisive quantity of the fracture law over its limit, at the points; without a "
+                "law, the largest principal stress over three times the yield stress", self.fracture_ratio, "point",
             )  # fmt: skip
         yield make_output(
             "node_stress", "Pa", (n,), "mean equivalent stress around each node",
             lambda: self.node_means(self.equivalent_stress()), "node", minimum=0.0,
         )  # fmt: skip
         yield make_output(
-            "surface_displacement", "m", (s, 3), "displacement of the outer surface, of a plate the upper one",
+            "surface_displacement", "m", (s, 3), "displacement of the outer surface (upper surface of a plate)",
             lambda: self.lattice_values(state.displacement)[top], "surface_node", "direction",
         )  # fmt: skip
         for name, unit, text, values in (
@@ -82,8 +82,8 @@ class Fields:
             text = f"mean {text} around the nodes of the outer surface"
             yield make_output(f"surface_{name}", unit, (s,), text, read, "surface_node", minimum=0.0)
         yield make_output(
-            "surface_temperature_rise", "K", (s,), "mean temperature around the nodes of the outer surface less that at the "
-            "start", lambda: self._surface_means(lambda: self.temperature() - self._temperature_at_start), "surface_node",
+            "surface_temperature_rise", "K", (s,), "mean temperature around the nodes of the outer surface minus the initial "
+            "one", lambda: self._surface_means(lambda: self.temperature() - self._temperature_at_start), "surface_node",
         )  # fmt: skip
         if lattice.bent:
             yield make_output(

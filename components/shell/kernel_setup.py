@@ -21,7 +21,7 @@ from .shape_functions import UnspannedBasisError
 from .stencils import Stencils, make_stencils
 from .zero_modes import RIGID_MOTIONS, zero_mode_count
 
-# Layers, rule, points through the thickness, basis and radius that are known to have no zero-energy modes.
+# Layers, rule, points through the thickness, basis and radius of a combination without zero-energy modes.
 _KNOWN = (3, "column", 2, "linear", 1.7)
 
 
@@ -43,7 +43,7 @@ class Gauge(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Assembly:
-    """The tables that a component builds once; components with alike bodies share them. They are read-only.
+    """The tables that a component builds once; components with equal bodies share them. They are read-only.
 
     Attributes:
         lattice: the nodes.
@@ -81,7 +81,7 @@ _in_use: WeakValueDictionary[str, Assembly] = WeakValueDictionary()
 
 
 def assemble_solid(p: ShellParameters) -> Assembly:
-    """Return the tables, shared with a component of an alike body if there is one, e.g. that from which a tube gets its step.
+    """Return the tables, which components with equal bodies share, e.g. the component from which a tube gets its step.
 
     Raises:
         ParameterError: the rule has zero-energy modes, or the neighbours of a point do not span the basis.
@@ -105,9 +105,9 @@ def _build_assembly(p: ShellParameters) -> Assembly:
     except UnspannedBasisError as error:
         why = str(error)
         if error.place:
-            why = f"the point at {lattice.describe_position(error.place)} sees too few nodes for the basis {p.basis!r}"
+            why = f"the point at {lattice.describe_position(error.place)} has too few neighbours for the basis {p.basis!r}"
         raise ParameterError(
-            f"got {radius:g} spacings: {why}", expected="a radius within which there are enough nodes",
+            f"got {radius:g} spacings: {why}", expected="a radius that contains enough nodes",
             hint="give a larger radius, or more nodes", at="body" if p.radius is None else "radius",
         ) from None  # fmt: skip
     conditions = make_conditions(p.body, lattice, p.boundaries)
@@ -139,9 +139,9 @@ def refuse_zero_energy_modes(p: ShellParameters) -> None:
     if modes != RIGID_MOTIONS:
         raise ParameterError(
             f"got {rule.surface!r} with {rule.through} points through {p.body.node_counts[2]} layers, basis {p.basis!r}, "
-            f"radius {p.chosen_radius:g}: a free patch has {modes} modes without energy",
-            expected=f"{RIGID_MOTIONS}, the rigid motions",
-            hint="take more points, or surface = 'cell'", at="integration",
+            f"radius {p.chosen_radius:g}: a free patch has {modes} zero-energy modes",
+            expected=f"{RIGID_MOTIONS}, the rigid motions only",
+            hint="use more points, or surface = 'cell'", at="integration",
         )  # fmt: skip
 
 

@@ -38,7 +38,7 @@ from .kernel_arrays import (
     STRAINED,
 )
 
-# Larger plastic strains, temperatures [K], or strains in one tick are absurd.
+# Limits of plastic strain, temperature [K], and strain in one tick; a tick beyond them has failed.
 LARGEST_PLASTIC_STRAIN, LARGEST_TEMPERATURE, LARGEST_STRAIN_OF_TICK = 10.0, 1e4, 0.2
 
 

@@ -54,10 +54,10 @@ class Integration(Parameters):
     """The points at which stresses are computed."""
 
     surface: RuleName = Field(
-        "column", description="column: a point at each column of nodes; cell: 2 x 2 between columns",
+        "column", description="column: one point at each column of nodes; cell: 2 x 2 points between columns",
         json_schema_extra={"unit": "1"},
     )  # fmt: skip
-    through: int = field(2, "Gauss points through the thickness, at least the layers less one", "1", ge=1, le=8)
+    through: int = field(2, "number of Gauss points through the thickness, at least layers - 1", "1", ge=1, le=8)
 
 
 class ShellParameters(Parameters):
@@ -69,31 +69,31 @@ class ShellParameters(Parameters):
     )
     boundaries: dict[EdgeName, BoundaryName] = field(
         {},
-        "edge (start, end, left, right, bottom, top) -> clamped, symmetry, moved (its velocity is an input), platen (the same, "
-        "along its normal and without friction), or wall (start or end: a rigid wall that may be left); else free",
+        "conditions of the edges start, end, left, right, bottom, top: clamped, symmetry, moved (its velocity is an input), "
+        "platen (moved along its normal, frictionless), or wall (start or end: a rigid wall without adhesion); default: free",
         "1",
     )
-    basis: BasisName = field("linear", "what the shape functions reproduce: linear or quadratic fields", "1")
+    basis: BasisName = field("linear", "fields that the shape functions reproduce: linear or quadratic", "1")
     radius: Magnitude | None = field(
-        None, "within which a point sees nodes, in spacings; default: 1.7, with the quadratic basis 2.7", "1", le=6.0
+        None, "support radius of a point, in node spacings; default: 1.7, or 2.7 with the quadratic basis", "1", le=6.0
     )
     integration: Integration | None = field(
-        None, "{surface, through}; default: columns with a point less than there are layers, of a rod cells", "1"
+        None, "{surface, through}; default: column (cell for a rod), with one point fewer than layers but at least 2", "1"
     )
     hourglass: NotNegativeMagnitude = field(
-        0.05, "stiffness against displacements that alternate from column to column, over that of the material", "1", le=1.0
+        0.05, "stiffness against displacements that alternate from column to column, relative to the material", "1", le=1.0
     )
     gauges: list[SignedPair] = field(
-        [], "places on the outer surface whose strain has outputs: x and, of a tube, the angle from z to y [rad], or y", "m"
+        [], "strain gauges on the outer surface: x, and the angle from z to y [rad] (tube) or y (other bodies)", "m"
     )
     fracture: ChosenFracture = field(
-        NoFracture(), "when a point parts: principal_stress {factor or stress}, plastic_strain {strain}, or none", "1"
+        NoFracture(), "fracture law: principal_stress {factor or stress}, plastic_strain {strain}, or none", "1"
     )
     initial_temperature: Magnitude = field(293.0, "temperature at the start", "K")
     step_size: Magnitude | None = field(
         None,
-        "internal step; default: 0.8 of the largest stable one (two thirds of that with a fracture law), rounded down to 1, 2 "
-        "or 5 times a power of ten; up to 0.9 of it (0.6) is accepted",
+        "internal step; default: 0.8 of the largest stable step (two thirds of that with a fracture law), rounded down to 1, 2 "
+        "or 5 times a power of ten; at most 0.9 of the largest stable step (0.6 with a fracture law)",
         "s",
     )
 
@@ -136,7 +136,7 @@ class ShellParameters(Parameters):
             edge = notch_edge(middle, length, *edges)
             if edge and kinds.get(edge) != "symmetry":
                 raise ValueError(
-                    f"body.notch.{name}: got {middle:g} m, where the notch reaches beyond the edge {edge!r}; move it into the "
+                    f"body.notch.{name}: got {middle:g} m, so the notch would reach beyond the edge {edge!r}; move it into the "
                     f"body, or give boundaries.{edge} = 'symmetry'"
                 )
         return self
@@ -147,12 +147,12 @@ class ShellParameters(Parameters):
         notched = isinstance(self.body, Tube | Plate) and self.body.notch is not None
         if notched and self.chosen_radius >= 2.0:
             raise ValueError(
-                f"radius: got {self.chosen_radius:g} spacings, expected less than 2 with a notch, across which points would see"
+                f"radius: got {self.chosen_radius:g} spacings, expected less than 2 with a notch, so that no support spans it"
             )
         closed = isinstance(self.body, Tube) and not self.body.half
         if closed and across <= 2.0 * self.chosen_radius:
             raise ValueError(
-                f"body.around: got {across}, expected more than {2.0 * self.chosen_radius:g}, twice the radius within which a "
-                "point sees nodes: it would see some of them from both sides"
+                f"body.around: got {across}, expected more than {2.0 * self.chosen_radius:g}, twice the "
+                "support radius of a point: some nodes would be neighbours of a point on both sides"
             )
         return self

@@ -1,4 +1,4 @@
-"""Stencils: the neighbouring nodes of each point and their weights, shared by points with alike neighbourhoods.
+"""Stencils: the neighbouring nodes of each point and their weights, shared by points with equal neighbourhoods.
 
 In its own frame (along, around, through the thickness) a point of an even tube has the same neighbourhood as all points in its
 row: the gradients of the shape functions are stored once per kind of neighbourhood, and rotated by the angle of the point. If
@@ -90,13 +90,13 @@ def _make_line_stencils(axis: Axis, index: FloatArray, radius: float, is_shared:
     found = [axis.neighbours(float(one), radius) for one in index]
     for point, some in enumerate(found):
         if not some:
-            message = f"a point sees too few nodes: none lies within {radius:g} spacings along one of the axes"
+            message = f"a point has too few neighbours: none lies within {radius:g} spacings along one of the axes"
             raise UnspannedBasisError(point, message)
     most = max(map(len, found))
     planes = np.array([[*some, *[some[0]] * (most - len(some))] for some in found], dtype=np.int64)
     present = np.array([[number < len(some) for number in range(most)] for some in found])
-    # Points whose planes look alike, to rounding, are of one kind; if the axis may be scaled, also points whose planes differ
-    # by a factor. Through the thickness of a bent body no two points are alike.
+    # Points with equal relative positions of planes, to rounding, are of one kind; if the axis may be scaled, also if these
+    # differ by a factor. Through the thickness of a bent body no two points have equal neighbourhoods.
     slope = axis.slope(index)
     scale = slope[:, None] if is_scaled else float(np.abs(slope).min())
     seen = np.concatenate([axis.plane_coordinates(planes) - axis.coordinates(index)[:, None], slope[:, None]], axis=1)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-# A long elastic tube under inner pressure, with its length held constant.
+# A long elastic tube under inner pressure, of fixed length.
 #
 # Source: S. P. Timoshenko, J. N. Goodier, Theory of Elasticity (1951), 28; for the critical speed W. M. Beltman,
 # J. E. Shepherd, J. Sound Vib. 252 (2002) 617.

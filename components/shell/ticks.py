@@ -99,7 +99,7 @@ def write_forces(
 
 
 def wall_depths(solid: Solid, state: State) -> FloatArray:
-    """Return the depth of each node behind the wall, shape (n,) [m]; (0,) without a wall."""
+    """Return the depth of each node behind the wall, shape (n,) [m], or (0,) without a wall."""
     if not len(solid.bounce):
         return solid.bounce
     depth = solid.wall[1] * (solid.wall[0] - (solid.reference[:, 0] + state.displacement[:, 0]))

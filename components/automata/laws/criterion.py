@@ -74,7 +74,7 @@ class UnbreakableLaw(NamedTuple):
 
 
 class Unbreakable(Criterion):
-    """Pairs always stay linked."""
+    """No criterion: pairs always stay linked."""
 
     name: Literal["none"] = field("none", "which criterion", "1")
     causes = {}

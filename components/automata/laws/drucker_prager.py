@@ -31,7 +31,7 @@ class DruckerPrager(Criterion):
     name: Literal["drucker_prager"] = field("drucker_prager", "which criterion", "1")
     compressive: Magnitude = field(..., "strength in uniaxial compression", "Pa")
     tensile: Magnitude = field(..., "strength in uniaxial tension", "Pa")
-    causes = {"drucker_prager_break": "the stress of a pair reached the criterion of Drucker and Prager"}
+    causes = {"drucker_prager_break": "the stress of a pair reached its Drucker-Prager strength"}
 
     @model_validator(mode="after")
     def _validate_order(self) -> DruckerPrager:

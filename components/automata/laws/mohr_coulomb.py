@@ -27,12 +27,12 @@ class MohrCoulomb(Criterion):
     """|tau| + sigma_n x internal_friction >= cohesion, or sigma_n >= tensile strength."""
 
     name: Literal["mohr_coulomb"] = field("mohr_coulomb", "which criterion", "1")
-    cohesion: Magnitude = field(..., "shear traction that breaks a pair without pressure", "Pa")
-    internal_friction: NotNegativeMagnitude = field(..., "how the shear strength grows with pressure, tan(phi)", "1")
-    tensile: Magnitude = field(..., "normal traction that breaks a pair", "Pa")
+    cohesion: Magnitude = field(..., "shear traction at which a pair without pressure breaks", "Pa")
+    internal_friction: NotNegativeMagnitude = field(..., "increase of the shear strength per pressure, tan(phi)", "1")
+    tensile: Magnitude = field(..., "tensile traction at which a pair breaks", "Pa")
     causes = {
-        "shear_break": "the shear traction of a pair reached its cohesion and internal friction",
-        "tension_break": "the tension of a pair reached its strength",
+        "shear_break": "the shear traction of a pair reached its cohesion plus internal friction",
+        "tension_break": "the tensile traction of a pair reached its strength",
     }
 
     def constants(self) -> MohrCoulombLaw:

@@ -81,7 +81,7 @@ class Degrading(Response):
 
     name: Literal["degrading"] = field("degrading", "which response", "1")
     onset: Magnitude = field(..., "equivalent stress sigma_d at which degradation begins", "Pa")
-    hardening: NotNegativeMagnitude = field(0.0, "slope of the equivalent stress over the inelastic strain", "Pa")
+    hardening: NotNegativeMagnitude = field(0.0, "slope of the equivalent stress against the inelastic strain", "Pa")
 
     def constants(self) -> ResponseConstants:
         """Return onset, slope, and a fraction of 1."""
@@ -93,7 +93,7 @@ class Plastic(Response):
 
     name: Literal["plastic"] = field("plastic", "which response", "1")
     yield_stress: Magnitude = field(..., "equivalent stress sigma_y at which flow begins", "Pa")
-    hardening: NotNegativeMagnitude = field(0.0, "slope of the yield stress over the plastic strain", "Pa")
+    hardening: NotNegativeMagnitude = field(0.0, "slope of the yield stress against the plastic strain", "Pa")
 
     def constants(self) -> ResponseConstants:
         """Return yield stress, slope, and a fraction of 0."""
@@ -105,8 +105,8 @@ class PlasticDegrading(Response):
 
     name: Literal["plastic_degrading"] = field("plastic_degrading", "which response", "1")
     yield_stress: Magnitude = field(..., "equivalent stress at which flow and degradation begin", "Pa")
-    hardening: NotNegativeMagnitude = field(0.0, "slope of the equivalent stress over the inelastic strain", "Pa")
-    degradation: float = field(0.5, "part of the excess that degrades the modulus, the rest is plastic", "1", ge=0.0, le=1.0)
+    hardening: NotNegativeMagnitude = field(0.0, "slope of the equivalent stress against the inelastic strain", "Pa")
+    degradation: float = field(0.5, "fraction of the excess that degrades the modulus; the rest is flow", "1", ge=0.0, le=1.0)
 
     def constants(self) -> ResponseConstants:
         """Return yield stress, slope, and fraction."""

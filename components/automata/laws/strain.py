@@ -19,8 +19,8 @@ class Strain(Criterion):
     """eps >= tensile, or |gamma| >= shear."""
 
     name: Literal["strain"] = field("strain", "which criterion", "1")
-    tensile: Magnitude = field(..., "strain h_max / r0 along a pair that breaks it", "1")
-    shear: Magnitude = field(MOST, "shear angle that breaks a pair", "1")
+    tensile: Magnitude = field(..., "strain h_max / r0 along a pair at which it breaks", "1")
+    shear: Magnitude = field(MOST, "shear angle at which a pair breaks", "1")
     unit = "1"
     causes = {
         "stretch_break": "the strain along a pair reached its limit",

@@ -18,7 +18,7 @@ class VonMises(Criterion):
     """sigma_eq >= strength."""
 
     name: Literal["von_mises"] = field("von_mises", "which criterion", "1")
-    strength: Magnitude = field(..., "equivalent stress that breaks a pair", "Pa")
+    strength: Magnitude = field(..., "equivalent stress at which a pair breaks", "Pa")
     causes = {"von_mises_break": "the equivalent stress of a pair reached its strength"}
 
     def constants(self) -> VonMisesLaw:

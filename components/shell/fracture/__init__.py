@@ -1,1 +1,1 @@
-"""Fracture of a body: laws, cracks, and the outcome for the body."""
+"""Fracture: laws, cracks, outcome. A point parts when a crack forms at it, and is eroded when it no longer carries stress."""

@@ -54,7 +54,7 @@ class BreakingBody:
         """
         if law.needs_flow and not intact_solid.plastic:
             raise ParameterError(
-                f"got the law {law.name!r} with an elastic material", expected="one that flows",
+                f"got the law {law.name!r} with an elastic material", expected="a material that flows",
                 hint="choose material = 'thermoviscoplastic', or fracture = {name = 'principal_stress', stress = ...}",
                 at="fracture",
             )  # fmt: skip
@@ -84,7 +84,7 @@ class BreakingBody:
         for name, kinds in (("facets", (PARTED,)), ("eroded", LOST_KINDS), ("loosened", (LOOSENED,))):
             noted = np.count_nonzero(np.isin(numbers, [names.index(kind) for kind in kinds]))
             if noted != len(state[name]):
-                return f"got {len(state[name])} {name}, and {noted} events of them"
+                return f"got {len(state[name])} {name}, but {noted} events of them"
         return ""
 
     def tables(self) -> Tables:
@@ -115,7 +115,7 @@ class BreakingBody:
         return 0
 
     def _add_cracks(self, cracking_points: IntArray, tick: int) -> Tables:
-        """Part the body at some points; return its new tables."""
+        """Add cracks at some points; return the new tables of the body."""
         state, scratch, losses = self._tables.state, self._tables.scratch, self._block["losses"]
         before = self.cracks.solid
         new_cracks = self._erode_distorted_points(self.cracks.add_cracks(state, cracking_points, tick))
@@ -282,13 +282,13 @@ class BreakingBody:
         cracks, lattice, m = self.cracks, self._assembly.lattice, len(self._found)
         limit, text = cracks.check.limit, "limit of the fracture law at each point"
         yield make_output("fracture_limit", self.law.unit, (m,), text, limit.copy, "point")
-        text = "displacement of the points, 0 at eroded ones"
+        text = "displacement of the points, 0 at eroded points"
         yield make_output("point_displacement", "m", (m, 3), text, self._point_displacement, "point", "direction")
-        text = "0 where a crack lies between two neighbouring columns of the outer surface, or no point sees one, otherwise 1"
+        text = "0 if a crack cuts this link of two columns of the outer surface or a column is in no point's support, else 1"
         yield make_output(
             "surface_links", "1", (len(self.surface_pairs),), text, self._surface_links, "link", minimum=0.0, maximum=1.0
         )
-        text = "0 where a crack crosses an edge of a cell of the outer surface, or no point sees a corner of it, otherwise 1"
+        text = "0 if a crack cuts an edge of this cell of the outer surface or a corner is in no point's support, else 1"
         yield make_output(
             "surface_cells",
             "1",
@@ -300,21 +300,21 @@ class BreakingBody:
             maximum=1.0,
         )
         text = (
-            "0 whole, 1 bulged, 2 axial crack, 3 hoop crack (around the body), by the cracks through the wall where there are "
-            "any, 4 severed: no piece reaches from one end to the other"
+            "0 whole, 1 bulged, 2 axial crack, 3 hoop crack (around the body), 4 severed (no piece reaches from one end to the "
+            "other); 2 and 3 are decided by the cracks through the wall if there are any"
         )
         yield make_output("outcome", "1", (), text, lambda: float(self.outcome()), minimum=0.0, maximum=4.0)
         amounts: list[tuple[str, str, tuple[int, ...], str, Callable[[], Any], *tuple[str, ...]]] = [
             ("cracks", "1", (m,), "number of cracks of each point", lambda: cracks.check.cracks.astype(float), "point"),
-            ("pieces", "1", (), "pieces of the body that carry stress", lambda: float(cracks.piece_count)),
-            ("crack_along", "m", (), "reach of cracks along the body, at any depth of the wall, from first to last",
+            ("pieces", "1", (), "number of pieces of the body that carry stress", lambda: float(cracks.piece_count)),
+            ("crack_along", "m", (), "extent of all cracks along the body, at any depth of the wall",
              lambda: axial_crack_extent(lattice, self._cut_sides())),
-            ("crack_around", "1", (), "largest part of the circumference, or of the width, that one crack takes at one place",
+            ("crack_around", "1", (), "largest fraction of the circumference, or of the width, that one crack spans",
              lambda: circumferential_crack_part(lattice, self._cut_sides())),
-            ("crack_length", "m", (), "length of all cracks in the surface", lambda: crack_length(self._assembly, cracks)),
+            ("crack_length", "m", (), "total length of cracks in the surface", lambda: crack_length(self._assembly, cracks)),
             ("crack_area", "m^2", lattice.shape[:1], "open area of the cracks through the wall, at each plane of nodes",
              lambda: open_areas(lattice, cracks, self.node_values(self._tables.state.displacement)), "station"),
-            ("eroded_mass", "kg", (), "mass of the points that carry no stress any more", self.eroded_mass),
+            ("eroded_mass", "kg", (), "mass of the points that no longer carry stress", self.eroded_mass),
         ]  # fmt: skip
         for name, unit, shape, text, read, *axes in amounts:
             yield make_output(name, unit, shape, text, read, *axes, minimum=0.0)
@@ -331,7 +331,7 @@ class BreakingBody:
 
     @property
     def surface_pairs(self) -> ColumnArray:
-        """Neighbouring columns, along and across, shape (links, 2)."""
+        """Pairs of neighbouring columns, along and across, shape (links, 2)."""
         n, m, _ = self._assembly.lattice.shape
         columns = np.arange(n * m, dtype=np.int32).reshape(n, m)
         pairs = (
@@ -398,20 +398,20 @@ class BreakingBody:
         if number >= AXIAL:
             found[0] += f": {self._describe_cracks()}; {self._describe_pieces()}"
         elif len(facets):
-            found[0] += ": no crack lies between columns of nodes, some lie within the wall or at its edges"
+            found[0] += ": no crack separates columns of nodes; some lie within the wall or at its edges"
         if len(facets):
             parted, place = np.count_nonzero(self.cracks.check.cracks), self._assembly.describe_position(int(facets[0, 0]))
             time = 1e6 * facets[0, 8] * step_size
-            return [*found, f"the first of {parted} points that parted did so at {time:.4g} us, at {place}"]
+            return [*found, f"the first of {parted} parted points parted at {time:.4g} us, at {place}"]
         ratio, point, tick = self._block["nearest"].tolist()
         place = self._assembly.describe_position(int(point))
-        near = f"reached {ratio:.3g} of its limit at {1e6 * tick * step_size:.4g} us, at {place}"
+        near = f"reached at most {ratio:.3g} of its limit, at {1e6 * tick * step_size:.4g} us, at {place}"
         return [*found, f"{self.law.quantity} {near if ratio > 0.0 else 'stayed below half of its limit everywhere'}"]
 
     def _describe_cracks(self) -> str:
         """Return the extent of cracks in words, at any depth and through the wall."""
         lattice, through = self._assembly.lattice, self._severed_sides()
-        whole, leaks = "circumference" if lattice.bent else "width", "none of them goes through the wall"
+        whole, leaks = "circumference" if lattice.bent else "width", "none of them passes through the wall"
         if through.is_cut:
             leaks = f"those through the wall {_describe_extent(lattice, through)}"
         return f"cracks {_describe_extent(lattice, self._cut_sides())} of the {whole}, {leaks}"
@@ -432,8 +432,8 @@ class BreakingBody:
         assert first.index is not None
         place = self._assembly.describe_position(first.index)
         return [
-            f"{part:.0%} of the mass carries no stress any more, the first of it from {1e6 * first.tick * step_size:.4g} us "
-            f"on, at {place}: what is left does not stand for the body; load it less, or give more nodes"
+            f"{part:.0%} of the mass no longer carries stress (first eroded point at {1e6 * first.tick * step_size:.4g} us, "
+            f"{place}): the remaining points do not represent the body; load it less, or give more nodes"
         ]
 
 

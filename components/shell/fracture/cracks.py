@@ -34,17 +34,17 @@ _LOOSE = 0.2
 _AT_A_TIME = 4096
 # Unloading time of a parted point: the time in which sound travels this number of the longest spacings.
 _SPACINGS_TO_UNLOAD = 4.0
-# A larger number of ticks than in any run.
+# More ticks than any run has.
 _ENDLESS = 2.0**62
 
 
 PARTED, ERODED, SPENT, TORN, LOOSENED = "point_parted", "point_eroded", "point_spent", "point_torn", "node_loosened"
 KINDS = {
     PARTED: "a point passed the limit of the fracture law: a crack normal to the largest principal stress begins there",
-    SPENT: "a point that has parted, and has had time to unload, passed the limit again: it carries no stress any more",
-    TORN: "a point at cracks was inverted or strained beyond measure: it carries no stress any more",
-    LOOSENED: "hardly any point sees a node any more: it flies on, and nothing holds it",
-    ERODED: "the nodes that cracks have left to a point do not span its functions: it carries no stress any more",
+    SPENT: "a parted point that has had time to unload passed the limit again: it no longer carries stress",
+    TORN: "a point at cracks was inverted or strained beyond the limits: it no longer carries stress",
+    LOOSENED: "cracks have removed a node from almost all supports of points: it moves on without forces",
+    ERODED: "the neighbours that cracks have left to a point do not span its basis: it no longer carries stress",
 }
 # Events after which a point carries no stress.
 LOST_KINDS = (SPENT, TORN, ERODED)
@@ -62,8 +62,8 @@ class NewCracks(NamedTuple):
     """The new cracks at the end of a tick.
 
     Attributes:
-        facets: new ones, rows of `facets.facet_declaration`, with their causes.
-        eroded: points that carry no stress any more, with their causes; None if cracks have left too few neighbours.
+        facets: new facets, rows of `facets.facet_declaration`, with their causes.
+        eroded: points that no longer carry stress, with their causes (None if cracks have left too few neighbours).
         loosened: nodes that had hardly any weight in points.
         changed: points whose neighbours have changed, including eroded ones, shape (k,).
     """
@@ -168,7 +168,7 @@ class Cracks:
         return self._rebuild_supports(changed, spent)._replace(facets=facets)
 
     def erode_points(self, points: dict[int, Cause]) -> NewCracks:
-        """Erode some points, which then carry no stress any more."""
+        """Erode some points, which then no longer carry stress."""
         return self._rebuild_supports(set(), points)
 
     def _fracture_values(self, state: State, stress: FloatArray, points: IntArray) -> FloatArray:

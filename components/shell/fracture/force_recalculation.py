@@ -13,7 +13,7 @@ from ..kernels import write_point_pull
 
 
 def displacement_gradients(points: Points, displacement: FloatArray, numbers: IntArray) -> FloatArray:
-    """Return the displacement gradients of k points with their present neighbours, shape (k, 9); summed as in a tick."""
+    """Return the displacement gradients of k points with their present neighbours, shape (k, 9); bitwise as in a tick."""
     owner, neighbours, rows = support_entries(points, numbers)
     local = points.gradients[rows]
     terms = displacement[neighbours][:, :, None] * local[:, None, :]
@@ -41,13 +41,13 @@ def half_kick_work(solid: Solid, state: State, point: int) -> float:
 
 @jit
 def write_pulls(gradient, stress, volume, cosine, sine, along, numbers, pull):
-    """Write the pull of some points, without ties, from present stresses and gradients, like `write_point_pull`."""
+    """Write the pull (nominal stress times volume) of some points, without ties, from present stresses and gradients."""
     for p in numbers:
         nominal = nominal_stress(load_deformation_gradient(gradient, p), load_symmetric_tensor(stress, p))
         write_point_pull(pull, p, nominal, volume[p], cosine[p], sine[p], along[p])
 
 
 def write_pull(solid: Solid, state: State, scratch: Scratch, numbers: IntArray) -> None:
-    """Write the pull of some points of the body."""
+    """Write the pull (nominal stress times volume) of some points of the body."""
     p = solid.points
     write_pulls(state.gradient, state.stress, p.volume, p.cosine, p.sine, p.along, numbers, scratch.pull)

@@ -161,5 +161,5 @@ def points_in_grips(p: ShellParameters, assembly: Assembly, length: float) -> Ma
     if length > 0.0 and not any(kind in _GRIPPED for kind in p.boundaries.values()):
         raise ParameterError(f"got {length:g} m, but no edge is {' or '.join(_GRIPPED)}", hint="leave it out", at=at)
     if found.all():
-        raise ParameterError(f"got {length:g} m, so that nothing of the body could part", hint="give a smaller one", at=at)
+        raise ParameterError(f"got {length:g} m, so that no point of the body could part", hint="give a smaller length", at=at)
     return found

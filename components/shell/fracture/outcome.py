@@ -17,8 +17,8 @@ OUTCOMES = ("whole", "bulged", "axial crack", "hoop crack", "severed")
 WHOLE, BULGED, AXIAL, HOOP, SEVERED = range(5)
 # Mean plastic strain over a station above which a wall has bulged: its circumference has grown permanently.
 BULGED_STRAIN = 0.002
-# Cracks with a smaller fraction of the circumference at one station, or fewer sides of columns, have not turned around the
-# body: a crack along the body may step aside by a column or two.
+# Cracks that cover a smaller fraction of the circumference at a station, or fewer sides of columns, do not count as hoop
+# cracks: a crack along the body may be offset by a column or two.
 _TURNED, _TURNED_SIDES = 0.05, 3
 
 

@@ -49,7 +49,7 @@ class Axis:
 
     @property
     def bounds(self) -> FloatArray:
-        """The ends of the part of each plane, halfway to its neighbours, shape (n + 1,)."""
+        """Ends of the intervals that belong to the planes, halfway between neighbours, shape (n + 1,)."""
         x = self.positions
         middle = 0.5 * (x[1:] + x[:-1])
         if self.is_closed:
@@ -59,7 +59,7 @@ class Axis:
 
     @property
     def widths(self) -> FloatArray:
-        """Length of the part of each plane, shape (n,)."""
+        """Length of the interval that belongs to each plane, shape (n,)."""
         return np.diff(self.bounds)
 
     def coordinates(self, index: FloatArray) -> FloatArray:
@@ -67,7 +67,7 @@ class Axis:
         return np.interp(index, *self._interpolation_table(self.positions, self.period))
 
     def plane_coordinates(self, planes: IntArray) -> FloatArray:
-        """Return the coordinates of planes, which may be counted on beyond the seam."""
+        """Return the coordinates of planes, whose numbers may continue beyond the seam of a closed axis."""
         return self.positions[planes % self.count] + self.period * (planes // self.count)
 
     def slope(self, index: FloatArray) -> FloatArray:
@@ -89,7 +89,7 @@ class Axis:
         return np.arange(-1.0, self.count + 1.0), np.concatenate([[values[-1] - jump], values, [values[0] + jump]])
 
     def neighbours(self, index: float, radius: float) -> list[int]:
-        """Return the planes nearer to an index than the radius, counted on beyond the seam of a closed axis."""
+        """Return the planes nearer to an index than the radius; numbers continue beyond the seam of a closed axis."""
         first, last = int(np.ceil(index - radius)), int(np.floor(index + radius))
         found = [plane for plane in range(first, last + 1) if abs(plane - index) < radius]
         return found if self.is_closed else [plane for plane in found if 0 <= plane < self.count]
@@ -124,15 +124,15 @@ def refuse_coinciding_planes(axis: Axis, measure: float, *name: str) -> None:
     distance, largest = float(np.diff(x).min()), float(np.abs(x).max())
     if not distance >= _LEAST_DISTANCE * largest:
         raise ParameterError(
-            f"got {measure:g} m: two planes of nodes would lie {distance:g} apart at {largest:g}",
-            expected=f"distances of at least {_LEAST_DISTANCE:g} of the coordinate", at=("body", *name),
+            f"got {measure:g} m: two planes of nodes would be only {distance:g} apart at the coordinate {largest:g}",
+            expected=f"distances of at least {_LEAST_DISTANCE:g} times the coordinate", at=("body", *name),
         )  # fmt: skip
 
 
 def graded_axis(base_axis: Axis, middle: float, extent: float, spacing: float, name: str, unit: str) -> Axis:
     """Return an axis with the same number of planes as an even one, closer together in an interval.
 
-    Each plane has the part of the axis nearest to it; the parts of the planes in the interval together make up the interval.
+    Each plane represents the part of the axis nearest to it; the planes in the interval together represent the interval.
     The middle of the interval may be an end of the axis, which is then a plane of symmetry.
 
     Args:
@@ -150,9 +150,7 @@ def graded_axis(base_axis: Axis, middle: float, extent: float, spacing: float, n
     if base_axis.is_covered(middle, extent):
         return base_axis
     if not extent / spacing < base_axis.count:
-        raise unresolved_notch_error(
-            name, f"it takes {extent / spacing:.3g} of them at the distances of its spacing or columns"
-        )
+        raise unresolved_notch_error(name, f"its spacing or columns require {extent / spacing:.3g} nodes inside it")
     count = math.ceil(extent / spacing * (1.0 - _ROUNDING))
     count += 1 - count % 2
     step = extent / count
@@ -178,7 +176,7 @@ def graded_axis(base_axis: Axis, middle: float, extent: float, spacing: float, n
 
 
 def refuse_outside_interval(base_axis: Axis, middle: float, extent: float, name: str, unit: str) -> None:
-    """Raise `ParameterError` for an interval off the axis; half of it may lie beyond an end that is its middle."""
+    """Raise `ParameterError` for an interval outside the axis; an interval centred on an end may extend beyond this end."""
     length, low, high, small = base_axis.length, middle - 0.5 * extent, middle + 0.5 * extent, _ROUNDING * base_axis.length
     if base_axis.is_closed:
         inside = middle <= length + small and extent <= length + small
@@ -189,25 +187,25 @@ def refuse_outside_interval(base_axis: Axis, middle: float, extent: float, name:
     if not inside:
         raise ParameterError(
             f"got a notch from {low:.6g} to {high:.6g} {unit}",
-            expected=f"one within 0 to {length:.6g} {unit}, or with its middle at an end that is a plane of symmetry",
+            expected=f"a notch within 0 to {length:.6g} {unit}, or centred on an end that is a plane of symmetry",
             at=("body", "notch", "position" if name == "along" else "around"),
         )
 
 
 def divide_cells(below: float, above: float, cells: int, step: float, name: str) -> tuple[int, int]:
-    """Return the number of cells on each side, so that distances grow about equally on both."""
+    """Return the numbers of cells on both sides of a notch, so that distances grow about equally on both."""
     counts, lengths = [int(below > 0.0), int(above > 0.0)], (below, above)
     for _ in range(cells - sum(counts)):
         growths = [growth_ratio(length, count, step) if count else 0.0 for length, count in zip(lengths, counts, strict=True)]
         # The lower side first if both growths are equal, to rounding.
         counts[1 if growths[1] > growths[0] * (1.0 + _ROUNDING) else 0] += 1
     if cells < 1 or sum(counts) != cells:
-        raise unresolved_notch_error(name, "they do not reach beyond the notch")
+        raise unresolved_notch_error(name, "too few remain outside it")
     return counts[0], counts[1]
 
 
 def growing_steps(length: float, count: int, step: float, name: str) -> FloatArray:
-    """Return distances that grow from a given first one, with a given number and sum."""
+    """Return a given number of distances with a given sum, which grow from a given first distance."""
     if count == 0:
         return np.zeros(0)
     steps = step * ratio_powers(refuse_large_growth(growth_ratio(length, count, step), name), count)
@@ -217,7 +215,7 @@ def growing_steps(length: float, count: int, step: float, name: str) -> FloatArr
 def closing_steps(length: float, count: int, step: float, name: str) -> FloatArray:
     """Return distances around the rest of a ring, which grow towards its far side."""
     if count < 2:
-        raise unresolved_notch_error(name, "they do not reach beyond the notch")
+        raise unresolved_notch_error(name, "too few remain outside it")
     ratio = refuse_large_growth(growth_ratio(0.5 * length, 0.5 * count, step), name)
     half = step * ratio_powers(ratio, (count + 1) // 2)
     steps = np.concatenate([half, half[::-1][count % 2 :]])
@@ -227,7 +225,7 @@ def closing_steps(length: float, count: int, step: float, name: str) -> FloatArr
 def refuse_large_growth(ratio: float, name: str) -> float:
     """Return a ratio of neighbouring distances; raise `ParameterError` if it is too large."""
     if ratio > LARGEST_GROWTH:
-        raise unresolved_notch_error(name, f"distances would grow by {ratio:.3g} from plane to plane")
+        raise unresolved_notch_error(name, f"distances would grow by a factor of {ratio:.3g} from plane to plane")
     return ratio
 
 
@@ -253,6 +251,6 @@ def unresolved_notch_error(name: str, reason: str) -> ParameterError:
     """Return the error for a lattice that does not resolve a notch."""
     return ParameterError(
         f"too few nodes for the notch: {reason}",
-        expected=f"ratios of at most {LARGEST_GROWTH:g}", at=("body", name),
-        hint="give more nodes, a larger spacing or width of the notch, or fewer columns of it",
+        expected=f"growth factors of at most {LARGEST_GROWTH:g}", at=("body", name),
+        hint="give more nodes, a larger spacing or width of the notch, or fewer columns in it",
     )  # fmt: skip

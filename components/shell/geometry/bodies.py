@@ -16,7 +16,7 @@ from .notch import Notch, notched_lattice
 
 # Largest number of planes of nodes along a body, and through it (one Gauss point fewer than layers).
 MOST_PLANES, MOST_LAYERS = 1_000_000, 9
-_AT_MOST = f"at most {MOST_LAYERS}, as there are up to {MOST_LAYERS - 1} Gauss points"
+_AT_MOST = f"at most {MOST_LAYERS}, i.e. {MOST_LAYERS - 1} Gauss points"
 # The ends of the three axes of a lattice, by name.
 EDGES = {"start": (0, 0), "end": (0, -1), "left": (1, 0), "right": (1, -1), "bottom": (2, 0), "top": (2, -1)}
 
@@ -42,17 +42,17 @@ class BodyShape(Named):
 class Plate(BodyShape):
     """A plate from the origin along x, y and z."""
 
-    name: Literal["plate"] = field("plate", "length along x, width along y, thickness along z", "1")
+    name: Literal["plate"] = field("plate", "a plate: length along x, width along y, thickness along z", "1")
     length: Magnitude = field(0.02, "along x", "m")
     width: Magnitude = field(0.01, "along y", "m")
     thickness: Magnitude = field(0.00089, "along z", "m")
     along: int = field(21, "planes of nodes along x", "1", ge=3, le=MOST_PLANES)
     across: int = field(11, "planes of nodes along y", "1", ge=3, le=MOST_PLANES)
-    layers: int = field(3, f"planes of nodes along z, the two surfaces among them, {_AT_MOST}", "1", ge=2, le=MOST_LAYERS)
+    layers: int = field(3, f"planes of nodes along z, including both surfaces: {_AT_MOST}", "1", ge=2, le=MOST_LAYERS)
     notch: Notch | None = field(None, "a slot in the upper surface", "1", absent="none")
 
     def lattice(self) -> Lattice:
-        """Return its nodes."""
+        """Return the lattice of its nodes."""
         along, across = even_axis(self.length, self.along), even_axis(self.width, self.across)
         if self.notch is not None:
             return notched_lattice(self.notch, (along, across), 0.0, self.thickness, self.layers, is_bent=False)
@@ -71,10 +71,10 @@ class Rod(BodyShape):
     length: Magnitude = field(0.03, "along x", "m")
     side: Magnitude = field(0.006, "along y and z", "m")
     along: int = field(31, "planes of nodes along x", "1", ge=3, le=MOST_PLANES)
-    across: int = field(7, f"planes of nodes along y and along z, {_AT_MOST}", "1", ge=3, le=MOST_LAYERS)
+    across: int = field(7, f"planes of nodes along y and along z: {_AT_MOST}", "1", ge=3, le=MOST_LAYERS)
 
     def lattice(self) -> Lattice:
-        """Return its nodes."""
+        """Return the lattice of its nodes."""
         side = even_axis(self.side, self.across)
         return Lattice((even_axis(self.length, self.along), side, side), bent=False)
 
@@ -89,18 +89,18 @@ class Tube(BodyShape):
 
     name: Literal["tube"] = field("tube", "a tube around the x axis", "1")
     length: Magnitude = field(0.02, "along x", "m")
-    inner_radius: Magnitude = field(0.01975, "of the inner surface", "m")
+    inner_radius: Magnitude = field(0.01975, "radius of the inner surface", "m")
     wall: Magnitude = field(0.00089, "thickness of the wall", "m")
     along: int = field(21, "planes of nodes along x", "1", ge=3, le=MOST_PLANES)
     around: int = field(
-        96, "planes of nodes around; of a half tube from one plane of symmetry to the other", "1", ge=4, le=MOST_PLANES
+        96, "planes of nodes around the axis (half tube: including both planes of symmetry)", "1", ge=4, le=MOST_PLANES
     )
-    layers: int = field(3, f"nodes through the wall, on both surfaces and between, {_AT_MOST}", "1", ge=2, le=MOST_LAYERS)
-    half: bool = field(False, "only y >= 0; y = 0 is a plane of symmetry", "1")
+    layers: int = field(3, f"nodes through the wall, including both surfaces: {_AT_MOST}", "1", ge=2, le=MOST_LAYERS)
+    half: bool = field(False, "model only y >= 0, with y = 0 as a plane of symmetry", "1")
     notch: Notch | None = field(None, "a slot in the outer surface", "1", absent="none")
 
     def lattice(self) -> Lattice:
-        """Return its nodes."""
+        """Return the lattice of its nodes."""
         ring = even_axis(math.pi, self.around) if self.half else closed_axis(2.0 * math.pi, self.around)
         along = even_axis(self.length, self.along)
         part = np.arange(self.layers) / (self.layers - 1)
@@ -117,7 +117,7 @@ class Tube(BodyShape):
 
     @property
     def edges(self) -> tuple[str, ...]:
-        """Names of the edges; the edges of a half tube at y = 0 are planes of symmetry anyway."""
+        """Names of the edges; the edges of a half tube at y = 0 are always planes of symmetry."""
         return ("start", "end")
 
 

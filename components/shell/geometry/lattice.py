@@ -146,7 +146,7 @@ class Lattice:
         return sine_of_pi(across / np.pi), sine_of_pi(0.5 - across / np.pi)
 
     def node_numbers(self, along: IntArray, across: IntArray, through: IntArray) -> IntArray:
-        """Return the numbers of nodes from their indices, which may be counted on beyond the seam of a closed axis."""
+        """Return the numbers of nodes from their indices, which may continue beyond the seam of a closed axis."""
         _, m, k = self.shape
         return (along * m + across % m) * k + through
 

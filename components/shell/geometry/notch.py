@@ -28,17 +28,17 @@ _CROWDED = 20.0
 class Notch(Parameters):
     """A slot in the outer surface; the lattice is graded to resolve it."""
 
-    length: Magnitude = field(0.0254, "of the slot", "m")
-    depth: Magnitude = field(0.0006, "from the outer surface, less than the wall", "m")
-    width: Magnitude = field(0.0005, "of the slot", "m")
-    position: NotNegativeMagnitude | None = field(None, "where its middle lies along the body; default: half way", "m")
-    around: NotNegativeMagnitude = field(0.0, "where its middle lies around a tube [rad], or across a plate [m]", "1")
-    direction: Literal["axial", "hoop"] = field("axial", "along the body (axial), or around or across it (hoop)", "1")
-    spacing: Magnitude | None = field(None, "largest distance of nodes along its length; default: as elsewhere", "m")
+    length: Magnitude = field(0.0254, "length of the slot", "m")
+    depth: Magnitude = field(0.0006, "depth below the outer surface, less than the wall thickness", "m")
+    width: Magnitude = field(0.0005, "width of the slot", "m")
+    position: NotNegativeMagnitude | None = field(None, "position of its middle along the body; default: half way", "m")
+    around: NotNegativeMagnitude = field(0.0, "position of its middle around a tube [rad], or across a plate [m]", "1")
+    direction: Literal["axial", "hoop"] = field("axial", "direction: along the body (axial), around or across it (hoop)", "1")
+    spacing: Magnitude | None = field(None, "largest distance of nodes along the slot; default: as elsewhere", "m")
     columns: int = field(
         3,
-        "columns of nodes across its width, at least; one lies in its middle, so that 2 makes 3 and 4 makes 5; with 1 it is "
-        "too strong where it flows",
+        "smallest number of columns of nodes across its width, made odd because one lies in the middle (2 becomes 3); with 1, "
+        "a yielding ligament is too strong",
         "1",
         ge=1,
         le=_MOST_COLUMNS,
@@ -89,14 +89,14 @@ def notch_sizes(notch: Notch) -> tuple[tuple[str, float], tuple[str, float]]:
 
 
 def notch_spacing(notch: Notch, narrow_direction: str, axis: Axis, radius: float) -> float:
-    """Return the largest distance of planes in the notch: that of the even axis or, across the notch, a part of its width."""
+    """Return the largest distance of planes in the notch: that of the even axis or, across the notch, width / columns."""
     even = float(axis.slope(np.zeros(1))[0])
     if notch.direction == narrow_direction:
         return min(even, notch.width / (notch.columns * radius))
     if notch.length * (1.0 + _ROUNDING) < _FEWEST_ALONG * min(even * radius, notch.spacing or np.inf):
         raise ParameterError(
             f"got a length of {notch.length:g} m with nodes {even * radius:.4g} m apart",
-            expected=f"at least {_FEWEST_ALONG} nodes along it",
+            expected=f"at least {_FEWEST_ALONG} nodes along the notch",
             hint="give notch.spacing, or more nodes",
             at=("body", "notch", "length"),
         )
@@ -121,7 +121,7 @@ def thickness_planes(notch: Notch, inner: float, wall: float, layers: int) -> tu
     shallowest = left / below * above / _CROWDED
     if notch.depth < shallowest:
         raise ParameterError(
-            f"got {notch.depth:g} m, where nodes would lie {_CROWDED:g} times closer than below it",
+            f"got {notch.depth:g} m: nodes above its bottom would be over {_CROWDED:g} times closer than below",
             expected=f"at least {shallowest:.2g} m with {layers} layers", hint="give more layers",
             at=("body", "notch", "depth"),
         )  # fmt: skip

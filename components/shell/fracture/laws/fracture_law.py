@@ -57,11 +57,11 @@ class FractureLaw(Named):
     unit: ClassVar[str]
     quantity: ClassVar[str]
     scatter: float = field(
-        0.0, "largest deviation of the strength of a column of points from the mean, over it", "1", ge=0.0, lt=1.0
+        0.0, "largest relative deviation of the strength of a column of points from the mean", "1", ge=0.0, lt=1.0
     )
-    seed: int = field(1, "of the scatter", "1", ge=0, lt=2**63)
+    seed: int = field(1, "seed of the scatter", "1", ge=0, lt=2**63)
     grip_length: NotNegativeMagnitude = field(
-        0.0, "length at clamped and moved edges within which nothing parts, as a fitting holds it there", "m"
+        0.0, "length at clamped and moved edges, i.e. in the grips, within which no point parts", "m"
     )
 
     @property

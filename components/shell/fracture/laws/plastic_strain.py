@@ -23,7 +23,7 @@ class PlasticStrain(FractureLaw):
 
     unit: ClassVar[str] = "1"
     quantity: ClassVar[str] = "the plastic strain"
-    name: Literal["plastic_strain"] = field("plastic_strain", "the equivalent plastic strain decides", "1")
+    name: Literal["plastic_strain"] = field("plastic_strain", "limit of the equivalent plastic strain", "1")
     strain: Magnitude = field(0.3, "plastic strain at which a point in tension parts", "1")
 
     @property

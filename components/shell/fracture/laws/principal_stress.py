@@ -30,17 +30,17 @@ class PrincipalStress(FractureLaw):
 
     unit: ClassVar[str] = "Pa"
     quantity: ClassVar[str] = "the largest principal stress"
-    name: Literal["principal_stress"] = field("principal_stress", "the largest principal stress decides", "1")
-    factor: Magnitude = field(_FACTOR, "largest principal stress over the yield stress at which a point parts", "1")
-    stress: Magnitude | None = field(None, "that stress itself, in place of the factor", "Pa", absent="none")
+    name: Literal["principal_stress"] = field("principal_stress", "limit of the largest principal stress", "1")
+    factor: Magnitude = field(_FACTOR, "largest principal stress, in yield stresses, at which a point parts", "1")
+    stress: Magnitude | None = field(None, "stress at which a point parts, instead of the factor", "Pa", absent="none")
 
     @model_validator(mode="after")
     def _validate_one_limit(self) -> PrincipalStress:
         # Laws are written out with all their fields, so the default factor next to a stress is not a second limit.
         if self.stress is not None and self.factor != _FACTOR:
             raise ParameterError(
-                f"got {self.factor:g} beside stress = {self.stress:g} Pa", expected="one of the two",
-                hint="the stress is taken in place of the factor: leave one out", at="factor",
+                f"got {self.factor:g} in addition to stress = {self.stress:g} Pa", expected="one of the two",
+                hint="`stress` replaces `factor`: leave one out", at="factor",
             )  # fmt: skip
         return self
 
