@@ -89,7 +89,7 @@ def component_facts(name: str, parameters: dict[str, Any]) -> dict[str, Any]:
     kind = catalogue.component_class(name)
     variables = [v for v in make_example(name, parameters).variables.values() if v.causality != "parameter"]
     facts: dict[str, Any] = {"name": name, "version": kind.version, "description": first_sentence(kind.__doc__ or "")}
-    offered = find_domain(name).load_offer("environments") or {}
+    offered = find_domain(name).load_attribute("environments") or {}
     facts["events"] = dict(kind.event_kinds)
     native = find_domain(name).rows is not None
     facts["environments"] = [{"name": registered, "native_batch": native} for registered in offered]
@@ -121,7 +121,7 @@ def _variable_facts(variable: Variable) -> dict[str, Any]:
 
 def _component_environments(name: str) -> list[tuple[str, str]]:
     """Return the registered environments of a component, each with the kind of batch from make_vec."""
-    offered = find_domain(name).load_offer("environments") or {}
+    offered = find_domain(name).load_attribute("environments") or {}
     return [(registered, "native batch" if find_domain(name).rows else _NO_BATCH) for registered in offered]
 
 

@@ -97,7 +97,7 @@ def test_components_step_without_a_gym_a_log_or_a_viewer():
 def test_everything_that_a_domain_offers_is_there(domain):
     offers = DOMAINS[domain]
     for field in dataclasses.fields(offers):
-        assert (offers.load_offer(field.name) is None) == (getattr(offers, field.name) is None)
+        assert (offers.load_attribute(field.name) is None) == (getattr(offers, field.name) is None)
     assert domain in catalogue.component_names()
 
 

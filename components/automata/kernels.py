@@ -37,7 +37,7 @@ class Specimen(NamedTuple):
         medium: a `links.Medium`.
         motion: a `lattice.Motion`.
         scratch: a `lattice.Scratch`.
-        losses: see `link_release.FRACTURE`.
+        losses: energies dissipated since the reset, see `link_release.FRACTURE`.
     """
 
     medium: Medium
@@ -47,7 +47,7 @@ class Specimen(NamedTuple):
 
 
 class StepLimits(NamedTuple):
-    """The length of a step, and limits on the motion of automata.
+    """The length of a step, and limits of the motion of automata.
 
     Attributes:
         time: length of a step [s].
@@ -98,7 +98,7 @@ def write_forces(specimen, contacts, time, tick):
 
 @jit
 def write_current_fields(medium, motion, scratch, contacts):
-    """Write strains, stresses and forces at the present positions with the present histories; contacts do not slide."""
+    """Write strains, stresses and forces at the present positions without changing histories; contacts do not slide."""
     write_medium_strains(medium, motion, scratch)
     write_medium_tractions(medium, scratch)
     write_medium_stresses(medium, scratch)
@@ -108,7 +108,7 @@ def write_current_fields(medium, motion, scratch, contacts):
 
 @jit
 def advance(specimen, inputs, contacts, step_limits, tick, ticks, is_checked):
-    """Advance by internal steps, until links break or are formed again, or contacts have to be searched again.
+    """Advance by internal steps; stop if links break or are formed again, or if a new search for contacts is due.
 
     Args:
         specimen: a `Specimen`, updated in place; the distance of the fastest automaton is added to `losses[TRAVEL]`.

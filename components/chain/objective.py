@@ -82,4 +82,7 @@ class Objective:
                 at="objective",
             )
         if steps < self.fewest_steps:
-            raise ParameterError(f"it reads control step {self.fewest_steps - 1}, but the drive has {steps}", at="objective")
+            raise ParameterError(
+                f"it reads control step {self.fewest_steps - 1}, counted from 0, but the drive has {steps} control steps",
+                at="objective",
+            )

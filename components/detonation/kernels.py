@@ -115,7 +115,7 @@ def change_area(tables, areas, factor, failure):
 
 
 @internal
-def load_stage(state, stage):
+def write_start_stage(state, stage):
     """Write density, velocity, pressure and unreacted fraction of the state to a stage."""
     for i in range(state.density.size):
         stage[0, i + 1] = state.density[i]
@@ -125,7 +125,7 @@ def load_stage(state, stage):
 
 
 @internal
-def load_first_stage(tables, failure):
+def write_heun_stage(tables, failure):
     """Write the stage after the first Heun step; return 0, or a status if a density or pressure is not positive."""
     medium, state, stage, first = tables.medium, tables.state, tables.scratch.stage, tables.scratch.first
     for i in range(state.density.size):
@@ -145,11 +145,11 @@ def heun_step(tables, signals, tick, events, failure):
 
     Returns 0, or a status if the first step leaves a density or pressure that is not positive.
     """
-    load_stage(tables.state, tables.scratch.stage)
+    write_start_stage(tables.state, tables.scratch.stage)
     compute_fluxes(tables, signals, tick, events)
     tally_end_flows(tables)
     write_first_step(tables)
-    status = load_first_stage(tables, failure)
+    status = write_heun_stage(tables, failure)
     if status != 0:
         return status
     compute_fluxes(tables, signals, tick, events)

@@ -25,8 +25,8 @@ from .kernels import (
     compute_slopes,
     fill_ghost_cells,
     finish_tick,
-    load_first_stage,
-    load_stage,
+    write_heun_stage,
+    write_start_stage,
     tally_end_flows,
 )
 
@@ -116,7 +116,7 @@ def heun_step(tables, walls, signals, velocities, sizes, tick, events, failure):
     """
     state, step, (before, after) = tables.state, tables.medium.step_size, sizes
     first, f = tables.scratch.first, tables.scratch.fluxes
-    load_stage(state, tables.scratch.stage)
+    write_start_stage(state, tables.scratch.stage)
     walls[LEFT_WALL_PRESSURE] = walls[RIGHT_WALL_PRESSURE] = 0.0
     compute_fluxes(tables, walls, signals, velocities, tick, events)
     tally_end_flows(tables)
@@ -125,7 +125,7 @@ def heun_step(tables, walls, signals, velocities, sizes, tick, events, failure):
         first[1, i] = (before * state.momentum[i] - step * (f[1, i + 1] - f[1, i])) / after
         first[2, i] = (before * state.energy[i] - step * (f[2, i + 1] - f[2, i])) / after
         first[3, i] = (before * state.fuel[i] - step * (f[3, i + 1] - f[3, i])) / after
-    status = load_first_stage(tables, failure)
+    status = write_heun_stage(tables, failure)
     if status != 0:
         return status
     compute_fluxes(tables, walls, signals, velocities, tick, events)

@@ -72,7 +72,11 @@ class Grid(Component):
             raise error.with_outer_location("mesh") from None
         for name, boundary in p.boundaries.items():
             if not isinstance(boundary, Free) and not len(self.mesh.edges[name]):
-                raise ParameterError("the holes remove all cells at this edge", hint="leave it out", at=("boundaries", name))
+                raise ParameterError(
+                    "the holes remove all cells at this edge",
+                    hint="leave the condition out, or make the holes smaller",
+                    at=("boundaries", name),
+                )
         self.cell_material: IntArray = self._cell_materials()
         self._materials: list[Material] = [to_material(one) for one in p.materials]
         self._off_nodes: list[str] = []

@@ -88,7 +88,7 @@ class Mesh:
         unused = np.flatnonzero(np.bincount(self.cells.ravel(), minlength=n) == 0)
         if len(unused):
             return f"nodes[{unused[0]}]", "does not belong to any cell; remove it, or renumber the nodes"
-        return self._shape_problem() or self._side_problem() or self._foreign_node_problem()
+        return self._shape_problem() or self._side_problem() or self._non_corner_node_problem()
 
     def _shape_problem(self) -> tuple[str, str] | None:
         """Return the first cell with an inverted or flat corner."""
@@ -119,7 +119,7 @@ class Mesh:
         cells = np.unique(np.flatnonzero((sides == (start, end)).all(axis=1)) % len(self.cells)).tolist()
         return "cells", f"the cells {cells} lie on the same side of the line from node {start} to node {end}, expected only one"
 
-    def _foreign_node_problem(self) -> tuple[str, str] | None:
+    def _non_corner_node_problem(self) -> tuple[str, str] | None:
         """Return a node inside a cell or on its sides that is not its corner: cells overlap there or are not connected."""
         from scipy.spatial import cKDTree  # type: ignore[attr-defined]
 

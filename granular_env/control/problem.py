@@ -56,7 +56,7 @@ class Problem:
         rate = self.env.actuator.rate
         self.rate = None if math.isinf(rate) else float(rate)
         is_smooth = isinstance(self.env.task, RowTask)
-        self._gradients: Any = find_domain(self.env.component.name).load_offer("gradients") if is_smooth else None
+        self._gradients: Any = find_domain(self.env.component.name).load_attribute("gradients") if is_smooth else None
         self.gradient_runs = float(self._gradients.RUNS) if self._gradients is not None else 0.0
         self._batch: Any = None
 

@@ -54,7 +54,7 @@ class Domain:
     contacts: str | None = None
     remark: str | None = None
 
-    def load_offer(self, offer: str) -> Any:
+    def load_attribute(self, offer: str) -> Any:
         """Import and return the object that an attribute of this domain names, or None if the attribute is None."""
         name = getattr(self, offer)
         return None if name is None else import_object(name)
@@ -101,7 +101,7 @@ def find_environment_name(name: str) -> str | None:
 
 def load_environments() -> dict[str, Environment]:
     """Return all registered environments, by name."""
-    return {name: one for domain in DOMAINS.values() for name, one in (domain.load_offer("environments") or {}).items()}
+    return {name: one for domain in DOMAINS.values() for name, one in (domain.load_attribute("environments") or {}).items()}
 
 
 def import_object(name: str) -> Any:

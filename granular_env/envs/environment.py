@@ -137,7 +137,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         self._row, self._commands, self._bytes = self.memory[None], self.memory[COMMANDS:], self.memory.data.cast("B")
         self._rows: Any = None
         if isinstance(self.task, RowTask):
-            native = find_domain(self.component.name).load_offer("rows")
+            native = find_domain(self.component.name).load_attribute("rows")
             if native is None:
                 expected = "a Task, because the component's domain has no native batch for a RowTask"
                 raise ParameterError(f"got {one_line(self.task)}", expected=expected, at="task")

@@ -94,12 +94,12 @@ def _parse_drawable(place: int, texts: Any, arrays: Mapping[str, np.ndarray]) ->
             raise damage_error("it is missing or has a wrong type", _fault_location(place, field.name))
         values[field.name] = value
     drawable = kind(**values)
-    if not _is_consistent(drawable):
+    if not _has_consistent_arrays(drawable):
         raise damage_error("the shapes of its arrays do not match", _fault_location(place))
     return drawable
 
 
-def _is_consistent(drawable: Drawable) -> bool:
+def _has_consistent_arrays(drawable: Drawable) -> bool:
     arrays = [getattr(drawable, name) for name in _PLACES[type(drawable)]]
     if len({len(array) for array in arrays}) != 1 or not all((np.abs(array) < _FARTHEST).all() for array in arrays):
         return False

@@ -275,7 +275,7 @@ class Recorder:
         if self._closed:
             return
         if not self._closing:
-            self._store_end()
+            self._store_final_state()
             self._component.ignore(self)
             self._closing = True
         self._wake.set()
@@ -285,7 +285,7 @@ class Recorder:
         if self._error is not None:
             raise self._error
 
-    def _store_end(self) -> None:
+    def _store_final_state(self) -> None:
         component = self._component
         with self._lock:
             if component.tick != self._tick:

@@ -154,7 +154,7 @@ def verify(
                 "the log's parameters do not match the identity stated in it: the parameters or the program were changed"
             )
         if result.variable is not None:
-            result.notes += _foreign_facts(log.header)
+            result.notes += _changed_versions(log.header)
         return result
     finally:
         if log is not path:
@@ -323,7 +323,7 @@ def _refuse_other_declaration(log: Log, component: Component) -> None:
             raise LogError(f"got {got}", expected=f"{expected}, as in {where}", at=("header", key), source=log.source)
 
 
-def _foreign_facts(header: Mapping[str, Any]) -> list[str]:
+def _changed_versions(header: Mapping[str, Any]) -> list[str]:
     """Return versions and machine data that differ from the recording, as possible reasons."""
     recorded = {**header_table(header.get("versions")), **header_table(header.get("machine"))}
     return [

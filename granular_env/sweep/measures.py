@@ -180,7 +180,7 @@ class Measurement:
 
     def unit(self, component: Component) -> str:
         """Return the unit; `ParameterError` for a measurement, number or argument unknown to the domain."""
-        columns = find_domain(component.name).load_offer("columns")
+        columns = find_domain(component.name).load_attribute("columns")
         if columns is None:
             hint = "measure its variables, such as 'max NAME[0]'"
             raise ParameterError(f"component {component.name!r} has no measurements", hint=hint)
@@ -199,7 +199,7 @@ class Measurement:
 
     def value(self, run: FinishedRun, samples: FloatArray) -> tuple[float, str]:
         """Return the number; NaN if there are fewer waves."""
-        columns = find_domain(run.component.name).load_offer("columns")
+        columns = find_domain(run.component.name).load_attribute("columns")
         taken = columns.MEASUREMENTS[self.name][self._column_name(columns)]
         return taken(run.history, self.which, dict(self.arguments)), ""
 
@@ -265,7 +265,7 @@ class RunObserver(Observer):
 
     def _begin_history(self, component: Component) -> Any:
         every = self._interval * component.step_size
-        watch = find_domain(component.name).load_offer("watch")(every)
+        watch = find_domain(component.name).load_attribute("watch")(every)
         watch.on_reset(component)
         numbers = sum(np.size(component.get(name)) for name in watch.variables)
         refuse_excess_memory(int(8 * numbers * self._duration / every), f"a history with a frame every {every:g} s")

@@ -83,4 +83,4 @@ def make_views(
     """Return the views of a component's domain for one scene, None without particles; arguments as for `Views`."""
     if scene_data.motion is None or scales is None:
         return None
-    return (find_domain(component).load_offer("views") or Views)(scene_data.motion, scales, begin, end)
+    return (find_domain(component).load_attribute("views") or Views)(scene_data.motion, scales, begin, end)

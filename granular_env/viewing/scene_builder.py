@@ -182,7 +182,7 @@ def make_scene(component: Component, title: str | None = None, earlier: int = 0)
 
 def picture_remark(component: Any, parameters: Any) -> str:
     """Return the remark of a component's domain on its pictures; "" for none."""
-    remark = find_domain(str(component)).load_offer("remark")
+    remark = find_domain(str(component)).load_attribute("remark")
     return "" if remark is None or not isinstance(parameters, Mapping) else str(remark(parameters))
 
 
@@ -236,7 +236,7 @@ def _read_motion(source: SceneSource, points: Points) -> Motion | None:
     displacement = np.zeros((len(frames.times), total, 3)) if moved is None else moved
     colour = read(points.colour)
     contacts: tuple[FloatArray | None, str, str] = None, "", ""
-    if every == 1 and (contact_quantity := find_domain(source.component).load_offer("contacts")) is not None:
+    if every == 1 and (contact_quantity := find_domain(source.component).load_attribute("contacts")) is not None:
         contacts = contact_quantity(particles, moved, read)
     return Motion(
         frames.times, frames.ticks, particles.reference[shown], particles.radius[shown], displacement[:, shown],
