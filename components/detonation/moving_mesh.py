@@ -25,9 +25,9 @@ from .kernels import (
     compute_slopes,
     fill_ghost_cells,
     finish_tick,
+    tally_end_flows,
     write_heun_stage,
     write_start_stage,
-    tally_end_flows,
 )
 
 # Entries of the walls: positions of the ends, and mean pressures on them over the last tick.
