@@ -127,8 +127,6 @@ class ComponentVectorEnv(SyncVectorEnv):
         vars(self).update(state)
         self._gather_memories()
 
-    # -- Gymnasium --------------------------------------------------------------------------------------------------
-
     def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> tuple[npt.NDArray[np.float32], Infos]:
         """Start episodes in all environments, or in the environments of `options["reset_mask"]`.
 
@@ -219,8 +217,6 @@ class ComponentVectorEnv(SyncVectorEnv):
         """Return a picture of the present state of each environment."""
         return self.call("render")
 
-    # -- saved states -----------------------------------------------------------------------------------------------
-
     def save(self, environments: Iterable[int] | None = None) -> list[EnvState]:
         """Return the states of the environments with these numbers, or of all; single environments also accept these states."""
         return [one.save() for one in self._update_environments(environments)]
@@ -243,8 +239,6 @@ class ComponentVectorEnv(SyncVectorEnv):
     def observe(self) -> tuple[npt.NDArray[np.float32], Infos]:
         """Return the present observations and infos, in the form returned by `reset`."""
         return self._present_observations(), self._infos()
-
-    # -- details ----------------------------------------------------------------------------------------------------
 
     def _present_observations(self) -> npt.NDArray[np.float32]:
         goals = np.array([self._counters[name] for name in self._task.goal_names]).T / self._goal_scales

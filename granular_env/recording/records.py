@@ -177,9 +177,6 @@ def _packed_fields(data: bytes) -> list[np.ndarray]:
     return found
 
 
-# -- bits and digests ------------------------------------------------------------------------------------------------------
-
-
 def value_bits(values: np.ndarray | float) -> bytes:
     """Return the bits of a number or an array for comparison and hashing."""
     return np.ascontiguousarray(values).tobytes()

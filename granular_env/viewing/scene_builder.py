@@ -207,9 +207,6 @@ def _balances_to_show(balances: Iterable[BalanceNames], variables: Mapping[str, 
     )
 
 
-# -- shapes --------------------------------------------------------------------------------------------------------------
-
-
 def _read_shapes(source: SceneSource) -> tuple[tuple[Motion, ...], tuple[MeshFrames, ...]]:
     """Return the particles and cells for which an output can be read."""
     motions = (_read_motion(source, points) for points in visible_points(source.drawables))
@@ -295,9 +292,6 @@ def _to_vectors(displacement: FloatArray | None) -> FloatArray | None:
         if displacement is None
         else to_three_columns(displacement if displacement.ndim == 3 else displacement[..., np.newaxis])
     )
-
-
-# -- notes ------------------------------------------------------------------------------------------------------------------
 
 
 def _scene_notes(log: Any, scene_data: SceneData) -> Iterator[str]:

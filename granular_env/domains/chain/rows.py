@@ -69,8 +69,6 @@ class ChainRows:
                 self.update_batch(k)
             self._kept, self._first_row = np.zeros((rows.stop - rows.start, self.tables.shape[2])), rows.start
 
-    # -- for tasks ----------------------------------------------------------------------------------------------------
-
     @property
     def input_work(self) -> FloatArray:
         """Return the work done by inputs and boundaries since the reset, shape (chains,) [J]."""
@@ -104,8 +102,6 @@ class ChainRows:
         found = np.empty((len(self.tables), size))
         kernel(self._law, self.tables, *arguments, found)
         return found[self._chosen]
-
-    # -- for batches --------------------------------------------------------------------------------------------------
 
     @property
     def time(self) -> FloatArray:

@@ -35,9 +35,6 @@ def entity_path(place: str, name: str) -> str:
     return place + rr.escape_entity_path_part(name)
 
 
-# -- links --------------------------------------------------------------------------------------------------------------
-
-
 def send_links(recording: Any, motion: Motion, positions: npt.NDArray[Any], eye: FloatArray, when: list[Any]) -> None:
     """Send the cracks of the frames and, unless they would hide the particles, the intact links.
 
@@ -119,9 +116,6 @@ def _send_strips(
         strips=strips.astype(np.float32), colors=colours, radii=np.full(len(strips), radius, np.float32)
     )
     recording.send_columns(path, when, lines.partition(counts))
-
-
-# -- cells --------------------------------------------------------------------------------------------------------------
 
 
 def cells_path(mesh: MeshFrames) -> str:

@@ -42,9 +42,6 @@ class ImpulseTarget(NamedTuple):
     duration: float
 
 
-# -- the smooth counterpart -------------------------------------------------------------------------------------------
-
-
 @jit
 def _integer_power(x, constants):
     """x^p, by squaring."""
@@ -94,9 +91,6 @@ def _pullback(chain, adjoint, step, steps, inputs, input_adjoint, constants, slo
     adjoint.rows[U, n + 1] -= slope * tangent
     adjoint.rows[REST_OVERLAP, n] += slope * tangent
     adjoint.rows[STIFFNESS, n] += slope * force / chain.rows[STIFFNESS, n]
-
-
-# -- task and environment ---------------------------------------------------------------------------------------------
 
 
 class ProtectionTask(DrivenEndTask):
