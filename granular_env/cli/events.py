@@ -149,13 +149,7 @@ def _event_row(
 
 
 def event_summary(events: Sequence[Event], earlier: Sequence[Event], start: float) -> str:
-    """Return the number of events of each kind as text.
-
-    Args:
-        events: events of a log, or of a run.
-        earlier: events before the log.
-        start: start of the log [s].
-    """
+    """Return the number of events of each kind as text; `earlier` ones happened before the log, which starts at `start` [s]."""
     if not earlier:
         return f"{count_text(len(events), 'event')}: {_kind_counts(events)}"
     here = f"{count_text(len(events), 'event')} in this log: {_kind_counts(events)}" if events else "no event in this log"

@@ -29,13 +29,7 @@ _PAPER, _INK, _PALE, _ZERO = (255, 255, 255), (40, 40, 48), (205, 205, 212), "#e
 
 
 def draw_state(component: Component, task: Task, target: FloatArray | None = None) -> npt.NDArray[np.uint8]:
-    """Return a picture of the present state, shape (360, 960, 3), uint8.
-
-    Args:
-        component: component to draw.
-        task: supplies names and scales.
-        target: target value of the colouring quantity of each particle; None without targets.
-    """
+    """Return a picture of the present state, shape (360, 960, 3), uint8; `target` is the wanted value at each particle."""
     image = Image.new("RGB", (WIDTH, HEIGHT), _PAPER)
     pen = ImageDraw.Draw(image)
     pen.text((_MARGIN, 24), _caption(component, task), _INK, anchor="lm", font_size=_LETTERS)

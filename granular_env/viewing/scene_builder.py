@@ -109,14 +109,7 @@ def require_log(log: Any) -> None:
 def load_scene(
     log: Any, frames: int = MAXIMUM_FRAMES, progress: Callable[[float], None] | None = None, colour: str | None = None
 ) -> SceneData:
-    """Return at most `frames` frames of a log, and all its scalar outputs and inputs, thinned.
-
-    Args:
-        log: an open log.
-        frames: largest number of frames.
-        progress: called with the completed fraction, 0 to 1.
-        colour: a recorded output that colours the shapes; default: the output that the component names.
-    """
+    """Return at most `frames` frames of a log, and all its scalar outputs and inputs, thinned; `colour` as in `save_rrd`."""
     progress = progress or (lambda part: None)
     source = _log_source(log, colour, lambda clock, size: pick_evenly(len(clock), max(2, min(frames, MAXIMUM_POINTS // size))))
     shapes = _read_shapes(source)

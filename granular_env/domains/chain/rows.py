@@ -145,13 +145,7 @@ class ChainRows:
         self.components[k].set_progress(int(self._ticks[k]), held)
 
     def advance_chains(self, inputs: Mapping[str, FloatArray], ticks: int, moving: npt.NDArray[np.bool_]) -> dict[int, str]:
-        """Advance the moving chains; return the error messages of chains that failed and kept their states.
-
-        Args:
-            inputs: name -> value for each chain.
-            ticks: number of ticks.
-            moving: mask of the chains to advance.
-        """
+        """Advance the chains in the mask `moving`; return the error messages of chains that failed and kept their states."""
         before, done, errors = self._inputs.copy(), moving.copy(), dict[int, str]()
         for name, values in inputs.items():
             np.copyto(self._inputs[:, _SIDES[name.partition("_")[0]]], values, where=moving)

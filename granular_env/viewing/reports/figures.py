@@ -60,11 +60,6 @@ def draw_report(
 ) -> tuple[SceneData, dict[str, CaptionedFigure]]:
     """Return the scene data of a log, and its figures by file name, in the order of the page.
 
-    Args:
-        log: an open log.
-        choice: the user's choice.
-        progress: called with the completed fraction.
-
     Raises:
         ParameterError: as in `ReportChoice.check_log`, or a time or place outside the log.
     """
