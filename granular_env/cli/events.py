@@ -66,9 +66,8 @@ def events(
             print(_near_miss_json(opened, ratios) if as_json else _near_miss_text(opened, ratios, kind))
             return Status.DONE
     if as_json:
-        rows, rows_before = (
-            [_event_row(event, step_size, details, drawables) for event in some] for some in (found, earlier or [])
-        )
+        rows = [_event_row(event, step_size, details, drawables) for event in found]
+        rows_before = [_event_row(event, step_size, details, drawables) for event in earlier or []]
         before = {"earlier_events": None if earlier is None else rows_before}
         print(json.dumps({"kinds": kinds, "events": rows, **before, "conclusions": conclusions}, indent=2))
         return Status.DONE

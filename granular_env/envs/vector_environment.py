@@ -80,9 +80,8 @@ class ComponentVectorEnv(SyncVectorEnv):
         self._memories = np.stack([one.memory for one in self.envs])
         self._commands = self._memories[:, COMMANDS:]
         self._counters: dict[str, Any] = {name: np.zeros(self.num_envs) for name in self._task.counter_names}
-        self._rows: Any = find_domain(first.component.name).load_offer("rows")(
-            [one.component for one in self.envs], is_batch=True
-        )
+        make_rows = find_domain(first.component.name).load_offer("rows")
+        self._rows: Any = make_rows([one.component for one in self.envs], is_batch=True)
         for k, one in enumerate(self.envs):
             one.memory, one.component = self._memories[k], self._rows.components[k]
             one.bind_memory()

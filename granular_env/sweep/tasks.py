@@ -96,9 +96,8 @@ def _sample_points(plan: Plan) -> Iterator[tuple[tuple[Any, ...], int]]:
     samples: list[tuple[Any, ...]] = [()]
     if plan.samples is not None:
         drawn = plan.samples.distributions.items()
-        samples = list(
-            zip(*(sample_values(one, key, plan.samples.seed, plan.samples.count) for key, one in drawn), strict=True)
-        )
+        columns = [sample_values(one, key, plan.samples.seed, plan.samples.count) for key, one in drawn]
+        samples = list(zip(*columns, strict=True))
     for point, (sample, values) in itertools.product(itertools.product(*grid), enumerate(samples)):
         yield (*point, *values), sample
 

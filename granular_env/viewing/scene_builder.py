@@ -280,11 +280,9 @@ def _find_variable(source: SceneSource, name: str) -> Variable:
 
 def _to_vectors(displacement: FloatArray | None) -> FloatArray | None:
     """Return displacements along x, shape (frames, n), or vectors as 3D vectors (frames, n, 3); None for None."""
-    return (
-        None
-        if displacement is None
-        else to_three_columns(displacement if displacement.ndim == 3 else displacement[..., np.newaxis])
-    )
+    if displacement is None:
+        return None
+    return to_three_columns(displacement if displacement.ndim == 3 else displacement[..., np.newaxis])
 
 
 def _scene_notes(log: Any, scene_data: SceneData) -> Iterator[str]:
