@@ -87,12 +87,10 @@ def _component_name(model: type[BaseModel]) -> str:
 def component_facts(name: str, parameters: dict[str, Any]) -> dict[str, Any]:
     """Return the description of a component as JSON values."""
     kind = catalogue.component_class(name)
-    variables = [v for v in make_example(name, parameters).variables.values() if v.causality != "parameter"]
+    variables = make_example(name, parameters).variables.values()
     facts: dict[str, Any] = {"name": name, "version": kind.version, "description": first_sentence(kind.__doc__ or "")}
-    offered = find_domain(name).load_attribute("environments") or {}
     facts["events"] = dict(kind.event_kinds)
-    native = find_domain(name).rows is not None
-    facts["environments"] = [{"name": registered, "native_batch": native} for registered in offered]
+    facts["environments"] = [{"name": one, "native_batch": text != _NO_BATCH} for one, text in _component_environments(name)]
     facts["parameters"] = _parameter_facts(kind.Parameters)
     for causality in ("input", "output"):
         facts[f"{causality}s"] = [_variable_facts(v) for v in variables if v.causality == causality]
@@ -111,10 +109,9 @@ def _variable_remarks(variable: Variable) -> str:
 
 def _variable_facts(variable: Variable) -> dict[str, Any]:
     """Return the declaration of a variable as JSON values with FMI's attribute names; infinite bounds are null."""
-    facts = {
-        key: getattr(variable, key) for key in ("name", "unit", "state", "description", "variability", "initial", "nominal")
-    }
-    bounds = {key: getattr(variable, key) for key in ("minimum", "maximum")}
+    keys = ("name", "unit", "state", "description", "variability", "initial", "nominal")
+    facts = {key: getattr(variable, key) for key in keys}
+    bounds = {"minimum": variable.minimum, "maximum": variable.maximum}
     facts |= {key: bound if math.isfinite(bound) else None for key, bound in bounds.items()}
     return {**facts, "shape": list(variable.shape), "axes": list(variable.axes), "start": np.asarray(variable.start).tolist()}
 
@@ -143,27 +140,26 @@ def _short_default(field: FieldInfo) -> str:
         return default_text(field)
     if isinstance(value, BaseModel):
         value = value.model_dump(exclude_defaults=True, exclude_none=True)
-    text = value_text(value if value.keys() != {"name"} else value["name"])
-    return text if value else "{}"
+    return value_text(value if value.keys() != {"name"} else value["name"]) if value else "{}"
 
 
 def _chosen_tables(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, str, type[Parameters]]]:
     """Yield tables chosen by name, as (parameter, name, model), including those within tables."""
     for key, field in model.model_fields.items():
-        for place, choices in _field_choices(model, key):
-            for choice, table in choices.items():
-                yield f"{prefix}{key}{place}", choice, table
-                yield from _chosen_tables(table, f"{prefix}{key}{place}.")
+        for place, choice, table in _field_choices(model, key):
+            yield f"{prefix}{key}{place}", choice, table
+            yield from _chosen_tables(table, f"{prefix}{key}{place}.")
         for place, table in _field_tables(field):
             yield from _chosen_tables(table, f"{prefix}{key}{place}.")
 
 
-def _field_choices(model: type[BaseModel], key: str) -> list[tuple[str, Mapping[str, type[Parameters]]]]:
-    """Return the named tables of a field or of its elements, with their locations; see `_parts_of_type`."""
+def _field_choices(model: type[BaseModel], key: str) -> list[tuple[str, str, type[Parameters]]]:
+    """Return location, name and table of each named table of a field or of its elements; see `_parts_of_type`."""
     if key in (own := table_choices(model)):
-        return [("", own[key])]
+        return [("", choice, table) for choice, table in own[key].items()]
     found = _parts_of_type(model.model_fields[key].annotation)
-    return [(place, part.choices) for place, part in found if isinstance(part, Choices)]
+    chosen = [(place, part.choices) for place, part in found if isinstance(part, Choices)]
+    return [(place, choice, table) for place, choices in chosen for choice, table in choices.items()]
 
 
 def _field_tables(field: FieldInfo) -> list[tuple[str, type[Parameters]]]:
@@ -195,15 +191,12 @@ def _parameter_facts(model: type[BaseModel]) -> list[dict[str, Any]]:
     """Return the parameters of a model as JSON values; parameters that are tables have nested `parameters` and `choices`."""
     found = []
     for key, field in model.model_fields.items():
-        facts: dict[str, Any] = {
-            "name": key, "unit": field_unit(field), "default": default_text(field), "description": field.description or "",
-        }  # fmt: skip
+        facts: dict[str, Any] = {"name": key, "unit": field_unit(field), "default": default_text(field)}
+        facts["description"] = field.description or ""
         if further := [one for _, table in _field_tables(field) for one in _parameter_facts(table)]:
             facts["parameters"] = further
-        if choices := {choice: table for _, some in _field_choices(model, key) for choice, table in some.items()}:
-            facts["choices"] = {
-                choice: {"description": first_sentence(table.__doc__ or ""), "parameters": _parameter_facts(table)}
-                for choice, table in choices.items()
-            }
+        for _, choice, table in _field_choices(model, key):
+            text = first_sentence(table.__doc__ or "")
+            facts.setdefault("choices", {})[choice] = {"description": text, "parameters": _parameter_facts(table)}
         found.append(facts)
     return found

@@ -24,10 +24,6 @@ def replace_file(path: str | os.PathLike[str], kind: type[GranularError] = Granu
 
     The folder is created if necessary. Through a symbolic link its target is replaced.
 
-    Args:
-        path: the file to write; an existing file is kept until the new one is complete.
-        kind: class of the error.
-
     Raises:
         ParameterError: the path exists and is not a regular file.
         GranularError: of class `kind`; the disk is full, or the folder is not writable.
@@ -94,10 +90,6 @@ def require_writable(path: str | os.PathLike[str], kind: type[GranularError] = G
     """Return the target of a path, links followed, if its folder is writable or can be created; create nothing.
 
     Long computations call this first, so that a wrong path is reported before the work.
-
-    Args:
-        path: the file that will be written.
-        kind: class of the error.
 
     Raises:
         ParameterError: the path is not a regular file, or the name contains a zero byte.

@@ -248,10 +248,7 @@ def _step_to_tick(component: Component, stop: int, inputs: Inputs) -> None:
 def _next_piece_ticks(piece: int, done: int, took: float) -> int:
     """Return the number of ticks of the next piece: more after a fast complete piece, half as many after a slow piece.
 
-    Args:
-        piece: planned ticks.
-        done: completed ticks.
-        took: wall time of the piece, relative to the intended wall time.
+    Of the `piece` planned ticks, `done` were completed; `took` is the wall time relative to the intended wall time.
     """
     if took > 2.0:
         return max(1, piece // 2)

@@ -66,9 +66,8 @@ def events(
             print(_near_miss_json(opened, ratios) if as_json else _near_miss_text(opened, ratios, kind))
             return Status.DONE
     if as_json:
-        rows, rows_before = (
-            [_event_row(event, step_size, details, drawables) for event in some] for some in (found, earlier or [])
-        )
+        rows = [_event_row(event, step_size, details, drawables) for event in found]
+        rows_before = [_event_row(event, step_size, details, drawables) for event in earlier or []]
         before = {"earlier_events": None if earlier is None else rows_before}
         print(json.dumps({"kinds": kinds, "events": rows, **before, "conclusions": conclusions}, indent=2))
         return Status.DONE
@@ -149,13 +148,7 @@ def _event_row(
 
 
 def event_summary(events: Sequence[Event], earlier: Sequence[Event], start: float) -> str:
-    """Return the number of events of each kind as text.
-
-    Args:
-        events: events of a log, or of a run.
-        earlier: events before the log.
-        start: start of the log [s].
-    """
+    """Return the number of events of each kind as text; `earlier` ones happened before the log, which starts at `start` [s]."""
     if not earlier:
         return f"{count_text(len(events), 'event')}: {_kind_counts(events)}"
     here = f"{count_text(len(events), 'event')} in this log: {_kind_counts(events)}" if events else "no event in this log"

@@ -10,13 +10,7 @@ from granular_env.components.errors import ExperimentError
 
 
 class Kind(NamedTuple):
-    """A kind of document.
-
-    Attributes:
-        words: name of the kind in messages.
-        command: command that runs a document of this kind.
-        keys: top-level keys, at least one of which is in each file of this kind.
-    """
+    """A kind of document: its name, its command, and top-level keys, at least one of which is in each file of this kind."""
 
     words: str
     command: str

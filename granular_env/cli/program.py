@@ -52,14 +52,7 @@ click.version_option(package_name="granular-env", message="%(prog)s %(version)s"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command.
-
-    Args:
-        arguments: command-line arguments; default: the arguments of the process.
-
-    Returns:
-        The exit status, a `Status`.
-    """
+    """Run one command, by default that of the process's arguments, and return its exit status, a `Status`."""
     if instruction := os.environ.get(VARIABLE):
         return shell_complete(program, {}, PROGRAM, VARIABLE, instruction)
     given = list(sys.argv[1:] if arguments is None else arguments) or ["--help"]

@@ -80,8 +80,6 @@ class Problem:
         except (OSError, TypeError):
             return ""
 
-    # -- batches ----------------------------------------------------------------------------------------------------------
-
     def returns(self, drives: FloatArray, seeds: Sequence[int]) -> tuple[FloatArray, npt.NDArray[np.int64]]:
         """Return mean returns and simulated control steps, both (members,), for drives of shape (members, steps, entries)."""
         actions = np.repeat(drives, len(seeds), axis=0)
@@ -118,8 +116,6 @@ class Problem:
 
         return make_batch(self._make_env, count, autoreset_mode="SameStep", **self._arguments)
 
-    # -- single episodes --------------------------------------------------------------------------------------------------
-
     def baselines(self) -> Mapping[str, Policy]:
         """Return the reference policies, which always include "nothing"."""
         return {"nothing": OpenLoop(np.zeros((self.steps, self.entries))), **self.env.task.baselines()}
@@ -154,9 +150,6 @@ class Problem:
         Available only if `gradient_runs` is not 0. `StepError` if the physics breaks down under the drive.
         """
         return self._gradients.value_and_grad(self.env, drive, seeds, self.stage)
-
-
-# -- names ----------------------------------------------------------------------------------------------------------------
 
 
 def environment_names() -> dict[str, str]:

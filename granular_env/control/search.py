@@ -90,9 +90,8 @@ class Search:
         """
         known = self.problem.baselines()
         if name not in known:
-            raise ExperimentError(
-                f"got {name!r}", expected="a baseline of this task", hint=spelling_hint(name, known), at="begin"
-            )
+            hint = spelling_hint(name, known)
+            raise ExperimentError(f"got {name!r}", expected="a baseline of this task", hint=hint, at="begin")
         if self.remaining_steps < self.problem.steps:
             raise BudgetSpentError
         self.count_steps(self.problem.steps)

@@ -18,12 +18,7 @@ _LARGEST_FILE = 16 * 2**20
 
 
 def find_file(source: Any, kind: str, shelf: str) -> Path:
-    """Return the file for a shipped name or a path.
-
-    Args:
-        source: the name or the path.
-        kind: name of the kind of document in messages, such as "experiment".
-        shelf: kind of shipped files, as in `shipped_files`.
+    """Return the file for a path, or for a shipped name (see `shipped_files`); `kind` of document is for messages.
 
     Raises:
         ExperimentError: the file does not exist.

@@ -121,9 +121,8 @@ def _make_override(key: Any, value: Any, text: str | None = None) -> Override:
     shown = toml_value(value) if isinstance(value, str | bool | float) else one_line(value)
     override = Override(parts, value, text or f"{key}={shown}")
     if not all(parts) or not parts:
-        raise _override_error(
-            override, f"got the key {one_line(key)}, expected names separated by dots, such as component.grains"
-        )
+        came = f"got the key {one_line(key)}, expected names separated by dots, such as component.grains"
+        raise _override_error(override, came)
     return override
 
 

@@ -19,12 +19,7 @@ from granular_env.terminal_text import align_columns, wrap_text
 
 
 def describe_environment(name: str, arguments: Mapping[str, Any]) -> str:
-    """Return a description of an environment: its facts, and the sections of its docstring.
-
-    Args:
-        name: registered name.
-        arguments: arguments that differ from the defaults; spaces may depend on them.
-    """
+    """Return a description of an environment: its facts, and the sections of its docstring."""
     facts = environment_facts(name, arguments)
     shown = {**facts, "control_step": f"{facts['control_step']:.6g} s"}
     rows = [(key.replace("_", " "), str(value)) for key, value in shown.items() if not isinstance(value, dict)]

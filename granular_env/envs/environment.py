@@ -151,8 +151,6 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         vars(self).update(state)
         self.bind_memory()
 
-    # -- Gymnasium --------------------------------------------------------------------------------------------------
-
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict[str, Any]]:
         """Start an episode; see the class.
 
@@ -231,8 +229,6 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             return None
         return draw_state(self.component, self.task, self.task.target_profile(int(self.memory[ELAPSED])))
 
-    # -- saved states -----------------------------------------------------------------------------------------------
-
     def observe(self) -> tuple[Observation, dict[str, Any]]:
         """Return the present observation and info in the form returned by `reset`, for instance after `restore`."""
         seen = self._read_outputs()
@@ -262,8 +258,6 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             self._replace_component(ready)
             self.np_random.bit_generator.state, self._origin = random, state.origin
         self._bytes[:], self.task.counters = state.memory, dict(state.counters)
-
-    # -- details ----------------------------------------------------------------------------------------------------
 
     def _rebuild_component(self, sampled: Drawn) -> Ready:
         """Return the component and the task for sampled parameters."""

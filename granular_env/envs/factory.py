@@ -77,14 +77,7 @@ def refuse_repeated_parameters(arguments: Mapping[str, Any]) -> None:
 
 
 def refuse_early_deadline(deadline: int | None, least: int, duration: float, reason: str, at: str = "deadline") -> None:
-    """Refuse a deadline before the earliest possible effect of the agent; None is no deadline.
-
-    Args:
-        deadline: control steps of an episode.
-        least: control steps until the earliest arrival.
-        duration: duration of a control step [s].
-        reason: reason for this number of steps.
-        at: argument at fault.
+    """Refuse a deadline before control step `least`, the agent's earliest possible effect; None is no deadline.
 
     Raises:
         ParameterError: the deadline is less than `least`.

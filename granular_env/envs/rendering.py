@@ -29,13 +29,7 @@ _PAPER, _INK, _PALE, _ZERO = (255, 255, 255), (40, 40, 48), (205, 205, 212), "#e
 
 
 def draw_state(component: Component, task: Task, target: FloatArray | None = None) -> npt.NDArray[np.uint8]:
-    """Return a picture of the present state, shape (360, 960, 3), uint8.
-
-    Args:
-        component: component to draw.
-        task: supplies names and scales.
-        target: target value of the colouring quantity of each particle; None without targets.
-    """
+    """Return a picture of the present state, shape (360, 960, 3), uint8; `target` is the wanted value at each particle."""
     image = Image.new("RGB", (WIDTH, HEIGHT), _PAPER)
     pen = ImageDraw.Draw(image)
     pen.text((_MARGIN, 24), _caption(component, task), _INK, anchor="lm", font_size=_LETTERS)
@@ -86,10 +80,8 @@ def _draw_bodies(
         return (WIDTH / 2, row) + (reference[:, :2] + shift - 0.5 * (low + high)) * (pixels, -pixels)
 
     for one in cells:
-        nodes, values = (
-            pixel_positions(one.nodes, one.displacement),
-            _scale_values(component, task, one.field, component.get(one.field)),
-        )
+        nodes = pixel_positions(one.nodes, one.displacement)
+        values = _scale_values(component, task, one.field, component.get(one.field))
         whole = values if len(values) == len(one.connectivity) else values[one.connectivity].mean(axis=1)
         for corner, colour in zip(nodes[one.connectivity], value_colours(whole), strict=True):
             pen.polygon([tuple(place) for place in corner.tolist()], colour)
@@ -107,15 +99,13 @@ def _scale_values(component: Component, task: Task, name: str, values: FloatArra
     return values / (task.observations.get(name) or float(np.abs(component.get(name)).max()) or 1.0)
 
 
-def _draw_graph(
-    pen: ImageDraw.ImageDraw, columns: FloatArray, values: FloatArray, colours: list[Colour], radius: float
-) -> None:
+def _draw_graph(pen: ImageDraw.ImageDraw, x: FloatArray, values: FloatArray, colours: list[Colour], radius: float) -> None:
     """Draw a dot for each value in units of the scale, and lines at 0 and at the scale."""
     for level, colour in ((-1, _PALE), (0, _INK), (1, _PALE)):
         row = _GRAPH_ROW - level * _GRAPH_REACH
         pen.line((_MARGIN, row, WIDTH - _MARGIN, row), colour)
     rows = _GRAPH_ROW - np.clip(values, -1.0, 1.0) * _GRAPH_REACH
-    _draw_discs(pen, np.stack([columns, rows], axis=1), np.full(len(columns), radius), colours)
+    _draw_discs(pen, np.stack([x, rows], axis=1), np.full(len(x), radius), colours)
 
 
 def _draw_discs(pen: ImageDraw.ImageDraw, places: FloatArray, radii: FloatArray, colours: list[Colour]) -> None:

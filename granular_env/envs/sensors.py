@@ -111,9 +111,8 @@ def _observed_elements(observe: Any, component: Component, task: Task) -> Iterat
     scales |= {element.name: scale for element, scale in own}
     for name, places in observe.items():
         if name not in scales:
-            raise ParameterError(
-                f"no output {one_line(name)} with a scale", hint=spelling_hint(str(name), scales), at="observe"
-            )
+            hint = spelling_hint(str(name), scales)
+            raise ParameterError(f"no output {one_line(name)} with a scale", hint=hint, at="observe")
         if isinstance(places, str) and places == _EVERYTHING:
             yield name, None, scales[name]
             continue

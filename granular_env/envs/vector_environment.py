@@ -80,9 +80,8 @@ class ComponentVectorEnv(SyncVectorEnv):
         self._memories = np.stack([one.memory for one in self.envs])
         self._commands = self._memories[:, COMMANDS:]
         self._counters: dict[str, Any] = {name: np.zeros(self.num_envs) for name in self._task.counter_names}
-        self._rows: Any = find_domain(first.component.name).load_attribute("rows")(
-            [one.component for one in self.envs], is_batch=True
-        )
+        make_rows = find_domain(first.component.name).load_attribute("rows")
+        self._rows: Any = make_rows([one.component for one in self.envs], is_batch=True)
         for k, one in enumerate(self.envs):
             one.memory, one.component = self._memories[k], self._rows.components[k]
             one.bind_memory()
@@ -126,8 +125,6 @@ class ComponentVectorEnv(SyncVectorEnv):
     def __setstate__(self, state: dict[str, Any]) -> None:
         vars(self).update(state)
         self._gather_memories()
-
-    # -- Gymnasium --------------------------------------------------------------------------------------------------
 
     def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> tuple[npt.NDArray[np.float32], Infos]:
         """Start episodes in all environments, or in the environments of `options["reset_mask"]`.
@@ -219,8 +216,6 @@ class ComponentVectorEnv(SyncVectorEnv):
         """Return a picture of the present state of each environment."""
         return self.call("render")
 
-    # -- saved states -----------------------------------------------------------------------------------------------
-
     def save(self, environments: Iterable[int] | None = None) -> list[EnvState]:
         """Return the states of the environments with these numbers, or of all; single environments also accept these states."""
         return [one.save() for one in self._update_environments(environments)]
@@ -243,8 +238,6 @@ class ComponentVectorEnv(SyncVectorEnv):
     def observe(self) -> tuple[npt.NDArray[np.float32], Infos]:
         """Return the present observations and infos, in the form returned by `reset`."""
         return self._present_observations(), self._infos()
-
-    # -- details ----------------------------------------------------------------------------------------------------
 
     def _present_observations(self) -> npt.NDArray[np.float32]:
         goals = np.array([self._counters[name] for name in self._task.goal_names]).T / self._goal_scales

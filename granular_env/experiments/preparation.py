@@ -47,11 +47,7 @@ class Prepared:
 
 
 def prepare_experiment(experiment: Experiment, has_trial_step: bool = True) -> Prepared:
-    """Build the component, its start and inputs; check names, units and times.
-
-    Args:
-        experiment: the experiment to prepare.
-        has_trial_step: make one step with the inputs and reset, to find errors that only a step detects.
+    """Build the component, its start and inputs; check names, units and times, and what only a trial step detects.
 
     Raises:
         ExperimentError: names file, table and key, the received and the expected value.

@@ -96,9 +96,8 @@ class StopWatch:
 
 def _check_rule(rule: StopRule, component: Component, place: int) -> None:
     try:
-        variable = rule.element.find_variable(
-            component.variables, f"an output of component {component.name!r}", "output", "input"
-        )
+        expected = f"an output of component {component.name!r}"
+        variable = rule.element.find_variable(component.variables, expected, "output", "input")
     except ParameterError as error:
         raise error.with_outer_location("stop", place, "variable") from None
     if math.prod(variable.shape) == 0:

@@ -51,13 +51,7 @@ def drawable_facts(drawables: Iterable[Drawable]) -> tuple[list[dict[str, str]],
 
 
 def parse_drawables(facts: Any, arrays: Mapping[str, np.ndarray], variables: Mapping[str, Variable]) -> tuple[Drawable, ...]:
-    """Return the drawables from the output of `drawable_facts`; `LogError` for anything else.
-
-    Args:
-        facts: the header's JSON values.
-        arrays: the header's arrays.
-        variables: recorded variables by name; the outputs of a drawable must fit it.
-    """
+    """Return the drawables from the output of `drawable_facts` that fit the variables; `LogError` for anything else."""
     if not isinstance(facts, list):
         raise damage_error("the list of drawables is invalid", "header.drawables")
     found: list[Drawable] = []

@@ -29,13 +29,7 @@ class EventPlace:
 
 
 def event_place(index: int | None, detail: EventDetail | None, drawables: Sequence[Drawable]) -> EventPlace | None:
-    """Return the place of events with an index; None if the kind of event has no drawable.
-
-    Args:
-        index: index of the events; None without an index.
-        detail: details of the kind of event; None without details.
-        drawables: drawables of the component.
-    """
+    """Return the place of events with an index; None if the kind of event has no drawable."""
     by_name = {one.name: one for one in drawables}
     drawn = by_name.get(detail.counts) if detail is not None else None
     if index is None or drawn is None or index >= element_count(drawn):

@@ -82,8 +82,6 @@ class Log(RecordReader):
         size = f"{count_text(self.calls, 'call')}, {count_text(self.end_tick - self.start_tick, 'tick')}, {self.duration:g} s"
         return f"<Log {str(self.path)!r}: {self.header.get('component')}, {size}, {state}>"
 
-    # -- header ---------------------------------------------------------------------------------------------------
-
     @property
     def complete(self) -> bool:
         """Return whether the log was closed; otherwise its writer was killed."""
@@ -186,8 +184,6 @@ class Log(RecordReader):
             pass
         raise damage_error("the details of the kinds of events are invalid", "header.event_details", self.path)
 
-    # -- frames -----------------------------------------------------------------------------------------------------
-
     def ticks(self, name: str) -> np.ndarray:
         """Return the ticks of the frames of a variable in the log's time, shape (frames,), int64."""
         parts = [self.log_tick(row[SEGMENT], self.frames(row, name)[0]) for row in self.frame_rows(name)]
@@ -242,8 +238,6 @@ class Log(RecordReader):
 
         return make_dataset(self)
 
-    # -- inputs, steps, snapshots -----------------------------------------------------------------------------------
-
     def input_intervals(self, name: str) -> Iterator[InputInterval]:
         """Yield the intervals and held values of an input in order, without sampling, for inputs of any size."""
         for segment in self.segments:
@@ -270,8 +264,6 @@ class Log(RecordReader):
             raise self._outside_error(time)
         segment = next(s for s in reversed(self.segments) if self.log_tick(s.number, s.start) <= tick)
         return segment, tick - self.log_tick(segment.number, 0)
-
-    # -- running again ----------------------------------------------------------------------------------------------
 
     def component(self) -> Component:
         """Return a new component with the log's parameters, in the state at the log's start.
@@ -307,8 +299,6 @@ class Log(RecordReader):
             return make_branch(self, at)
         except ParameterError as error:
             raise error.with_argument("time", "at") from None
-
-    # -- details ----------------------------------------------------------------------------------------------------
 
     def _outside_error(self, time: float) -> ParameterError:
         first, last = self.start_tick * self.step_size, self.end_tick * self.step_size

@@ -114,8 +114,6 @@ class RecordReader:
             raise damage_error("the list of possible events is invalid", "header.event_kinds", self.path)
         return kinds
 
-    # -- rows and times ---------------------------------------------------------------------------------------------
-
     def log_tick(self, segment: int, tick: Any) -> Any:
         """Return the tick in the log's time (concatenated segments) for one or more ticks of a segment."""
         own = self.index.all_segments[int(segment)]
@@ -140,8 +138,6 @@ class RecordReader:
             raise ParameterError(f"got {one_line(name)}", expected="a recorded variable", hint=hint, at="variable")
         rows = self.rows(FRAMES)
         return rows[rows[:, DETAIL] == names.index(name)]
-
-    # -- records of rows --------------------------------------------------------------------------------------------
 
     def read_record(self, row: np.ndarray) -> Record:
         """Return the record of an index row; `LogError` if the file contains a different record there."""

@@ -119,8 +119,6 @@ class Recorder:
         end = self._message_time(self._batches[-1].place, self._tick) * 1e-9
         return f"log: {str(self.path)!r} is complete until {end:.9g} s"
 
-    # -- observing, in the stepping thread ------------------------------------------------------------------------------
-
     def on_reset(self, component: Component) -> None:
         """Start a new segment, or restart the last segment if it is empty."""
         with self._lock:
@@ -295,8 +293,6 @@ class Recorder:
             batch = self._batches[-1]
             if not batch.is_bare_start:
                 batch.snapshots.append((self._tick, END, component.save()))
-
-    # -- the writing thread ---------------------------------------------------------------------------------------------
 
     def _write_until_closed(self) -> None:
         try:

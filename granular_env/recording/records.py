@@ -107,12 +107,7 @@ def encode_record(record: Record) -> bytes:
 
 
 def decode_record(data: bytes, kind: int, text_limit: int | None = None) -> Record:
-    """Return the record in a message.
-
-    Args:
-        data: the message.
-        kind: kind of the record according to its topic.
-        text_limit: limit on its JSON text [bytes].
+    """Return the record in a message whose topic states its kind; its JSON text has at most `text_limit` bytes.
 
     Raises:
         LogError: not a message that `encode_record` writes for this kind.
@@ -175,9 +170,6 @@ def _packed_fields(data: bytes) -> list[np.ndarray]:
             raise LogError("a message does not have the layout that granular-env writes", hint=DAMAGED)
         found.append(view[begin:offset])
     return found
-
-
-# -- bits and digests ------------------------------------------------------------------------------------------------------
 
 
 def value_bits(values: np.ndarray | float) -> bytes:

@@ -103,9 +103,6 @@ def least_snapshot_interval(words: int, work: int) -> int:
     return min(_SNAPSHOT_TICKS, max(1, round(wanted / max(work, 1))))
 
 
-# -- the arguments of a recording, checked before any file exists --------------------------------------------------------------
-
-
 def names_to_record(component: Component, variables: Sequence[str] | None) -> list[str]:
     """Return the names to record: the given names, the entries of the balances, and the scalar inputs.
 

@@ -87,9 +87,8 @@ def parse_steps(
             parts[1].extend(values)
         marks.append(record.first + np.cumsum(durations))
         before += len(durations)
-    return StepHistory(
-        np.concatenate(marks), {name: (np.concatenate(places), values) for name, (places, values) in sets.items()}
-    )
+    joined = {name: (np.concatenate(places), values) for name, (places, values) in sets.items()}
+    return StepHistory(np.concatenate(marks), joined)
 
 
 def _parse_inputs(
@@ -99,10 +98,8 @@ def _parse_inputs(
     for label, (name, shape) in enumerate(inputs.items()):
         if f"{label}.steps" not in record.arrays:
             continue
-        places, numbers = (
-            _record_array(record, f"{label}.steps", np.int64),
-            _record_array(record, f"{label}.profiles", np.int64),
-        )
+        places = _record_array(record, f"{label}.steps", np.int64)
+        numbers = _record_array(record, f"{label}.profiles", np.int64)
         values = _record_array(record, f"{label}.values", np.float64, 1 + len(shape))
         sound = len(places) == len(numbers) > 0 and len(values) == (numbers < 0).sum() and values.shape[1:] == shape
         sound = sound and np.isfinite(values).all() and (np.diff(places) > 0).all() and 0 <= places[0]
@@ -115,10 +112,8 @@ def _parse_inputs(
 
 def _add_profiles(record: Record, profiles: list[CompiledProfile], step_size: float) -> None:
     shapes = _record_array(record, "profile_shapes", np.int64, 2)
-    ticks, coefficients = (
-        _record_array(record, "profile_ticks", np.int64),
-        _record_array(record, "profile_coefficients", np.float64),
-    )
+    ticks = _record_array(record, "profile_ticks", np.int64)
+    coefficients = _record_array(record, "profile_coefficients", np.float64)
     if record.header.get("profiles_before") != len(profiles):
         raise damage_error("profiles are missing, duplicated or out of order", "steps")
     pieces = number = 0

@@ -170,9 +170,8 @@ def _store_difference(result: Verification, log: Log, segment: Segment, differen
     when = f"at {result.interval[0]:.12g} s (tick {first})"
     if first != last:
         when = "between {:.12g} s and {:.12g} s".format(*result.interval) + f" (ticks {first} to {last})"
-    result.notes.append(
-        f"{difference.variable}{where} differs {when}" + (f": {difference.reason}" if difference.reason else "")
-    )
+    reason = f": {difference.reason}" if difference.reason else ""
+    result.notes.append(f"{difference.variable}{where} differs {when}{reason}")
 
 
 class Comparison:

@@ -71,13 +71,7 @@ class Engine:
 
 
 def compute_tasks(engine: Engine, tasks: Sequence[Task], time_limit: float | None = None) -> Iterator[Result]:
-    """Yield the results of tasks as they finish; a task whose process or node ended is recomputed a few times.
-
-    Args:
-        engine: the engine.
-        tasks: tasks with distinct hashes.
-        time_limit: wall time limit of a task [s].
-    """
+    """Yield results of tasks with distinct hashes as they finish; recompute tasks whose process or node ended a few times."""
     waiting, attempts, alone_until = deque(tasks), Counter[str](), monotonic() + _ALONE_SECONDS
     running: dict[Any, tuple[Task, float]] = {}
     while waiting or running:

@@ -76,9 +76,8 @@ class Reading:
 
     def unit(self, component: Component) -> str:
         """Return the unit; `ParameterError` if the component has no such variable or element."""
-        variable = self.element.find_variable(
-            component.variables, f"an output of component {component.name!r}", "output", "input"
-        )
+        expected = f"an output of component {component.name!r}"
+        variable = self.element.find_variable(component.variables, expected, "output", "input")
         size, name = math.prod(variable.shape), self.element.name
         if not self.element.index and variable.shape and (self.kind not in ("max", "min") or not size):
             hint = f"give an index, such as {Element(name, (-1,) * len(variable.shape))}, or use max or min"

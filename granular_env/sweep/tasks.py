@@ -41,11 +41,7 @@ class Workload(NamedTuple):
     tasks: list[Task]
 
     def distinct_tasks(self, part: tuple[int, int] = (0, 1)) -> dict[str, Task]:
-        """Return hash -> task for a part of the plan, with equal tasks once.
-
-        Args:
-            part: (i, n): the tasks with number i, i + n, i + 2n, ...; for equal tasks the first number counts.
-        """
+        """Return hash -> task for the tasks i, i + n, i + 2n, ... of a part (i, n); of equal tasks, the first number counts."""
         index, count = part
         first: dict[str, int] = {}
         found: dict[str, Task] = {}
@@ -57,11 +53,6 @@ class Workload(NamedTuple):
 
 def make_workload(plan: Plan, time_limit: float | None = None, allow_large: bool = False) -> Workload:
     """Load the experiment of a plan and its CSV files, and create the tasks.
-
-    Args:
-        plan: the plan.
-        time_limit: wall time limit of a task [s].
-        allow_large: lift the limit on the number of tasks.
 
     Raises:
         ExperimentError: too many tasks, an invalid experiment, or a file that cannot be read.
@@ -105,9 +96,8 @@ def _sample_points(plan: Plan) -> Iterator[tuple[tuple[Any, ...], int]]:
     samples: list[tuple[Any, ...]] = [()]
     if plan.samples is not None:
         drawn = plan.samples.distributions.items()
-        samples = list(
-            zip(*(sample_values(one, key, plan.samples.seed, plan.samples.count) for key, one in drawn), strict=True)
-        )
+        columns = [sample_values(one, key, plan.samples.seed, plan.samples.count) for key, one in drawn]
+        samples = list(zip(*columns, strict=True))
     for point, (sample, values) in itertools.product(itertools.product(*grid), enumerate(samples)):
         yield (*point, *values), sample
 

@@ -77,11 +77,7 @@ class Result:
 
 
 class TaskComputer:
-    """A computer of a job's tasks in this process.
-
-    Args:
-        job: the common data of the tasks.
-        folder: folder with the job's CSV files in ``inputs/``; logs are written to ``logs/``.
+    """A computer of a job's tasks in this process, with CSV files in ``inputs/`` and logs in ``logs/`` of a folder.
 
     Raises:
         SweepError: the code of this process differs from that of the process that started the sweep.

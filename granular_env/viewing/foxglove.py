@@ -51,9 +51,8 @@ def save_foxglove_layout(log: Log, path: str | os.PathLike[str]) -> Path:
 
 def foxglove_layout(log: Log) -> dict[str, Any]:
     """Return the layout for a log in Foxglove's export format; `LogError` if the log has no preview."""
-    plots = {
-        f"Plot!{place}": _plot_panel(topic, names, place) for place, (topic, names) in enumerate(_number_names(log).items())
-    }
+    numbers = enumerate(_number_names(log).items())
+    plots = {f"Plot!{place}": _plot_panel(topic, names, place) for place, (topic, names) in numbers}
     about = {"RawMessages!about": {"topicPath": f"{ABOUT_TOPIC}.data", "diffEnabled": False}}
     scene = {"3D!preview": _scene_panel(log)} if log.drawables else {}
     below = _panel_row([*about, *plots])

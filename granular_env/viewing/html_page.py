@@ -28,11 +28,5 @@ parts: Any = _ENVIRONMENT.get_template("parts.html").module
 
 
 def render_page(title: str, lead: Markup, sections: Sequence[tuple[str, Markup]]) -> str:
-    """Return the whole page.
-
-    Args:
-        title: plain text.
-        lead: parts below the title.
-        sections: heading (plain text) and parts of each section.
-    """
+    """Return the whole page, of a title and section headings as plain text, with parts below them."""
     return _ENVIRONMENT.get_template("report.html").render(title=title, lead=lead, sections=sections)

@@ -109,14 +109,7 @@ def require_log(log: Any) -> None:
 def load_scene(
     log: Any, frames: int = MAXIMUM_FRAMES, progress: Callable[[float], None] | None = None, colour: str | None = None
 ) -> SceneData:
-    """Return at most `frames` frames of a log, and all its scalar outputs and inputs, thinned.
-
-    Args:
-        log: an open log.
-        frames: largest number of frames.
-        progress: called with the completed fraction, 0 to 1.
-        colour: a recorded output that colours the shapes; default: the output that the component names.
-    """
+    """Return at most `frames` frames of a log, and all its scalar outputs and inputs, thinned; `colour` as in `save_rrd`."""
     progress = progress or (lambda part: None)
     source = _log_source(log, colour, lambda clock, size: pick_evenly(len(clock), max(2, min(frames, MAXIMUM_POINTS // size))))
     shapes = _read_shapes(source)
@@ -207,9 +200,6 @@ def _balances_to_show(balances: Iterable[BalanceNames], variables: Mapping[str, 
     )
 
 
-# -- shapes --------------------------------------------------------------------------------------------------------------
-
-
 def _read_shapes(source: SceneSource) -> tuple[tuple[Motion, ...], tuple[MeshFrames, ...]]:
     """Return the particles and cells for which an output can be read."""
     motions = (_read_motion(source, points) for points in visible_points(source.drawables))
@@ -290,14 +280,9 @@ def _find_variable(source: SceneSource, name: str) -> Variable:
 
 def _to_vectors(displacement: FloatArray | None) -> FloatArray | None:
     """Return displacements along x, shape (frames, n), or vectors as 3D vectors (frames, n, 3); None for None."""
-    return (
-        None
-        if displacement is None
-        else to_three_columns(displacement if displacement.ndim == 3 else displacement[..., np.newaxis])
-    )
-
-
-# -- notes ------------------------------------------------------------------------------------------------------------------
+    if displacement is None:
+        return None
+    return to_three_columns(displacement if displacement.ndim == 3 else displacement[..., np.newaxis])
 
 
 def _scene_notes(log: Any, scene_data: SceneData) -> Iterator[str]:

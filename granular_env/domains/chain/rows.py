@@ -69,8 +69,6 @@ class ChainRows:
                 self.update_batch(k)
             self._kept, self._first_row = np.zeros((rows.stop - rows.start, self.tables.shape[2])), rows.start
 
-    # -- for tasks ----------------------------------------------------------------------------------------------------
-
     @property
     def input_work(self) -> FloatArray:
         """Return the work done by inputs and boundaries since the reset, shape (chains,) [J]."""
@@ -104,8 +102,6 @@ class ChainRows:
         found = np.empty((len(self.tables), size))
         kernel(self._law, self.tables, *arguments, found)
         return found[self._chosen]
-
-    # -- for batches --------------------------------------------------------------------------------------------------
 
     @property
     def time(self) -> FloatArray:
@@ -149,13 +145,7 @@ class ChainRows:
         self.components[k].set_progress(int(self._ticks[k]), held)
 
     def advance_chains(self, inputs: Mapping[str, FloatArray], ticks: int, moving: npt.NDArray[np.bool_]) -> dict[int, str]:
-        """Advance the moving chains; return the error messages of chains that failed and kept their states.
-
-        Args:
-            inputs: name -> value for each chain.
-            ticks: number of ticks.
-            moving: mask of the chains to advance.
-        """
+        """Advance the chains in the mask `moving`; return the error messages of chains that failed and kept their states."""
         before, done, errors = self._inputs.copy(), moving.copy(), dict[int, str]()
         for name, values in inputs.items():
             np.copyto(self._inputs[:, _SIDES[name.partition("_")[0]]], values, where=moving)

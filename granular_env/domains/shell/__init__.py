@@ -9,11 +9,7 @@ _HALF = "Half of the tube is computed and drawn (y > 0); the other half is its m
 
 
 def remark(parameters: Mapping[str, Any]) -> str:
-    """Return a remark on the mirror image that a picture of a half tube omits; "" for other bodies.
-
-    Args:
-        parameters: parameters of a `shell`, or of a `tube` with a shell, as plain values; may come unvalidated from a log.
-    """
+    """Return a remark on the mirror image that a picture of a half tube omits; "" for other (also invalid) parameters."""
     shell = parameters.get("shell", parameters)
     body = shell.get("body") if isinstance(shell, Mapping) else None
     return _HALF if isinstance(body, Mapping) and body.get("half") is True else ""

@@ -60,11 +60,6 @@ def draw_report(
 ) -> tuple[SceneData, dict[str, CaptionedFigure]]:
     """Return the scene data of a log, and its figures by file name, in the order of the page.
 
-    Args:
-        log: an open log.
-        choice: the user's choice.
-        progress: called with the completed fraction.
-
     Raises:
         ParameterError: as in `ReportChoice.check_log`, or a time or place outside the log.
     """
@@ -92,9 +87,8 @@ def _scene_pictures(log: Any, scene_data: SceneData, choice: ReportChoice) -> di
     if (shown := plane.load_plane(log, scene_data, choice.times)) is None:
         return {}
     heading = "In space" if scene_data.is_solid else "In the plane"
-    drawn = {
-        "plane": CaptionedFigure(heading, plane.draw_plane(shown), f"{plane.plane_text(shown)} {scene_data.remark}".strip())
-    }
+    caption = f"{plane.plane_text(shown)} {scene_data.remark}".strip()
+    drawn = {"plane": CaptionedFigure(heading, plane.draw_plane(shown), caption)}
     surfaces = [one for one in log.drawables if isinstance(one, Cells) and is_solid(one.nodes)]
     shown_already = {mesh.field_variable.name for mesh in shown.scene.meshes} | {one.state for one in surfaces}
     for name in colouring_outputs(surfaces, recorded_outputs(log)):

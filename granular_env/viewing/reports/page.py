@@ -96,9 +96,8 @@ def _lead_paragraphs(log: Any, scene_data: SceneData) -> Markup:
     metadata = log.metadata
     experiment = metadata.get("experiment") if isinstance(metadata.get("experiment"), dict) else {}
     scale, unit = drawing.time_unit(log.duration)
-    what = (
-        f"{log.duration * scale:.6g} {unit} of component {metadata.get('component')}, {count_text(log.calls, 'call')} of step()"
-    )
+    calls = count_text(log.calls, "call")
+    what = f"{log.duration * scale:.6g} {unit} of component {metadata.get('component')}, {calls} of step()"
     lead = [parts.paragraph(experiment["description"])] if experiment.get("description") else []
     lead += [parts.paragraph(f"From: {experiment['source']}", "dim")] if experiment.get("source") else []
     size = size_text(os.path.getsize(log.path))

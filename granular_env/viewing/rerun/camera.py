@@ -61,9 +61,8 @@ class Camera:
         """Send the camera to the scene."""
         width, height = self._image_size
         place = rr.Transform3D(translation=self.position, mat3x3=_ABOVE if self.is_above else _SIDE)
-        lens = rr.Pinhole(
-            focal_length=self._distance / self.width * width, width=width, height=height, camera_xyz=rr.ViewCoordinates.RDF
-        )
+        length, axes = self._distance / self.width * width, rr.ViewCoordinates.RDF
+        lens = rr.Pinhole(focal_length=length, width=width, height=height, camera_xyz=axes)
         recording.log(self.path, place, lens, static=True)
 
     def make_pane(self, name: str, contents: list[str]) -> Any:

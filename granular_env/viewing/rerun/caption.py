@@ -64,9 +64,8 @@ def _scene_sentences(scene_data: SceneData, scales: Scales) -> Iterator[str]:
 
 def _shape_text(shape: Motion | MeshFrames) -> str:
     if isinstance(shape, MeshFrames):
-        return (
-            f"**{escape_markdown(shape.name.capitalize())}: {len(shape.connectivity)} cells** between {len(shape.nodes)} nodes."
-        )
+        name = escape_markdown(shape.name.capitalize())
+        return f"**{name}: {len(shape.connectivity)} cells** between {len(shape.nodes)} nodes."
     least, largest = f"{shape.radius.min() * 1e3:.4g}", f"{shape.radius.max() * 1e3:.4g}"
     radii = least if least == largest else f"{least} to {largest}"
     links = "".join(f" {len(one.pairs)} {escape_markdown(one.name)} join them." for one in shape.links)

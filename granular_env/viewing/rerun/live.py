@@ -165,8 +165,6 @@ class LiveViewer:
         self._process = process
         return process.url
 
-    # -- the observer -----------------------------------------------------------------------------------------------
-
     def on_reset(self, component: Component) -> None:
         """Start a new history; the viewer's time continues."""
         self._elapsed += self._last_tick - component.tick
@@ -196,8 +194,6 @@ class LiveViewer:
         self._pacing.restart(self._elapsed + component.tick)
         self.next_tick = component.tick + 1
 
-    # -- the end ----------------------------------------------------------------------------------------------------
-
     def close(self) -> None:
         """Send the last state and stop observing. A window stays open; a served page ends (call `wait` before to keep it)."""
         self._component.ignore(self)
@@ -223,8 +219,6 @@ class LiveViewer:
 
     def __exit__(self, *exception: object) -> None:
         self.close()
-
-    # -- details ----------------------------------------------------------------------------------------------------
 
     def _try_to_send_frame(self, component: Component, is_reset: bool) -> None:
         """Send a frame. The failure of a viewer must not stop a run: it is reported once, then nothing more is sent."""

@@ -89,9 +89,8 @@ def send_static(recording: Any, scene_data: SceneData, scales: Scales | None, vi
         for place, (path, curve) in enumerate(zip(plot_paths(plot), plot.curves, strict=True)):
             name, colour = f"{curve.name.replace('_', ' ')} [{curve.unit}]", parse_rgb(PALETTE[place % len(PALETTE)])
             # Rerun's default averages the points on one pixel, which would turn stairs into ramps of other heights.
-            lines = rr.SeriesLines(
-                names=name, colors=colour, widths=2.0, aggregation_policy=rr.components.AggregationPolicy.Off
-            )
+            off = rr.components.AggregationPolicy.Off
+            lines = rr.SeriesLines(names=name, colors=colour, widths=2.0, aggregation_policy=off)
             recording.log(path, lines, static=True)
 
 

@@ -35,9 +35,6 @@ def entity_path(place: str, name: str) -> str:
     return place + rr.escape_entity_path_part(name)
 
 
-# -- links --------------------------------------------------------------------------------------------------------------
-
-
 def send_links(recording: Any, motion: Motion, positions: npt.NDArray[Any], eye: FloatArray, when: list[Any]) -> None:
     """Send the cracks of the frames and, unless they would hide the particles, the intact links.
 
@@ -75,14 +72,8 @@ def send_spokes(recording: Any, motion: Motion, positions: npt.NDArray[Any], eye
     along = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=-1)
     ends = front + _SPOKE_LENGTH * motion.radius[:, None] * along
     spokes = list(np.stack([front, ends], axis=2).astype(np.float32))
-    _send_lines(
-        recording,
-        entity_path("scene/spokes_", motion.name),
-        spokes,
-        _SPOKE,
-        _SPOKE_THICKNESS * float(motion.radius.min()),
-        when,
-    )
+    thickness = _SPOKE_THICKNESS * float(motion.radius.min())
+    _send_lines(recording, entity_path("scene/spokes_", motion.name), spokes, _SPOKE, thickness, when)
 
 
 def _camera_direction(motion: Motion) -> npt.NDArray[np.float64]:
@@ -115,13 +106,9 @@ def _send_strips(
     radius: float,
     when: list[Any],
 ) -> None:
-    lines = rr.LineStrips3D.columns(
-        strips=strips.astype(np.float32), colors=colours, radii=np.full(len(strips), radius, np.float32)
-    )
+    radii = np.full(len(strips), radius, np.float32)
+    lines = rr.LineStrips3D.columns(strips=strips.astype(np.float32), colors=colours, radii=radii)
     recording.send_columns(path, when, lines.partition(counts))
-
-
-# -- cells --------------------------------------------------------------------------------------------------------------
 
 
 def cells_path(mesh: MeshFrames) -> str:

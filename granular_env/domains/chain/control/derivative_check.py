@@ -48,9 +48,8 @@ def check_objective(objective: Objective, chain: Chain, *, steps: int = 8, toler
     note, pullback = _wrap_for_tables(chain, objective.note), _wrap_for_tables(chain, objective.pullback)
     objective = replace(objective, note=note, value=objective.value, pullback=pullback)
     # Among a law's further constants, gradients cover only the dissipation.
-    rows = {
-        name: row for name, row in _ROWS.items() if name != "LAW_CONSTANTS" or isinstance(chain.parameters.law, Dissipative)
-    }
+    is_dissipative = isinstance(chain.parameters.law, Dissipative)
+    rows = {name: row for name, row in _ROWS.items() if name != "LAW_CONSTANTS" or is_dissipative}
     rng = np.random.default_rng(_SEED)
     a, inputs = _random_state(chain, rng), rng.normal(size=2)
     sums = _feature_sums(objective, a, 0, steps, inputs)
@@ -140,9 +139,8 @@ def _check_pullback(
     adjoint, input_adjoint, before = np.zeros_like(a), np.zeros(2), a.copy()
     objective.pullback(a, adjoint, step, steps, inputs, input_adjoint, objective.constants, slopes)
     if not np.array_equal(a, before):
-        raise ParameterError(
-            "it changes `chain`", expected="additions to `adjoint` and `input_adjoint` only", at="objective.pullback"
-        )
+        expected = "additions to `adjoint` and `input_adjoint` only"
+        raise ParameterError("it changes `chain`", expected=expected, at="objective.pullback")
 
     def feature() -> FloatArray:
         return np.array(slopes @ _feature_sums(objective, a, step, steps, inputs))

@@ -117,9 +117,8 @@ class EnergyDeliveryTask(DrivenEndTask):
         middle = self.grains - 0.5 * (self.grains - self._first) - 0.5
         place = min(middle, float(speeds[0]) * self.end.duration * self.end.steps - _ENTRY)
         waves = np.array([[height[0], place, speeds[0]]])
-        return self.open_loop_policies(
-            passing_waves(shapes, waves, self.end.duration, self.end.steps, next(iter(self.actions)))
-        )
+        driven = next(iter(self.actions))
+        return self.open_loop_policies(passing_waves(shapes, waves, self.end.duration, self.end.steps, driven))
 
 
 @environment_factory

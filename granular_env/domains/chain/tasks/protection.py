@@ -42,9 +42,6 @@ class ImpulseTarget(NamedTuple):
     duration: float
 
 
-# -- the smooth counterpart -------------------------------------------------------------------------------------------
-
-
 @jit
 def _integer_power(x, constants):
     """x^p, by squaring."""
@@ -96,9 +93,6 @@ def _pullback(chain, adjoint, step, steps, inputs, input_adjoint, constants, slo
     adjoint.rows[STIFFNESS, n] += slope * force / chain.rows[STIFFNESS, n]
 
 
-# -- task and environment ---------------------------------------------------------------------------------------------
-
-
 class ProtectionTask(DrivenEndTask):
     """Deliver an impulse to a wall with a low peak force. See `make_protection`.
 
@@ -116,9 +110,8 @@ class ProtectionTask(DrivenEndTask):
         super().__init__(chain, end)
         self._chain = chain
         self.unit_scales = {"N": end.actions.get("left_force", self.unit_scales["N"])}
-        self.constants = ImpulseTarget(
-            positive_number("impulse", impulse), positive_number("peak_scale", peak_scale), end.duration
-        )
+        impulse, peak_scale = positive_number("impulse", impulse), positive_number("peak_scale", peak_scale)
+        self.constants = ImpulseTarget(impulse, peak_scale, end.duration)
 
     def begin_rows(self, rows: ChainRows, constants: ImpulseTarget, counters: dict[str, Any]) -> None:
         """Store the wall's force at rest."""

@@ -45,9 +45,6 @@ _NOTHING = 1e-8
 _LARGEST_REACH = 60.0
 
 
-# -- kernels ----------------------------------------------------------------------------------------------------------
-
-
 @inlined
 def _shape_value(shapes, table, x):
     """Return the interpolated table value at distance x from the crest."""
@@ -174,8 +171,6 @@ def compare_with_goals(law, tables, shapes, goals, time_left, windows, energies,
         results[k, 2] = amplitude_error(chain, shapes[k], goal, waves, time_left[k], windows[k])
 
 
-# -- the objective ----------------------------------------------------------------------------------------------------
-
 # Layout of the objective's constants: energy of the wanted waves [J], number of waves, length of a control step [s], weight of
 # the mean distance over all steps; then the goal and the shapes.
 _ENERGY, _WAVES, _DURATION, _WAY, _GOAL = range(5)
@@ -220,9 +215,6 @@ def distance_objective(goal: FloatArray, shapes: FloatArray, energy: float, dura
     constants = np.concatenate([[energy, len(goal) // COLUMNS, duration, way], goal, shapes])
     text = "final squared distance from the wanted waves in the energy norm, divided by their energy"
     return Objective(_add_to_sums, single_sum_value, _pullback, constants, description=text)
-
-
-# -- shapes -----------------------------------------------------------------------------------------------------------
 
 
 def wave_shapes(mass: float, stiffness: float, rest_overlap: float, amplitudes: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -330,9 +322,6 @@ def _velocity_table(shapes: FloatArray, row: int) -> tuple[FloatArray, FloatArra
     return (np.arange(count) - 1.0) / shapes[DENSITY] - shapes[REACH], shapes[table : table + count]
 
 
-# -- drives -----------------------------------------------------------------------------------------------------------
-
-
 def passing_waves(shapes: FloatArray, goal: FloatArray, duration: float, steps: int, action: str) -> FloatArray:
     """Return the drive of the left end that generates solitary waves travelling to their places, shape (steps,).
 
@@ -381,9 +370,6 @@ def _velocity_shape(shapes: FloatArray, row: int) -> tuple[FloatArray, FloatArra
     """Return distances and velocities of a wave on a fine grid, from cubics through the points of the shape."""
     place, velocity = _velocity_table(shapes, row)
     return np.linspace(place[0], place[-1], _FINER * (len(place) - 1) + 1), natural_spline(velocity, _FINER)
-
-
-# -- refusals ---------------------------------------------------------------------------------------------------------
 
 
 def refuse_early_waves(shapes: FloatArray, waves: FloatArray, duration: float, steps: int, name: str = "deadline") -> None:

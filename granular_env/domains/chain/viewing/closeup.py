@@ -52,10 +52,7 @@ def send_closeup(recording: Any, motion: Motion, scales: Scales, colours: npt.ND
     marked = [(frame, place) for frame in range(frames) for place in range(WINDOW) if members[frame, place] % 5 == 0]
     places = np.array([drawn[mark] for mark in marked], dtype=np.float32)
     places[:, 2] -= 1.1 * motion.radius.max()
-    labels = rr.Points3D.columns(
-        positions=places,
-        labels=[str(members[mark]) for mark in marked],
-        radii=np.zeros(len(marked), np.float32),
-    )
+    numbers = [str(members[mark]) for mark in marked]
+    labels = rr.Points3D.columns(positions=places, labels=numbers, radii=np.zeros(len(marked), np.float32))
     counts = np.bincount([frame for frame, _ in marked], minlength=frames)
     recording.send_columns("closeup/grain_numbers", when, labels.partition(counts))
