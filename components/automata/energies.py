@@ -80,13 +80,7 @@ def _division_energy(link_moduli, body, h, links, q, p):
 def neighbour_division_energy(link_moduli, body, h, links, ends, link):
     """Return the decrease of the energies of all links of two neighbours by the divisions of strains [J].
 
-    Args:
-        link_moduli: of the medium.
-        body: a `lattice.Body`.
-        h: `links.Histories`.
-        links: of a `lattice.Scratch`.
-        ends: places of the two automata.
-        link: direction of their link, and where it begins.
+    `ends` are the places of the two automata; `link` is the direction of their link, and where it begins.
     """
 
 

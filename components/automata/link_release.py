@@ -32,13 +32,6 @@ def apply_mean_weights(layout, weight, contacts, tick, release_ticks):
 
     The kick of a step belongs to both of its halves. Afterwards `apply_end_weights` writes the weight at the end of the step.
 
-    Args:
-        layout: a `lattice.Layout`.
-        weight: of `links.Histories`, updated.
-        contacts: `contacts.Contacts`.
-        tick: number of the internal step.
-        release_ticks: of the law of the links.
-
     Returns:
         Whether weights of other links rise: see `relinking.raise_link_weights`.
     """
@@ -59,15 +52,8 @@ def apply_end_weights(medium, motion, links, contacts, tick, losses):
     """Give links in release their weights at the end of an internal step, and tally the released energy.
 
     The energy of one link depends on the weights of the other links at its ends. Each is computed with the mean weights of the
-    others; the sum is then the total energy up to terms of third order in the change of a step.
-
-    Args:
-        medium: a `links.Medium`; weights are updated.
-        motion: a `lattice.Motion`.
-        links: of a `lattice.Scratch`, with the strains of the present positions.
-        contacts: `contacts.Contacts`, with the present slip.
-        tick: number of the internal step.
-        losses: see FRACTURE, updated in place.
+    others; the sum is then the total energy up to terms of third order in the change of a step. `links` has the strains of the
+    present positions, `contacts` the present slip; see FRACTURE for `losses`.
     """
     layout, weight, pairs = medium.body.layout, medium.histories.weight, contacts.pairs
     for row in range(contacts.used):
@@ -94,14 +80,8 @@ def write_rest_distances(medium, motion, scratch, contacts, first_row):
 
     The contact takes over the pressure of the link, up to two limits: its overlap is at most that relative to the diameter, as
     in an elastic link, and its energy is at most the link's energy with its share of both volume energies. A link that has
-    yielded in compression stores less of both. A link in tension leaves a contact without overlap.
-
-    Args:
-        medium: a `links.Medium`.
-        motion: a `lattice.Motion`.
-        scratch: a `lattice.Scratch`, with strains and tractions at the present positions.
-        contacts: `contacts.Contacts`, updated.
-        first_row: first of these rows.
+    yielded in compression stores less of both. A link in tension leaves a contact without overlap. `scratch` has the strains
+    and tractions at the present positions.
     """
     body, h, links = medium.body, medium.histories, scratch.links
     for row in range(first_row, contacts.used):
