@@ -250,15 +250,7 @@ class Component(Stepping):
         return {name: amount for balance in self.balances() for name, amount in balance.entries.items()}
 
     def _excess_error(self, variable: str, unit: str, size: FloatArray, limit: float, advice: str) -> StepError:
-        """Return the error for the first element of a variable that exceeds a limit or is NaN.
-
-        Args:
-            variable: name of the variable.
-            unit: unit of the sizes and the limit.
-            size: magnitude of each element, shape (n,); at least one exceeds the limit.
-            limit: largest allowed size.
-            advice: the meaning of the limit, and advice for the user.
-        """
+        """Return the error for the first element of a variable whose magnitude, in `size`, exceeds a limit or is NaN."""
         index = int(np.argmin(size <= limit))
         return StepError(
             f"reached {size[index]:g} {unit} soon after {self.time:g} s, expected at most {limit:g} {unit}, {advice}",
@@ -406,11 +398,7 @@ class Component(Stepping):
             part._refuse_invalid_state(block, data, tick * part_ticks, (*at, prefix))
 
     def _state_contradiction(self, state: Mapping[str, np.ndarray]) -> str:
-        """Return a description of an inconsistency between arrays that are within their ranges, or "" if there is none.
-
-        Args:
-            state: arrays and lists by name, of a state to be restored; read-only.
-        """
+        """Describe an inconsistency between the read-only arrays of a state to be restored, each in its range; "" if none."""
         return ""
 
     def _snapshot_inputs(self, snapshot: Snapshot) -> Mapping[str, Held]:

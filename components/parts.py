@@ -33,9 +33,7 @@ def make_part(kind: type[Part], owner: Component, name: str, **changes: Any) -> 
 def part_variables(parts: Mapping[str, Component], own_axes: Collection[str] = ()) -> Iterator[Variable]:
     """Yield the inputs and outputs of the parts with their names in the owner: `<prefix>_<name>`.
 
-    Args:
-        parts: the parts, by prefix.
-        own_axes: axes that differ between the parts, such as gauges; they get the prefix too.
+    Axes that differ between the parts, `own_axes`, such as gauges, get the prefix too.
     """
     for prefix, part in parts.items():
         for variable in part.declared_variables():

@@ -193,14 +193,8 @@ def _slip_increment(relative, x, y, r, time):
 def _closure_work_error(relative, x, y, r, rest_before, overlap_after, time):
     """Return the work of kicks of a unit spring minus its energy change, in a drift in which a pair closes or opens [m^2].
 
-    Args:
-        relative: the `RelativeMotion` in the drift.
-        x: component of the vector from the first automaton to the second after the drift [m].
-        y: second component [m].
-        r: its length [m].
-        rest_before: rest distance before the drift [m].
-        overlap_after: overlap after it [m].
-        time: of the drift [s].
+    The vector (x, y) from the first automaton to the second, its length `r` and `overlap_after` are those after the drift [m],
+    which takes `time` [s].
     """
     old_x, old_y = x - time * relative.vx, y - time * relative.vy
     old_r = np.sqrt(old_x * old_x + old_y * old_y)

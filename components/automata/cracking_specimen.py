@@ -239,8 +239,7 @@ class CrackingSpecimen(LinkedSpecimen):
 
     def exposed_automata(self) -> IntArray:
         """Return the automata at a surface, i.e. with a free face or a broken link, shape (k,)."""
-        broken = self._pairs[self.link_weights() < 1.0, :2]
-        return np.union1d(np.flatnonzero(self._surface), broken.reshape(-1))
+        return np.union1d(np.flatnonzero(self._surface), self._pairs[self.link_weights() < 1.0, :2].reshape(-1))
 
     def _strained_automata(self) -> IntArray:
         """Return the automata with a link strained so much that second neighbours could touch, shape (k,)."""

@@ -28,8 +28,7 @@ def edge_automata(packing: Packing, name: str, depth: float = 0.0) -> npt.NDArra
     axis, far = EDGES[name]
     place = packing.reference[:, axis] * (1.0 if far else -1.0)
     zigzag = 0.5 * packing.diameter if packing.lattice.name == "hexagonal" and axis == 0 else 0.0
-    reach = max(depth, zigzag) + ON_THE_OUTLINE * packing.diameter
-    return np.flatnonzero(place >= place.max() - reach).astype(np.int64)
+    return np.flatnonzero(place >= place.max() - (max(depth, zigzag) + ON_THE_OUTLINE * packing.diameter)).astype(np.int64)
 
 
 def area_shares(packing: Packing, name: str, automata: npt.NDArray[np.int64], area: float) -> FloatArray:

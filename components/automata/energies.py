@@ -80,6 +80,7 @@ def _division_energy(link_moduli, body, h, links, q, p):
 def neighbour_division_energy(link_moduli, body, h, links, ends, link):
     """Return how much the divisions of strain lower the energies of all links of two neighbours [J].
 
+<<<<<<< HEAD
     Args:
         link_moduli: those of the `links.Medium`.
         body: a `lattice.Body`.
@@ -87,6 +88,9 @@ def neighbour_division_energy(link_moduli, body, h, links, ends, link):
         links: `links` of a `lattice.Scratch`.
         ends: indices of the two automata in the fields.
         link: direction of their link, and the index where it begins.
+=======
+    `ends` are the places of the two automata; `link` is the direction of their link, and where it begins.
+>>>>>>> l1
     """
 
 

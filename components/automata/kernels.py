@@ -64,11 +64,7 @@ class StepLimits(NamedTuple):
 def yield_and_check_links(specimen, contacts, time, tick):
     """Let links weaken and yield at the present positions, and find those that must break or may be formed again.
 
-    Args:
-        specimen: a `Specimen`, with the velocities since the last force evaluation.
-        contacts: `contacts.Contacts`.
-        time: since the last force evaluation [s].
-        tick: number of the step.
+    `specimen` has the velocities since the last force evaluation, `time` [s] ago; `tick` is the number of the step.
 
     Returns:
         Whether links must break, links are being formed again, or a search for links to form again is due.

@@ -32,6 +32,7 @@ def apply_mean_weights(layout, weight, contacts, tick, release_ticks):
 
     The kick of a step belongs to both of its halves. Afterwards `apply_end_weights` writes the weight at the end of the step.
 
+<<<<<<< HEAD
     Args:
         layout: a `lattice.Layout`.
         weight: that of `links.Histories`, updated.
@@ -39,6 +40,8 @@ def apply_mean_weights(layout, weight, contacts, tick, release_ticks):
         tick: number of the internal step.
         release_ticks: number of internal steps that a release takes.
 
+=======
+>>>>>>> l1
     Returns:
         Whether there are links that are being formed again: see `relinking.raise_link_weights`.
     """
@@ -59,6 +62,7 @@ def apply_end_weights(medium, motion, links, contacts, tick, losses):
     """Give links that are being released their weights at the end of an internal step, and tally the released energy.
 
     The energy of one link depends on the weights of the other links at its ends. Each is computed with the mean weights of the
+<<<<<<< HEAD
     others; the sum is then the total energy up to terms of third order in the change of a step.
 
     Args:
@@ -68,6 +72,10 @@ def apply_end_weights(medium, motion, links, contacts, tick, losses):
         contacts: `contacts.Contacts`, with the present slip.
         tick: number of the internal step.
         losses: dissipated energies, see FRACTURE; updated in place.
+=======
+    others; the sum is then the total energy up to terms of third order in the change of a step. `links` has the strains of the
+    present positions, `contacts` the present slip; see FRACTURE for `losses`.
+>>>>>>> l1
     """
     layout, weight, pairs = medium.body.layout, medium.histories.weight, contacts.pairs
     for row in range(contacts.used):
@@ -94,14 +102,8 @@ def write_rest_distances(medium, motion, scratch, contacts, first_row):
 
     The contact takes over the pressure of the link, up to two limits: its overlap is at most that relative to the diameter, as
     in an elastic link, and its energy is at most the link's energy with its share of both volume energies. A link that has
-    yielded in compression stores less of both. A link in tension leaves a contact without overlap.
-
-    Args:
-        medium: a `links.Medium`.
-        motion: a `lattice.Motion`.
-        scratch: a `lattice.Scratch`, with strains and tractions at the present positions.
-        contacts: `contacts.Contacts`, updated.
-        first_row: first of these rows.
+    yielded in compression stores less of both. A link in tension leaves a contact without overlap. `scratch` has the strains
+    and tractions at the present positions.
     """
     body, h, links = medium.body, medium.histories, scratch.links
     for row in range(first_row, contacts.used):

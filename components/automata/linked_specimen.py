@@ -61,13 +61,7 @@ DONE, TOO_FAST = 0, 1
 
 @internal
 def write_link_forces(body, motion, scratch):
-    """Write the volumetric strains at the present positions, and the forces and torques of the links.
-
-    Args:
-        body: a `lattice.Body` of one material.
-        motion: a `lattice.Motion`.
-        scratch: a `lattice.Scratch`, overwritten.
-    """
+    """Write volumetric strains at the present positions, and forces and torques of the links, of a body of one material."""
     layout, links, cells = body.layout, scratch.links, scratch.cells
     write_link_strains(body, motion, scratch)
     sum_by_shares(body, links[EPS], links, cells[DILATION])
@@ -103,14 +97,8 @@ def update_forces(body, motion, scratch):
 def advance(body, motion, scratch, inputs, time, ticks, speed_limit):
     """Advance by internal steps: half a drift, a kick, half a drift (leapfrog, second order).
 
-    Args:
-        body: a `lattice.Body`.
-        motion: a `lattice.Motion`, updated in place.
-        scratch: a `lattice.Scratch`, overwritten.
-        inputs: `loads.Inputs`; the tallies are updated.
-        time: length of a step [s].
-        ticks: number of steps.
-        speed_limit: largest speed of an automaton [m/s].
+    `time` is the length of a step [s], `speed_limit` the largest speed of an automaton [m/s]; the tallies of `inputs` are
+    updated.
 
     Returns:
         DONE, or TOO_FAST in the middle of a step.
@@ -284,8 +272,7 @@ class LinkedSpecimen:
         return {"largest strain of a link now": self._largest_strain()}
 
     def _largest_strain(self) -> float:
-        strains = self.scratch.links[EPS : GAMMA + 1, self.body.links[FACE] > 0.0]
-        return float(np.abs(strains).max(initial=0.0))
+        return float(np.abs(self.scratch.links[EPS : GAMMA + 1, self.body.links[FACE] > 0.0]).max(initial=0.0))
 
     def dissipated_energies(self) -> dict[str, float]:
         """Return the energies dissipated since the reset, by name [J]."""

@@ -378,12 +378,8 @@ def write_criterion_values(medium, scratch, out):
 def yield_links(response, medium, motion, scratch, time):
     """Let links yield at the present strains, and return the energy dissipated by flow and degradation [J].
 
-    Args:
-        response: of the law of the medium.
-        medium: a `Medium`; its histories are updated.
-        motion: a `lattice.Motion`, with the velocities since the last force evaluation.
-        scratch: a `lattice.Scratch`.
-        time: since the last force evaluation [s].
+    `time` is the time since the last force evaluation [s]; `motion` has the velocities since then. Histories of `medium` are
+    updated.
     """
 
 

@@ -117,12 +117,8 @@ def save_velocities(place, motion, before):
 def kick_with_inputs(body, motion, forces, inputs, time):
     """Kick automata with forces and loads, then set the velocities of gripped automata.
 
-    Args:
-        body: a `lattice.Body`.
-        motion: a `lattice.Motion`, updated in place.
-        forces: rows of `lattice.Scratch.cells`; those on loaded automata are updated.
-        inputs: `Inputs`; the tallies are updated.
-        time: of the kick [s].
+    `forces`, rows of `lattice.Scratch.cells`, are updated on loaded automata, as are the tallies; `time` is that of the kick
+    [s].
     """
     load, grip, tally = inputs.load, inputs.grip, inputs.tallies[0]
     save_velocities(load.place, motion, load.before)

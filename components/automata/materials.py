@@ -69,9 +69,7 @@ def make_criterion(parameters: AutomataParameters, law_numbers: IntArray) -> Any
     return WeakerLaw(tuple(one.constants() if one.causes else leading.unbreakable_constants() for one in criteria), law_numbers)
 
 
-def link_law_numbers(
-    parameters: AutomataParameters, automaton_materials: IntArray, packing: Packing, layout: Layout
-) -> IntArray:
+def link_law_numbers(parameters: AutomataParameters, material_numbers: IntArray, packing: Packing, layout: Layout) -> IntArray:
     """Return the numbers of the two laws of each link, shape (directions x m, 2).
 
     The materials' laws come first, then those of the interfaces.
@@ -85,6 +83,6 @@ def link_law_numbers(
     rows = np.zeros((half, layout.size, 2), np.int64)
     for q in range(half):
         there = packing.neighbours[:, q]
-        laws = table[automaton_materials, automaton_materials[there]]
+        laws = table[material_numbers, material_numbers[there]]
         rows[q, layout.place], rows[q, layout.place[there] - layout.offset[q]] = laws, laws
     return rows.reshape(-1, 2)

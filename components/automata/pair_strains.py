@@ -76,13 +76,7 @@ def small_angle_rotation(x):
 
 @internal
 def write_link_strains(body, motion, scratch):
-    """Write the half rotations, the strains of all links, and their directions.
-
-    Args:
-        body: a `lattice.Body`.
-        motion: a `lattice.Motion`.
-        scratch: a `lattice.Scratch`.
-    """
+    """Write the half rotations, the strains of all links, and their directions."""
     links, cells, inverse = scratch.links, scratch.cells, 1.0 / body.diameter
     for p in range(motion.shape[1]):
         cells[COSINE, p], cells[SINE, p] = half_angle_rotation(motion[ANGLE, p])
@@ -110,12 +104,7 @@ def pair_strain(offset, first, second, nx, ny):
 def sum_over_links(layout, first, second, sign, out):
     """Write sums over the links of all automata: `first` where links begin plus `sign` times `second` where they end.
 
-    Args:
-        layout: a `lattice.Layout`.
-        first: shape (directions, m).
-        second: shape (directions, m).
-        sign: 1 or -1.
-        out: shape (m,).
+    `first` and `second` have the shape (directions, m), `out` has the shape (m,); `sign` is 1 or -1.
     """
     begin, end, offset, sums = layout.begin, layout.end, layout.offset, out[layout.begin : layout.end]
     right, left = first[0, begin:end], second[0, begin - offset[0] : end - offset[0]]

@@ -119,14 +119,7 @@ def write_linking_pressures(medium, motion, links, contacts, pressure_out):
     """Write the pressures of contacts that may be linked, or -1 for others, shape (used,) [Pa].
 
     Such a pair was once linked and is fully released, its sliding is slow enough, and its line of centres lies within 45
-    degrees of the axis of its link.
-
-    Args:
-        medium: a `links.Medium`.
-        motion: a `lattice.Motion`.
-        links: of a `lattice.Scratch`, with the strains of the present positions.
-        contacts: `contacts.Contacts`.
-        pressure_out: written.
+    degrees of the axis of its link. `links` has the strains of the present positions.
     """
     body, constants, pairs, place = medium.body, medium.contact_constants, contacts.pairs, medium.body.layout.place
     for row in range(contacts.used):
@@ -152,14 +145,8 @@ def raise_link_weights(specimen, contacts, tick, time, places):
 
     In each step such a link gets the strains at which it carries the force of its contact, with slightly more or less pressure
     so that no energy is needed: forming a link stiffens the volumes of both automata. If no such strain is near, energy may be
-    dissipated. Energy is never created; the link waits for the next step instead.
-
-    Args:
-        specimen: a `kernels.Specimen`; its histories and losses are updated.
-        contacts: `contacts.Contacts`, updated in place.
-        tick: number of the step.
-        time: since the last force evaluation [s].
-        places: scratch, shape (3, m).
+    dissipated. Energy is never created; the link waits for the next step instead. `time` is the time since the last force
+    evaluation [s]; `places` is scratch, shape (3, m).
 
     Returns:
         Whether any weight was raised.
@@ -191,17 +178,8 @@ def raise_link_weights(specimen, contacts, tick, time, places):
 def _raise_link_weight(medium, motion, scratch, contacts, pair, fraction, extra_strain):
     """Raise the weight of a link, strain it as `_strain_link` does, and return the dissipated energy [J].
 
-    The strains of the previous drift are released, so that the kick does not include them. The work that forces would have done
-    in that drift in addition to their actual work is no loss.
-
-    Args:
-        medium: a `links.Medium`; its histories are updated.
-        motion: a `lattice.Motion`, with the velocities of the previous drift.
-        scratch: a `lattice.Scratch`.
-        contacts: `contacts.Contacts`.
-        pair: a `_RelinkedPair`.
-        fraction: see `_strain_link`.
-        extra_strain: see `_strain_link`.
+    The strains of the previous drift are released, so that the kick does not include them. The work that forces would have
+    done in that drift in addition to their actual work is no loss. `motion` has the velocities of the previous drift.
     """
     _strain_link(medium, motion, scratch, contacts, pair, fraction, extra_strain)
     taken = pair.energy - pair_energy(medium, motion, scratch.links, contacts, pair.row)
@@ -269,16 +247,8 @@ def _nearest_root(left, middle, right, unit):
 def _strain_link(medium, motion, scratch, contacts, pair, fraction, extra_strain):
     """Give a link its weight after the step, and strains at which it carries the force of its contact alone.
 
-    The link keeps its history: the remaining stiffness, and the plastic strains, which its free faces have kept.
-
-    Args:
-        medium: a `links.Medium`; its histories are updated.
-        motion: a `lattice.Motion`.
-        scratch: a `lattice.Scratch`.
-        contacts: `contacts.Contacts`.
-        pair: a `_RelinkedPair`.
-        fraction: fraction of these strains.
-        extra_strain: additional strain along the link.
+    The link keeps its history: the remaining stiffness, and the plastic strains, which its free faces have kept. The strains
+    are multiplied by `fraction`, and `extra_strain` is added along the link.
     """
     body, h, links, row = medium.body, medium.histories, scratch.links, pair.row
     i, j, slot = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND], contacts.pairs[row, SLOT]

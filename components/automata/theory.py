@@ -50,8 +50,7 @@ def lattice_frequencies(
         dilation += face * diameter / (2.0 * volume) * eps
     stiffness += volume * lame * np.outer(dilation.conj(), dilation)
     mass = density * volume * np.array([1.0, 1.0, diameter**2 / 8.0])
-    squares = np.linalg.eigvalsh(stiffness / np.sqrt(np.outer(mass, mass)))
-    return np.sqrt(np.maximum(squares, 0.0))
+    return np.sqrt(np.maximum(np.linalg.eigvalsh(stiffness / np.sqrt(np.outer(mass, mass))), 0.0))
 
 
 # -- collisions and strength ---------------------------------------------------------------------------------------------------

@@ -234,11 +234,7 @@ def accelerations(chain, u, v, drive, e, out):
 def energies(chain, mass):
     """Return kinetic energy, elastic energy and momentum, as compensated partial sums (lanes) that are added in order.
 
-    The lanes fix the order of summation and let the sums vectorise.
-
-    Args:
-        chain: the chain.
-        mass: of all grains, including prescribed ones, shape (n,) [kg].
+    The lanes fix the order of summation and let the sums vectorise. `mass` includes prescribed grains, shape (n,) [kg].
     """
     n = len(mass)
     width = _FEW_LANES if n < _MANY_GRAINS else _MANY_LANES

@@ -72,8 +72,7 @@ def chain_state(kind, table):
     right = End(a[layout.RIGHT_FREE] > 0.0, a[layout.RIGHT_PISTON] > 0.0, a[layout.RIGHT_MASS], a[layout.RIGHT_STATIC])
     settings = Settings(int(a[layout.GRAINS]), a[layout.STEP], a[layout.GRAVITY], a[layout.SPEED_LIMIT], left, right)
     constants, history = table[layout.LAW_CONSTANTS : layout.LEFT_DRIVE], table[layout.HISTORY : layout.LOST]
-    law = contact_law(kind, table[layout.STIFFNESS], constants, history)
-    return ChainState(law, table, settings)
+    return ChainState(contact_law(kind, table[layout.STIFFNESS], constants, history), table, settings)
 
 
 def python_chain_state(kind: type, table: FloatArray) -> ChainState:

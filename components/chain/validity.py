@@ -29,12 +29,7 @@ def validity_figures(chain: Geometry, law: Law, peak: FloatArray, force_rate: fl
     """Return the figures of a run by name with unit; NaN if no contact has closed or a figure is unknown.
 
     Only spheres have a pressure and a contact radius; the pressure of plastic spheres does not exceed the yield pressure.
-
-    Args:
-        chain: arrays of the chain.
-        law: contact law.
-        peak: largest overlap of each contact, shape (contacts,) [m].
-        force_rate: force evaluations per second.
+    `peak` is the largest overlap of each contact, shape (contacts,) [m]; `force_rate` counts force evaluations per second.
     """
     figures: dict[str, float] = dict.fromkeys((_PRESSURE, _PRESSURE_TO_YIELD, _CONTACT_RADIUS, _TIME_SCALE, _FORCES), math.nan)
     real = chain.contact_slice.start + np.flatnonzero(peak > 0.0)

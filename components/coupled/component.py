@@ -198,8 +198,7 @@ class Coupled(Component):
         free = self._automata_mass[self.interface.free > 0].sum()
         own = self.grid.mass.copy()
         own[conditions.nodes] = conditions.share * conditions.mass
-        parts = self.grid.mass.sum() + self.automata.mass.sum()
-        return float((own.sum() + free) - parts)
+        return float((own.sum() + free) - (self.grid.mass.sum() + self.automata.mass.sum()))
 
     def report(self) -> dict[str, float]:
         """Return stability ratios of both steps, the mismatch of the interface works, and figures on breakage and yielding."""

@@ -208,12 +208,10 @@ def _group_leaders(count: int, node_groups: IntArray) -> IntArray:
     return leader
 
 
-def _make_interface(
-    interface_automata: dict[int, tuple[int, int, float]], node_groups: IntArray, mass: FloatArray
-) -> Interface:
-    automata = np.array(sorted(interface_automata), dtype=np.int64)
-    ends = np.array([interface_automata[one][:2] for one in automata.tolist()], dtype=np.int64)
-    part = np.array([interface_automata[one][2] for one in automata.tolist()])
+def _make_interface(hanging: dict[int, tuple[int, int, float]], node_groups: IntArray, mass: FloatArray) -> Interface:
+    automata = np.array(sorted(hanging), dtype=np.int64)
+    ends = np.array([hanging[one][:2] for one in automata.tolist()], dtype=np.int64)
+    part = np.array([hanging[one][2] for one in automata.tolist()])
     weights = np.stack([1.0 - part, part], axis=1)
     acts: dict[int, list[tuple[int, float]]] = {}
     for place, (nodes, both) in enumerate(zip(ends.tolist(), weights.tolist(), strict=True)):

@@ -60,16 +60,7 @@ class Literal(Lockstep):
 
 @dispatch_by_class
 def begin_tick(steps, grid, automata, seam, factors, row):
-    """Begin a tick.
-
-    Args:
-        steps: a scheme.
-        grid: a `parts.GridPart`.
-        automata: a `parts.AutomataPart`.
-        seam: a `parts.Seam`.
-        factors: of the grid's signals at the middle of each tick, shape (ticks, signals).
-        row: of this tick.
-    """
+    """Begin the tick of a row of factors: the grid's signals at the middle of each tick, shape (ticks, signals)."""
 
 
 @dispatch_by_class
@@ -81,13 +72,7 @@ def begin_step(steps, grid, automata, seam, factors, row):
 def end_step(steps, grid, automata, seam, tick, has_next_tick):
     """End a step of the automata with half a kick, once its forces have been computed.
 
-    Args:
-        steps: a scheme.
-        grid: a `parts.GridPart`.
-        automata: a `parts.AutomataPart`.
-        seam: a `parts.Seam`.
-        tick: number at the end of this tick.
-        has_next_tick: whether another tick follows in this call.
+    `tick` is the number at the end of this tick; `has_next_tick` says whether another one follows in this call.
 
     Returns:
         The number of an inverted cell, or -1.

@@ -50,12 +50,7 @@ class StepSizes(NamedTuple):
 
 
 def choose_steps(parameters: CoupledParameters, grid_limit: float, automata_limit: float) -> StepSizes:
-    """Return the steps of both parts, given or chosen.
-
-    Args:
-        parameters: of the coupled body.
-        grid_limit: largest stable step of the grid [s].
-        automata_limit: largest stable step of the automata [s].
+    """Return the steps of both parts, given or chosen, from their largest stable steps [s].
 
     Raises:
         ParameterError: the given step is not stable.

@@ -38,5 +38,4 @@ def area_pattern(held_inputs: Mapping[str, Held]) -> FloatArray:
     The copy is always writable. Otherwise numba would compile twice, for read-only and for writable arrays.
     """
     area = held_inputs["area"]
-    pattern = area.pattern if isinstance(area, CompiledProfile) else area
-    return np.array(pattern)
+    return np.array(area.pattern if isinstance(area, CompiledProfile) else area)

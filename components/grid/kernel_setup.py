@@ -145,11 +145,7 @@ def hourglass_stiffness(mesh: Mesh, moduli: FloatArray, fraction: float) -> Floa
     """Return fraction x (lambda + 3 mu) / 12 x (w^2 + h^2) / 2 w h for each cell of width w and height h, shape (m,) [Pa].
 
     For fraction = 1 it is the mean stiffness of the two hourglass modes of a fully integrated rectangle (equal in a square).
-
-    Args:
-        mesh: nodes and cells.
-        moduli: Lame's constants of each cell, shape (m, 2) [Pa].
-        fraction: fraction of the stiffness of full integration.
+    `moduli` are Lame's constants of each cell, shape (m, 2) [Pa].
     """
     corners = mesh.nodes[mesh.cells]
     first, second = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]
@@ -157,11 +153,9 @@ def hourglass_stiffness(mesh: Mesh, moduli: FloatArray, fraction: float) -> Floa
     return fraction * (moduli[:, 0] + 3.0 * moduli[:, 1]) / 12.0 * (diagonals / (4.0 * mesh.areas))
 
 
-def _prescribed_flags(
-    prescribing_edges: Mapping[int, Mapping[int, Any]], places: IntArray, groups: IntArray, count: int
-) -> np.ndarray:
+def _prescribed_flags(edges: Mapping[int, Mapping[int, Any]], places: IntArray, groups: IntArray, count: int) -> np.ndarray:
     flags = np.zeros((count, 2))
-    for node, components in prescribing_edges.items():
+    for node, components in edges.items():
         flags[places[node], list(components)] = 1.0
     return (nodal_conditions.sum_joined_rows(flags, places, groups) > 0.0).astype(np.uint8)
 

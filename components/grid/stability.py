@@ -25,10 +25,7 @@ _found = ResultCache()
 def highest_frequency(grid: Grid, conditions: Conditions, corner: FloatArray) -> float:
     """Return the highest angular frequency of the grid at rest [rad/s], by power iteration: up to half a percent too low.
 
-    Args:
-        grid: see `kernel_arrays.Grid`.
-        conditions: prescribed components, and nodes that move together.
-        corner: scratch of the kernels; its last row is 0.
+    The last row of `corner`, scratch of the kernels, is 0.
     """
     # The frequency does not depend on plastic laws; of the conditions, only prescribed and joined nodes affect it.
     nothing = np.zeros(0)

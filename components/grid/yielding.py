@@ -85,13 +85,7 @@ def law_list(laws: Sequence[PlasticLaw]) -> Any:
 
 @dispatch_by_class
 def plastic_step(laws, material, step):
-    """Return the `PlasticStep` of a cell.
-
-    Args:
-        laws: list of laws.
-        material: number of the material, from 0.
-        step: a `CellStep`.
-    """
+    """Return the `PlasticStep` of a cell for its `CellStep`; the number of the material starts from 0."""
 
 
 @plastic_step.register(NoYield)

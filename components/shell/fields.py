@@ -21,11 +21,9 @@ from .outputs import Output, make_output
 class Fields:
     """The outputs of a solid, computed from its state when they are read."""
 
-    def __init__(
-        self, assembly: Assembly, intact_tables: Tables, breaking_body: BreakingBody | None, temperature: float
-    ) -> None:
+    def __init__(self, assembly: Assembly, intact_tables: Tables, breaking: BreakingBody | None, temperature: float) -> None:
         """Build from the tables of the body without cracks, its cracks if it can break, and its initial temperature [K]."""
-        self._assembly, self._breaking, self._temperature_at_start = assembly, breaking_body, temperature
+        self._assembly, self._breaking, self._temperature_at_start = assembly, breaking, temperature
         self._solid, self._state = intact_tables.solid, intact_tables.state
         self._lattice, self._point_count = assembly.lattice, len(assembly.points.volume)
 

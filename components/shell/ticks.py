@@ -79,12 +79,7 @@ def write_forces(
 ) -> None:
     """Write the forces on nodes: by stresses, hourglass control and a wall.
 
-    Args:
-        solid: tables.
-        state: `force` is written.
-        scratch: with the pull of the points.
-        columns: columns whose ties have changed; all by default.
-        nodes: nodes whose forces have changed; all by default.
+    `columns` are those whose ties have changed, `nodes` those whose forces have; all by default.
     """
     tied, points = solid.hourglass, solid.points
     columns = np.arange(len(tied.partner)) if columns is None else columns

@@ -50,11 +50,9 @@ def gradient_matrices(nodes: int, points: IntegrationPoints, stencils: Stencils)
 
 def stiffness_matrix(nodes: int, points: IntegrationPoints, stencils: Stencils, young: float, poisson: float) -> FloatArray:
     """Return the stiffness of a small body, ordered by all x, then y, then z, shape (3n, 3n) [N/m]."""
-    first_lame, shear = young * poisson / ((1 + poisson) * (1 - 2 * poisson)), 0.5 * young / (1 + poisson)
+    lame, shear = young * poisson / ((1 + poisson) * (1 - 2 * poisson)), 0.5 * young / (1 + poisson)
     slopes = gradient_matrices(nodes, points, stencils)
     # Sums over the points of V dN_J/dX_i dN_L/dX_k.
     products = [[(points.volume[:, None] * one).T @ other for other in slopes] for one in slopes]
     alike = shear * (products[0][0] + products[1][1] + products[2][2])
-    return np.block(
-        [[first_lame * products[i][k] + shear * products[k][i] + (i == k) * alike for k in range(3)] for i in range(3)]
-    )
+    return np.block([[lame * products[i][k] + shear * products[k][i] + (i == k) * alike for k in range(3)] for i in range(3)])

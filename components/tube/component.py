@@ -229,8 +229,7 @@ class Tube(Component):
         """Return the present cross-section of the gas cells, as the shell leaves it, shape (cells,) [m^2]."""
         interface, widening, overlaps = self.interface, self._block["widening"], self.interface.overlaps
         exchange.write_widening(interface, self.shell.tables().state, widening)
-        growth = interface.to_cells(overlaps.length * widening[overlaps.station])
-        return interface.area * (1.0 + growth / self.gas.cell_size)
+        return interface.area * (1.0 + interface.to_cells(overlaps.length * widening[overlaps.station]) / self.gas.cell_size)
 
     def _advance_state(self, ticks: int) -> int:
         for tick in range(self._tick, self._tick + ticks):

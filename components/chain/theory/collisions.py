@@ -48,8 +48,7 @@ def collision_overlap(reduced_mass: Number, stiffness: Number, speed: Number) ->
 def duration_from_overlap(reduced_mass: Number, stiffness: Number, overlap: Number) -> Number:
     """Return the contact time T1 of a collision with the largest overlap `overlap` [s], from both formulas above."""
     # No power function, because the report of a run must be bitwise the same on every machine.
-    root = np.sqrt(overlap)
-    return COLLISION_COEFFICIENT * np.sqrt(1.25 * reduced_mass / (stiffness * root))
+    return COLLISION_COEFFICIENT * np.sqrt(1.25 * reduced_mass / (stiffness * np.sqrt(overlap)))
 
 
 def duration_times_frequency(exponent: float) -> float:

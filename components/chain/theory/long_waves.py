@@ -66,8 +66,7 @@ def lattice_acceleration(displacement: FloatArray, constant: float, overlap: flo
     Returns:
         Accelerations of all grains except the first and the last, shape (n - 2,) [m/s^2].
     """
-    approach = -np.diff(displacement) + overlap
-    return -constant * np.diff(np.maximum(approach, 0.0) ** 1.5)
+    return -constant * np.diff(np.maximum(-np.diff(displacement) + overlap, 0.0) ** 1.5)
 
 
 def anharmonic_acceleration(displacement: FloatArray, constant: float, overlap: float) -> FloatArray:

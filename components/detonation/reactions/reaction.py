@@ -23,12 +23,7 @@ class ReactionResult(NamedTuple):
 def advance_reaction(law, density, pressure, fraction, step):
     """Return the `ReactionResult` of a cell.
 
-    Args:
-        law: constants of the reaction.
-        density: density of the gas [kg/m^3].
-        pressure: pressure before the reaction [Pa].
-        fraction: unreacted fraction before the tick.
-        step: length of the tick [s].
+    Density [kg/m^3], pressure [Pa] and unreacted `fraction` are those before the reaction in a tick of length `step` [s].
     """
 
 

@@ -54,8 +54,7 @@ class TaylorWave:
             2.0 * (inside - rest) / (gamma + 1.0),
             burnt.pressure * (sound / sonic) ** (2.0 * gamma / (gamma - 1.0)),
         ])  # fmt: skip
-        ahead = np.stack([np.full(ratio.shape, value) for value in self.ahead])
-        return np.where(ratio > self.front.speed, ahead, wave)
+        return np.where(ratio > self.front.speed, np.stack([np.full(ratio.shape, value) for value in self.ahead]), wave)
 
     def decay_time(self, x: float) -> float:
         """Return the decay time of the pressure at a position, about x / 3 D [s].

@@ -60,8 +60,7 @@ class ReactionZone:
         left = 1.0 - inner
         density, velocity, pressure = self.state(1.0 - left * left)
         rate = self.rate * left * left * np.exp(-self.activation_energy * density / pressure)
-        pieces = ((self.front.speed - velocity) / rate * 2.0 * left) @ weights * half
-        return np.cumsum(pieces)
+        return np.cumsum(((self.front.speed - velocity) / rate * 2.0 * left) @ weights * half)
 
     @property
     def half_reaction_length(self) -> float:

@@ -184,9 +184,7 @@ class Cracks:
     def _rebuild_supports(self, changed_points: set[int], points_to_erode: dict[int, Cause]) -> NewCracks:
         """Rebuild supports, erode points with too few neighbours, and loosen nodes with hardly any weight, until all is sound.
 
-        Args:
-            changed_points: points that have lost neighbours.
-            points_to_erode: points to be eroded.
+        `changed_points` have lost neighbours.
         """
         seen, loosened, gone = self.visibility, list[int](), {int(p) for p in self.eroded}
         eroded: dict[int, Cause | None] = {**points_to_erode}

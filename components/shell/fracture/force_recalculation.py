@@ -35,8 +35,7 @@ def half_kick_work(solid: Solid, state: State, point: int) -> float:
     own, one, none, stress = slice(point, point + 1), np.ones(1), np.zeros(1), np.zeros((1, 9))
     write_pulls(state.gradient[own], state.stress[own], one, one, none, one, np.zeros(1, dtype=np.int64), stress)
     change = displacement_gradients(solid.points, state.displacement, np.array([point]))[0] - state.gradient[point]
-    work = ordered_sum(stress.reshape(3, 3).T.ravel() * change)
-    return 0.5 * float(solid.points.volume[point]) * work
+    return 0.5 * float(solid.points.volume[point]) * ordered_sum(stress.reshape(3, 3).T.ravel() * change)
 
 
 @jit

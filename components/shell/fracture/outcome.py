@@ -78,10 +78,7 @@ def _crack_labels(lattice: Lattice, cut_sides: CutSides) -> IntArray:
 def connects_ends(labels: IntArray, is_supported: Marks, shape: tuple[int, int]) -> bool:
     """Return whether a piece reaches from the first station to the last.
 
-    Args:
-        labels: number of the piece of each column, shape (n m,).
-        is_supported: whether a point supports each column, shape (n m,).
-        shape: n, m.
+    `labels` has the number of the piece of each of the n m columns; `is_supported` says whether a point supports it.
     """
     rows, bearing = labels.reshape(shape), is_supported.reshape(shape)
     return bool(np.isin(rows[0][bearing[0]], rows[-1][bearing[-1]]).any())

@@ -82,8 +82,7 @@ def crack_lips(lattice: Lattice, is_severed: Marks) -> Marks:
 def detached_columns(lattice: Lattice, is_severed: Marks, labels: IntArray) -> Marks:
     """Return the columns of detached pieces: all but the largest piece and, for a tube, pieces that form closed rings."""
     n, m, _ = lattice.shape
-    sizes = np.bincount(labels, minlength=n * m)
-    held = {int(sizes.argmax())}
+    held = {int(np.bincount(labels, minlength=n * m).argmax())}
     if lattice.axes[1].is_closed:
         rows = labels.reshape(n, m)
         whole = (rows == rows[:, :1]).all(axis=1) & ~is_severed[:, ACROSS].reshape(n, m).any(axis=1)

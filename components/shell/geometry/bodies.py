@@ -103,8 +103,7 @@ class Tube(BodyShape):
         """Return the lattice of its nodes."""
         ring = even_axis(math.pi, self.around) if self.half else closed_axis(2.0 * math.pi, self.around)
         along = even_axis(self.length, self.along)
-        part = np.arange(self.layers) / (self.layers - 1)
-        wall = Axis(self.inner_radius + self.wall * part)
+        wall = Axis(self.inner_radius + self.wall * (np.arange(self.layers) / (self.layers - 1)))
         refuse_coinciding_planes(wall, self.wall, "wall")
         if self.notch is not None:
             return notched_lattice(self.notch, (along, ring), self.inner_radius, self.wall, self.layers, is_bent=True)
