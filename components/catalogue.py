@@ -1,4 +1,4 @@
-"""Name -> component class.
+"""The catalogue of components: it finds the class of a component by its name.
 
 Components of this package are listed here; third parties add theirs through the entry-point group ``granular_env.components``.
 """

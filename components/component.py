@@ -71,7 +71,7 @@ class Component(Stepping):
         }
         self._tick_counts: dict[float | None, int] = {None: 1}
         self._bind_block()
-        # Balance entries need a state, which is zero at first.
+        # The names of the balance entries come from a call of `balances`, which reads the state; it is zero at first.
         for balance in self.balances():
             for variable in balance_variables(balance):
                 variables.setdefault(variable.name, variable)
@@ -140,7 +140,7 @@ class Component(Stepping):
         vars(self).update(event_kinds=kinds, event_details=details)
 
     def _bind_block(self) -> None:
-        """Set the attributes of this instance that depend on its block."""
+        """Set the attributes of this instance that depend on `_block`, the memory of its state."""
         parts = {v.name: self._block.views.get(v.name) for v in self.declared_variables() if v.causality == "output"}
         views = {name: _view_reader(part) for name, part in parts.items() if part is not None}
         self._readers: dict[str, Callable[[], Any]] = views | self._output_readers()
@@ -335,7 +335,7 @@ class Component(Stepping):
         return self.state_bytes // 8 + parts
 
     def wake(self) -> None:
-        """Make the next steps as expensive as any step of a run, to estimate run times."""
+        """End a state in which steps are cheap because parts are skipped, so that timed steps are typical of a run."""
 
     def save(self) -> Snapshot:
         """Return a snapshot, i.e. a copy of the whole state."""
@@ -350,8 +350,8 @@ class Component(Stepping):
         """Continue from a snapshot with bitwise identical results, in whichever process it was taken.
 
         Raises:
-            ParameterError: it belongs to a component with other parameters, another name or another version, or its state is
-                outside the ranges that the component declares.
+            ParameterError: the snapshot belongs to a component with other parameters, another name or another version, or its
+                state is outside the ranges that the component declares.
         """
         if self._busy or self._owner is not None:
             self._refuse_busy_call("restore")

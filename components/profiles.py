@@ -315,7 +315,7 @@ class Profile:
         return 0.0 if piece < 0 else polynomial_value(self.coefficients[piece], time - float(self.starts[piece]))
 
     def __add__(self, other: Profile) -> Profile:
-        """Return the sum of two profiles, like `total`."""
+        """Return the sum of two profiles, computed by `total`."""
         return Profile.total([self, other]) if isinstance(other, Profile) else NotImplemented
 
     def __mul__(self, factor: Any) -> Profile:
@@ -376,14 +376,14 @@ class Profile:
             raise ParameterError(f"a breakpoint lies more than 2^52 steps of {step_size:g} s from the start", at=name)
         self._warn_about_early_samples(step_size, name)
         nearest = np.rint(places)
-        # The quotient of two rounded times has an error of a few ulp.
+        # The quotient of two rounded times has an error of a few units in the last place.
         inside = np.abs(places - nearest) > np.maximum(_SAME_TICK, 4.0 * np.spacing(np.abs(places)))
         places = np.where(inside, places, nearest)
         short = self.coefficients[:, 4:].any(axis=1) & (np.diff(places, append=np.inf) < _RESOLVED)
         ticks_of_short = np.floor(places[short])[:, None] + np.arange(_RESOLVED)
         ends = np.append(places[1:], np.inf)[short, None]
         averaged = np.unique(np.concatenate([np.floor(places[inside]), ticks_of_short[ticks_of_short < ends]]))
-        # Changes of the polynomial, and both ends of each averaged tick. The first row is the zero before the first piece.
+        # Ticks at which a compiled piece begins: breakpoints, and both ends of each averaged tick. Row 0 is the zero before.
         cuts = np.unique(np.concatenate([places, averaged, averaged + 1.0]))
         pieces = np.searchsorted(places, cuts, side="right")
         since = cuts - np.append(cuts[0], places)[pieces]

@@ -130,7 +130,7 @@ def parse_index(value: Any) -> tuple[int, ...]:
 
 
 def is_index(value: Any) -> bool:
-    """Return whether `parse_index` accepts it."""
+    """Return whether `parse_index` accepts a value."""
     try:
         parse_index(value)
     except ParameterError:

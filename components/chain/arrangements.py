@@ -78,7 +78,7 @@ class Dimer(Arrangement):
 
     @model_validator(mode="after")
     def _validate_kinds(self) -> Dimer:
-        # A pair of equal values may be the end of a scan of ratios; without any pair, equal kinds are a mistake.
+        # Two equal values may belong to a scan over their ratio; if no pair is given at all, the equal kinds are a mistake.
         if not isinstance(self.radius, list) and not isinstance(self.material, list):
             raise ParameterError("both kinds of grain are the same", hint="give two radii, two materials, or both", at="radius")
         return self
@@ -276,7 +276,7 @@ def _geometric_sequence(first: float, factor: float, count: int) -> FloatArray:
 
 
 def _last_radius(first: float, factor: float, count: int) -> float:
-    """Return the last of these terms approximately; raise `ParameterError` if a term leaves the range of a float."""
+    """Return the last term of such a sequence approximately; raise `ParameterError` if a term leaves the range of a float."""
     last = first * integer_power(factor, count - 1)
     if not _TINY <= first <= _HUGE and 1e-100 <= last <= 1e100:
         return last  # reported by the check of the masses

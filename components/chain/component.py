@@ -39,7 +39,7 @@ _INPUTS = {
     "piston": ("velocity", "m/s", "velocity of the {} piston, positive to the right"),
     "free": ("force", "N", "force on the {} end grain, positive to the right"),
 }
-# Name, unit, meaning of the index, description.
+# Outputs of every chain: name, unit, what the index counts (None for a single number), description.
 _OUTPUTS = (
     ("position", "m", "grain", "positions of the grain centres; the first grain starts at 0"),
     ("displacement", "m", "grain", "displacement of each grain from its reference position, positive to the right"),
@@ -160,7 +160,7 @@ class Chain(Component):
             p = law.exponent
             frequency = step_times_frequency(p, self._scheme, evaluations) / self.step_size
             tangent = frequency * frequency * chain.reduced_mass[places] / (p * chain.largest_stiffness[places])
-            # Overlap with this tangent stiffness; the frequency of linear contacts does not depend on the overlap.
+            # The overlap at which the contact has this tangent stiffness; linear contacts have the same one at every overlap.
             return tangent ** (1.0 / (p - 1.0)) if p > 1.0 else np.where(tangent < 1.0, 0.0, np.inf)
 
         wanted, refused = np.full((2, self.parameters.grains + 1), np.inf)
@@ -254,7 +254,7 @@ class Chain(Component):
         return super().input_advice(name)
 
     def _limit_status(self, done_ticks: int, ticks: int) -> int:
-        """Handle a limit passed in the last of `done_ticks` ticks: return a status, or warn (once) and continue.
+        """Handle a limit passed in the last of `done_ticks` ticks: return the status 1 (refuse), or warn once and continue.
 
         Only the state determines a refusal. LIMIT only determines when the kernel returns: after the warning it need not return
         for poorly resolved contacts.
@@ -262,7 +262,7 @@ class Chain(Component):
         unsound = done_ticks >= UNSOUND
         done_ticks -= UNSOUND if unsound else 0
         self._failed_tick = self._tick + done_ticks
-        if unsound or self._largest_excess(self._peak_overlaps)[2] > 1.0:
+        if unsound or self._most_exceeded_limit(self._peak_overlaps)[2] > 1.0:
             return 1
         self._table[layout.LIMIT, : self.parameters.grains + 1] = self._refused_overlap
         issue_warning(self._resolution_caution())
@@ -274,8 +274,8 @@ class Chain(Component):
         finally:
             self._tick = begin
 
-    def _largest_excess(self, overlap: FloatArray) -> tuple[str, int, float]:
-        """Return the variable, index and ratio to its limit of the value furthest beyond its limit (NaN counts as infinite)."""
+    def _most_exceeded_limit(self, overlap: FloatArray) -> tuple[str, int, float]:
+        """Return the variable, the index and the ratio value / limit of the value with the largest ratio (infinite for NaN)."""
         with np.errstate(all="ignore"):
             ratios = {
                 "overlap": overlap / self._refused_overlap,
@@ -290,7 +290,7 @@ class Chain(Component):
         time = (self._failed_tick if status else self._tick) * self.step_size
         # Before the first tick there are no peaks; afterwards the kernel compares the peaks with the limits.
         overlap = self._peak_overlaps if status else self._overlaps()
-        name, index, _ = self._largest_excess(overlap)
+        name, index, _ = self._most_exceeded_limit(overlap)
         if name == "overlap":
             value, limit = float(overlap[index]), float(self._refused_overlap[index])
             radius = float(self.geometry.smaller_radius[index])
@@ -394,7 +394,7 @@ class Chain(Component):
         return (Points("grains", reference, self.geometry.radius.copy(), "displacement", "velocity"),)
 
     def report(self) -> dict[str, float]:
-        """Return figures on the assumptions of Nesterenko's section 1 and on the time resolution of contacts.
+        """Return numbers that show whether the assumptions of Nesterenko's section 1 hold, and how well contacts are resolved.
 
         With dissipation, also return the fraction of the approach speed that is dissipated per step.
         """

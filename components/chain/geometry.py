@@ -19,9 +19,9 @@ from .layout import MOST_LAW_CONSTANTS
 from .parameters import WALLS, ChainParameters, UniformRadii
 from .theory.collisions import duration_times_frequency
 
-# Suggested step of PEFRL in units of (m / k)^(2/5) v^(-1/5): error of 3e-4 in ordinary runs; gaps need the smaller one.
+# Suggested step of PEFRL in units of (m / k)^(2/5) v^(-1/5), for an error of 3e-4 in ordinary runs; smaller with gaps.
 _STEP_FACTOR, _STEP_FACTOR_WITH_GAPS = 0.1, 0.03
-# Largest step x (dissipation / mass), as a fraction of the value above which the chain warns.
+# Largest product of a suggested step and the dissipation / mass of a contact; the chain warns above 0.3.
 _STEP_TIMES_DISSIPATION = 0.2
 # The same if the force jumps at first contact: explicit schemes then lose about this fraction of a velocity. The step is
 # reduced to a fifth at most, because grains hardly rebound from very strong dashpots.
@@ -133,7 +133,7 @@ def _refuse_extreme_sizes(mass: FloatArray, stiffness: FloatArray, position: Flo
 
 
 def smoothness_factor(exponent: float) -> float:
-    """Return the factor of the step for a law F = k d^p: for p < 1.5 contacts close abruptly and need shorter steps."""
+    """Return the factor by which the suggested step is shortened for F = k d^p: for p < 1.5 contacts close abruptly."""
     return min(1.0, 0.25 + 1.5 * (exponent - 1.0))
 
 
@@ -143,7 +143,7 @@ def step_times_frequency(exponent: float, scheme: Scheme, evaluations: float) ->
 
 
 def minimum_evaluations(exponent: float, scheme: Scheme) -> float:
-    """Return the number of force evaluations per contact below which the chain warns."""
+    """Return the number of force evaluations during one contact below which the chain warns."""
     return scheme.minimum_evaluations / smoothness_factor(exponent)
 
 

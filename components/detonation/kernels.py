@@ -116,7 +116,7 @@ def change_area(tables, areas, factor, failure):
 
 @internal
 def load_stage(state, stage):
-    """Write density, velocity, pressure and unreacted fraction of the state to a stage."""
+    """Write density, velocity, pressure and unreacted fraction of each cell to `stage`, from which fluxes are computed."""
     for i in range(state.density.size):
         stage[0, i + 1] = state.density[i]
         stage[1, i + 1] = state.velocity[i]

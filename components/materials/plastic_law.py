@@ -29,7 +29,7 @@ class ReturnedStress(NamedTuple):
 
 
 class PlasticLaw(Named):
-    """A law of yield and plastic flow, chosen by its `name`."""
+    """The parameters of a law of yield and plastic flow, chosen by its `name`."""
 
     @abstractmethod
     def constants(self) -> Any:

@@ -15,14 +15,14 @@ LEAST, MOST = 1e-40, 1e40
 
 
 def refuse_extreme_values(values: Iterable[tuple[Location, float]]) -> None:
-    """Refuse positive numbers, each with its location, below `LEAST` or above `MOST`."""
+    """Raise an error for a positive number below `LEAST` or above `MOST`; `values` gives pairs of location and number."""
     for location, value in values:
         if not LEAST <= value <= MOST:
             raise ParameterError(f"got {value:g}", expected=f"{LEAST:g} to {MOST:g}", at=location)
 
 
 def refuse_extreme_coordinates(values: Iterable[tuple[Location, float]]) -> None:
-    """Refuse coordinates, each with its location, whose magnitude is above `MOST`."""
+    """Raise an error for a coordinate with a magnitude above `MOST`; `values` gives pairs of location and coordinate."""
     for location, value in values:
         if not abs(value) <= MOST:
             raise ParameterError(f"got {value:g}", expected=f"{-MOST:g} to {MOST:g}", at=location)

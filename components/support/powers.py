@@ -23,7 +23,7 @@ _UPPER_BITS = np.int64(-(1 << 27))
 
 @inlined
 def power(x, p):
-    """Return x^p for a normal x > 0 and 0 <= p <= 100, to about an ulp; 0 if the result would be subnormal."""
+    """Return x^p for a normal float x > 0 and 0 <= p <= 100, to about a unit in the last place; 0 for a subnormal result."""
     bits = np.float64(x).view(np.int64)
     exponent = np.float64((bits >> _FRACTION_WIDTH) - _EXPONENT_BIAS)
     fraction = np.int64((bits & _FRACTION) | _ONE_BITS).view(np.float64)
@@ -42,7 +42,7 @@ def power(x, p):
 
 @inlined
 def exponential(x):
-    """Return e^x to about an ulp; 0 below x = -708, infinite above 709."""
+    """Return e^x to about one unit in the last place; 0 below x = -708, infinite above 709."""
     inside = _SMALLEST if x < _SMALLEST else (_LARGEST if x > _LARGEST else x)
     whole = (0.5 * _TWO_OVER_LN2 * inside + _ROUNDING) - _ROUNDING
     rest = (inside - whole * _LN2_HIGH) - whole * _LN2_LOW
@@ -53,7 +53,7 @@ def exponential(x):
 
 @internal_inlined
 def _logarithm(fraction):
-    """Return the log2 for sqrt(1/2) < fraction <= sqrt(2), by the series of artanh."""
+    """Return log2(fraction) for sqrt(1/2) < fraction <= sqrt(2), by the series of artanh."""
     s = (fraction - 1.0) / (fraction + 1.0)
     q = s * s
     series = 1.0 / 23.0

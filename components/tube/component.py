@@ -61,7 +61,7 @@ class Tube(Component):
         return DetonationTube.memory_needed(parameters.gas) + Shell.memory_needed(parameters.shell)
 
     def _build_system(self) -> None:
-        # Both parts are first built alone, to obtain their steps and the sizes of their states.
+        # Both parts are first built on their own, to obtain their steps and the sizes of their states.
         gas, shell = make_part(DetonationTube, self, "gas"), make_part(Shell, self, "shell")
         self._choose_steps(gas, shell)
         stations, words = shell.parameters.body.node_counts[0], shell.memory.size
@@ -81,7 +81,7 @@ class Tube(Component):
         self._include_part(self.gas, "gas", self.gas_steps)
         self._include_part(self.shell, "shell", self.shell_steps)
         self.interface: Interface = self._find_interface()
-        # Read from the field, which does not interpolate the parameters of the nodes.
+        # Read from the output: in a meshfree body the displacement of a node differs from the parameter of the node.
         self._rest_radii: FloatArray = self.shell.get("mean_inner_radius")
         # Step of the gas or the shell that failed, and the cell in which the pressure vanished.
         self._failed_tick = self._failed_cell = 0

@@ -70,7 +70,7 @@ def _set_state(a, state):
 
 @cache
 def make_run_loops(kind: type, scheme: Any) -> RunLoops:
-    """Return the loops for the class of a law and the numbers of an integrator."""
+    """Return the loops for the class of a law and the coefficients of an integrator."""
 
     @jit
     def forward(table, drive, tick, ticks, states, tape):
@@ -106,7 +106,7 @@ def make_run_loops(kind: type, scheme: Any) -> RunLoops:
 
 @lru_cache(maxsize=64)
 def make_objective_loops(kind: type, note: Callable[..., Any], pullback: Callable[..., Any]) -> ObjectiveLoops:
-    """Return the loops for the class of a law and the functions of an objective."""
+    """Return the loops for the class of a law and two functions of an `Objective`."""
     note, pullback = _compiled_function(note), _compiled_function(pullback)
 
     @jit

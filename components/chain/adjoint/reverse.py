@@ -149,7 +149,7 @@ def _reverse_overlaps(n, a):
 
 @internal_inlined
 def _reverse_end_forces(chain, adjoint, inputs, input_adjoint):
-    """Replace the forces of missing contacts at free ends by the forces on these ends."""
+    """At a free end, put the force on the end in the place of a contact force, and pass its adjoint to the input."""
     a, n, left, right = adjoint.rows, chain.settings.grains, chain.settings.left, chain.settings.right
     if left.is_free:
         a[FORCE, 0] = left.static_force + inputs[0]
@@ -243,7 +243,7 @@ def _reverse_dissipation(chain, adjoint, u, v):
 
 @internal_inlined
 def _reverse_half_sweep(a, b, n, approach, parity):
-    """Reverse a half sweep: propagate to velocities, inverse masses, impulses per speed and least impulses."""
+    """Reverse a half sweep: pass its adjoints to velocities, inverse masses, impulses per approach speed and least impulses."""
     for j in range(n + 1):
         acts = j % 2 == parity
         free, least = a[DISSIPATION, j] * approach[j], a[DISSIPATION + 1, j]
@@ -288,7 +288,7 @@ def _reverse_impulse_factors(chain, adjoint, u):
 
 @internal_inlined
 def _impulse_slopes(c, y):
-    """Return the derivatives of c q(y), q = (1 + y) / (1 + 2 y + 2 y^2), with respect to c and to an inverse mass."""
+    """Return the derivatives of the impulse per speed c q(y), q = (1 + y) / (1 + 2 y + 2 y^2), by c and by an inverse mass."""
     below = 1.0 / (1.0 + 2.0 * y * (1.0 + y))
     q, slope = (1.0 + y) * below, -(1.0 + y * (4.0 + 2.0 * y)) * (below * below)
     return q + y * slope, (0.5 * c * c) * slope

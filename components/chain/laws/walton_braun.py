@@ -79,7 +79,7 @@ class WaltonBraun(Law):
 
 @functions.contact_law.register(WaltonBraunContacts)
 def walton_braun_contacts(kind, stiffness, constants, history):
-    """Return the law."""
+    """Return the law with these stiffnesses, constants and histories."""
     return WaltonBraunContacts(stiffness, constants[0], constants[1], history[2])
 
 
@@ -102,7 +102,7 @@ def energy(law, j, d):
 
 @functions.has_history.register(WaltonBraunContacts)
 def has_history(law):
-    """Return True."""
+    """Return True: the force depends on the deepest overlap so far."""
     return True
 
 
@@ -114,7 +114,7 @@ def begin_history(law, j):
 
 @functions.update_history.register(WaltonBraunContacts)
 def update_history(law, j, d):
-    """Record a new deepest overlap; return the loss between two depths, the integral of k1 (1 - k1/k2) d."""
+    """Record a new deepest overlap; return the loss from the old to the new one, the integral of k1 (1 - k1/k2) d."""
     deepest = law.deepest[j]
     if not d > deepest:
         return 0.0

@@ -46,7 +46,7 @@ def collision_overlap(reduced_mass: Number, stiffness: Number, speed: Number) ->
 
 
 def duration_from_overlap(reduced_mass: Number, stiffness: Number, overlap: Number) -> Number:
-    """Return the contact time T1 of a collision with the largest overlap `overlap` [s], from both formulas above."""
+    """Return the contact time T1 [s] of a collision with this largest overlap: the formulas above with v eliminated."""
     # No power function, because the report of a run must be bitwise the same on every machine.
     root = np.sqrt(overlap)
     return COLLISION_COEFFICIENT * np.sqrt(1.25 * reduced_mass / (stiffness * root))

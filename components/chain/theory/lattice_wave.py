@@ -19,7 +19,7 @@ from ...errors import GranularError, ParameterError
 from ...support.elementary_functions import exponential, fourier, root, sine_of_pi
 from ...support.float_arrays import FloatArray
 
-# The uncompressed wave from `lattice_wave(0)`; runs of the chain agree with all values to six digits.
+# Values of the uncompressed wave from `lattice_wave(0)`; runs of the chain agree with all of them to six digits.
 # Speed in diameters and units of (k/m)^(2/5) v_m^(1/5) (paper: 0.915).
 SOLITARY_SPEED = 0.9074700784
 # Energy in m v_m^2, momentum in m v_m.
@@ -35,7 +35,7 @@ FREE_END_VELOCITY = 1.44606
 _TOLERANCE, _ROUNDING = 1e-13, 5e-13
 _ITERATIONS = 500
 _POINTS_PER_GRAIN = 16
-# Half the box: an uncompressed wave decays doubly exponentially, other waves as exp(-2 sqrt(e/2) |x|) or faster.
+# Half the length computed: an uncompressed wave decays doubly exponentially, others as exp(-2 sqrt(e/2) |x|) or faster.
 _HALF_BOX = 16.0
 _DECADES = 34.0
 _SMALLEST_RISE = 0.005
@@ -148,7 +148,7 @@ def lattice_wave(rest_overlap: float, height: float = 1.0) -> LatticeWave:
     place, waves = steps / _POINTS_PER_GRAIN, steps * (_POINTS_PER_GRAIN / count)
     box = np.where(steps == 0, 1.0, sine_of_pi(waves) / np.where(steps == 0, 1.0, math.pi * waves))
     tent = box * box
-    # Overlaps are in units of the height: the force has the power 1.5, so V scales as the fourth root of the height.
+    # Overlaps are divided by the height of the wave; since F ~ d^1.5, V is proportional to the height's fourth root.
     start = rest / height
     linear = 1.5 * math.sqrt(start)
     rise_of_guess = exponential(np.minimum(rate * np.abs(place), 300.0))

@@ -1,4 +1,4 @@
-"""The solitary wave of (2.4), by quadrature of W(y). Dimensionless.
+"""The solitary wave of (2.4), by quadrature of the potential W(y) of `continuum`. Dimensionless.
 
 Lengths are in diameters a, speeds in the sound speed c0 of the state ahead, strains in its strain xi_0.
 """
@@ -27,7 +27,7 @@ class StationaryWave:
     """A solitary wave u(x - Vt) of (2.4) as arrays; it travels towards larger x, with its crest at x = 0.
 
     Attributes:
-        c3: C3 of W.
+        c3: constant C3 of the potential W.
         energy: energy of the particle in W, i.e. W(y1).
         position: x/a, increasing, not equidistant, shape (n,).
         y: y of (2.6), shape (n,).
