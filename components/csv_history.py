@@ -29,7 +29,7 @@ LARGEST_FILE = 256 * 2**20
 # A step longer than this number of median steps is a gap in the sampling.
 _HOLE = 10.0
 _CHOICES = {"delimiter": (",", ";", "\t", " "), "decimal": (".", ","), "gaps": ("refuse", "bridge")}
-# "time [us]", "time (us)", "time / us"
+# Forms of a header cell with a unit: "time [us]", "time (us)", "time / us".
 _HEADERS = [re.compile(rf"(?P<name>.*?)\s*{unit}") for unit in (r"\[(.*?)\]", r"\(([^()]*)\)", r"/\s*([^/]*(?:/s(?:\^2)?)?)")]
 
 # Unit -> (SI unit, multiplier, divisor). Both numbers are exact integers, so that 3 us is exactly the float 3e-6 s.

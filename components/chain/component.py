@@ -209,7 +209,7 @@ class Chain(Component):
         self._refuse_failing_start()
         if self.parameters.law.has_history:
             self.entries.initialise_histories(self._table)
-            # Contacts that start beyond yield did so before the start; their dissipation is not counted.
+            # Contacts that are beyond yield at the start have yielded before it; the energy lost then is not counted.
             self.entries.update_histories(self._table)
             self._table[layout.LOST] = 0.0
         kinetic, potential, momentum = self._energies_and_momentum()
@@ -339,7 +339,7 @@ class Chain(Component):
         tally = self._table[layout.TALLY]
         n = self.parameters.grains
         carried = self._table[layout.V, n + 2 : n + layout.BESIDE_GRAINS]
-        # In conservative chains this row is scratch and zero.
+        # In conservative chains the row LOST is not part of the state, and the lost energy is zero.
         heat = 0.0 if self.parameters.law.conservative else self._table[layout.LOST].sum()
         work, lost = self._input_work(), float(heat + carried[4])
         impulse = float(tally[layout.IMPULSE_LEFT] + tally[layout.IMPULSE_RIGHT] + carried[2] + carried[3])
@@ -474,7 +474,7 @@ def _first_state_row(law: Law) -> int:
 
 
 def _input_pieces(held_input: Held) -> FloatArray:
-    """Return an input as rows (first tick, coefficients)."""
+    """Return the pieces of a profile as rows (first tick, coefficients); no rows for a constant input."""
     if not isinstance(held_input, CompiledProfile):
         return _NO_PIECES
     return np.column_stack([held_input.ticks.astype(np.float64), held_input.coefficients])

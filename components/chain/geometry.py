@@ -23,8 +23,8 @@ from .theory.collisions import duration_times_frequency
 _STEP_FACTOR, _STEP_FACTOR_WITH_GAPS = 0.1, 0.03
 # Largest product of a suggested step and the dissipation / mass of a contact; the chain warns above 0.3.
 _STEP_TIMES_DISSIPATION = 0.2
-# The same if the force jumps at first contact: explicit schemes then lose about this fraction of a velocity. The step is
-# reduced to a fifth at most, because grains hardly rebound from very strong dashpots.
+# The same product if the force jumps at first contact: explicit schemes then have about this relative error in velocity. The
+# step is reduced to a fifth at most, because grains hardly rebound from very strong dashpots.
 _STEP_TIMES_JUMP, _SHORTEST_FOR_JUMP = 2e-3, 0.2
 _STEP_WITHOUT_CONTACTS = 1e-6
 # Masses and stiffnesses outside this range are unit errors, and their powers would leave the range of a float.
@@ -243,7 +243,7 @@ def static_forces(parameters: ChainParameters, mass: FloatArray) -> FloatArray:
 
 
 def _left_end_force(p: ChainParameters, cumulative_weight: FloatArray) -> float:
-    """Return the force at the left end."""
+    """Return the static compressive force at the left end [N], which follows from `precompression` and the weights."""
     total = float(cumulative_weight[-1])
     if p.left == "free" and p.right == "free":
         raise ParameterError(

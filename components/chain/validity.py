@@ -46,7 +46,7 @@ def validity_figures(chain: Geometry, law: Law, peak: FloatArray, force_rate: fl
     figures[_FORCES] = float(duration.min() * force_rate)
     if law.exponent == 1.5:
         stiffness, radius = chain.stiffness[real], chain.reduced_radius[real]
-        # 3F / (2 pi a^2) with F = k d^1.5 and a^2 = R* d.
+        # The pressure in the middle, 3F / (2 pi a^2), with F = k d^1.5 and a^2 = R* d.
         pressure = 1.5 / math.pi * stiffness * np.sqrt(peak) / radius
         by_law = law.yield_pressures(stiffness, radius, chain.law_constants[real])
         limit = YIELD_PRESSURE * chain.yield_strength[real] if by_law is None else by_law

@@ -50,7 +50,7 @@ class DetonationTube(Component):
     version = 3
     Parameters = DetonationParameters
     parameters: DetonationParameters
-    # In the order of the numbers in `kernels`.
+    # In the order in which `kernels` numbers the kinds.
     event_kinds = {
         "diaphragm_opened": "the pressure on a diaphragm reached its bursting pressure; index 0: left, 1: right",
         "end_reached": "half of the gas at an end had reacted, after ignition elsewhere; index 0: left, 1: right",
@@ -66,7 +66,7 @@ class DetonationTube(Component):
 
     @classmethod
     def memory_needed(cls, parameters: DetonationParameters) -> int:
-        """Return the peak memory of building and stepping."""
+        """Return the largest memory needed at a time during building and stepping [bytes]."""
         return _BYTES_OF_CELL * parameters.cells
 
     def _build_system(self) -> None:
@@ -190,7 +190,7 @@ class DetonationTube(Component):
         yield Variable("gauge_velocity", "output", "m/s", (len(p.gauges),), "velocity at the `gauges`", axes=gauges)
 
     def _declare_pistons(self) -> Iterable[Variable]:
-        """Yield the variables of a tube with a moving end."""
+        """Yield the additional variables of a tube with a piston at one end or both."""
         p, n = self.parameters, self.parameters.cells
         for name, end in (("left", p.left), ("right", p.right)):
             if end.code == PISTON:

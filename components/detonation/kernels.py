@@ -177,7 +177,7 @@ def compute_fluxes(tables, signals, tick, events):
 
 @internal
 def compute_slopes(limiter, scratch):
-    """Write the limited differences over half a cell."""
+    """Write the limited differences, over half a cell, of density, velocity, pressure and unreacted fraction."""
     for row in range(4):
         values, slopes = scratch.stage[row], scratch.slopes[row]
         for i in range(1, values.size - 1):
@@ -278,7 +278,7 @@ def cell_losses(fluxes, area, pressure, rate, i):
 
 @internal
 def write_first_step(tables):
-    """Write the state after a whole step."""
+    """Write the conserved quantities after the first Euler step of Heun's method to `first`."""
     medium, state, scratch = tables.medium, tables.state, tables.scratch
     first, rate, wall = scratch.first, medium.step_size / medium.cell_size, 0.0
     for i in range(state.area.size):
@@ -293,7 +293,7 @@ def write_first_step(tables):
 
 @internal
 def write_second_step(tables):
-    """Write the mean of the state and of the result of a second whole step."""
+    """Write the new state: the mean of the old one and of the result of a second Euler step, which begins at `first`."""
     medium, state, scratch = tables.medium, tables.state, tables.scratch
     first, rate, wall = scratch.first, medium.step_size / medium.cell_size, 0.0
     for i in range(state.area.size):

@@ -42,7 +42,7 @@ class Elastic(PlasticLaw):
     name: Literal["elastic"] = field("elastic", "a material that never yields", "1")
 
     def constants(self) -> None:
-        """Return None."""
+        """Return None, because the material never yields."""
         return
 
 

@@ -31,9 +31,9 @@ _LARGE_STATE = 100_000
 _WAKING = 1e-9
 # Status offsets of `_advance_state` for failures of the gas, the shell and the exchange; the part's own status is added.
 _GAS, _SHELL, _WALL = 16, 32, 48
-# Change of the cross-section above which a gas in a rigid tube gets a caution.
+# Relative change of the wall's cross-section above which a caution is issued if the gas ignores the change.
 _LARGE_CHANGE = 0.02
-# Growth of the cross-section above which the load of a gas in a rigid tube is no longer valid.
+# Relative growth of the wall's cross-section above which the pressure of a gas that ignores it is no longer valid.
 _LARGEST_GROWTH = 0.5
 _GROWN = "cross_section_grown"
 

@@ -60,7 +60,7 @@ def linear_contacts(kind, stiffness, constants, history):
 
 @functions.force.register(LinearContacts)
 def force(law, j, d):
-    """Return k d."""
+    """Return the elastic force k d."""
     return law.stiffness[j] * d
 
 
@@ -72,7 +72,7 @@ def energy(law, j, d):
 
 @functions.damping.register(LinearContacts)
 def damping(law, j, d):
-    """Return c."""
+    """Return c, the dissipative force per approach speed."""
     return law.dissipation[j]
 
 

@@ -55,7 +55,7 @@ class WaltonBraun(Law):
     def contact_constants(
         self, stiffness: FloatArray, reduced_radius: FloatArray, yield_strength: FloatArray, contacts: slice
     ) -> FloatArray:
-        """Return k2 and 1 - k1/k2."""
+        """Return k2 and 1 - k1/k2 for each contact."""
         loading = stiffness[contacts]
         unloading = (np.zeros(len(stiffness)) + np.asarray(self.unloading_stiffness))[contacts]
         soft = unloading < loading
@@ -73,7 +73,7 @@ class WaltonBraun(Law):
         return force / stiffness
 
     def largest_stiffness(self, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
-        """Return k2."""
+        """Return k2, the stiffness in unloading, which is larger than k1."""
         return constants[:, 0]
 
 

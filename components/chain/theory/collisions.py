@@ -63,7 +63,7 @@ def duration_times_frequency(exponent: float) -> float:
     return duration * math.sqrt(0.5 * exponent * (exponent + 1.0))
 
 
-# 0.8 B(3/5, 3/2) (5/4)^(3/5) and 0.8 B(2/5, 3/2) (5/4)^(2/5), B the beta function.
+# Factors of the losses below: 0.8 B(3/5, 3/2) (5/4)^(3/5) and 0.8 B(2/5, 3/2) (5/4)^(2/5), B the beta function.
 KUWABARA_KONO_COEFFICIENT = 0.8 * math.gamma(0.6) * math.gamma(1.5) / math.gamma(2.1) * 1.25**0.6
 VISCOUS_COEFFICIENT = 0.8 * math.gamma(0.4) * math.gamma(1.5) / math.gamma(1.9) * 1.25**0.4
 

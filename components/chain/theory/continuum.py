@@ -32,7 +32,7 @@ class Extremes(NamedTuple):
 
 
 def W(y: Number, c3: float) -> Number:
-    """Return the potential W(y), for y >= 0 and any C3 (the paper's fig. 1: C3 = 4/27 and 0.1)."""
+    """Return the value of the potential W, for y >= 0 and any C3 (the paper's fig. 1: C3 = 4/27 and 0.1)."""
     return -0.625 * y**1.6 + 0.5 * y**2 + c3 * y**0.8
 
 

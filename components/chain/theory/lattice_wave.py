@@ -79,12 +79,12 @@ class LatticeWave:
 
     @property
     def speed_ratio(self) -> float:
-        """V/c0; infinite without precompression."""
+        """V/c0, the speed over that of long waves in the chain at rest; infinite without precompression."""
         return self.speed / (1.5 * self.rest_overlap**0.5) ** 0.5 if self.rest_overlap else np.inf
 
     @property
     def momentum(self) -> float:
-        """Sum of the grains' velocities, constant in time."""
+        """Total momentum, the sum of the grains' velocities (m = 1); constant in time."""
         return float(self.velocity.sum()) * self._grain_fraction
 
     @property
@@ -174,7 +174,7 @@ def lattice_wave(rest_overlap: float, height: float = 1.0) -> LatticeWave:
     pushed = fourier(_force_rise(shape, start), np.zeros(count))[0] * box
     velocity = fourier(pushed, np.zeros(count))[0] / (speed * count)
     place, shape, velocity = (np.roll(values, count // 2) for values in (place, shape, velocity))
-    # Rounding leaves +-1e-16 far from the wave.
+    # Far from the wave rounding leaves overlaps of +-1e-16 instead of 0.
     overlap = np.maximum(shape, 0.0) * height
     fourth_root = math.sqrt(math.sqrt(height))
     return LatticeWave(place, overlap, velocity * (height * fourth_root), rest, speed * fourth_root)

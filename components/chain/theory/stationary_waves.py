@@ -52,7 +52,7 @@ class StationaryWave:
 
     @property
     def amplitude_ratio(self) -> float:
-        """Largest xi/xi_0."""
+        """Largest strain of the wave over the strain xi_0 ahead of it."""
         return float(self.strain_ratio.max())
 
     @property
@@ -87,7 +87,7 @@ def solitary_wave(c3: float, samples: int = 401) -> StationaryWave:
     middle = (0.5 * (low**2 + high**2)) ** 0.5
     at_half = float(np.arccosh((depth / (middle - low)) ** 0.5))
     width = 2.0 * _antiderivative(rate, np.linspace(0.0, at_half, 33))[-1]
-    # Both halves from the one right of the crest; eta in diameters.
+    # The half left of the crest is the mirror image of the right one; scale converts eta to diameters.
     eta, crest, scale = _antiderivative(rate, angles), root(angles), 10.0**-0.5
     position, y = np.concatenate((-eta[:0:-1], eta)) * scale, np.concatenate((crest[:0:-1], crest)) ** 2.5
     return StationaryWave(c3, energy, position, y, float(width) * scale)

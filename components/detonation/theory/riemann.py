@@ -47,7 +47,7 @@ class RiemannSolution:
 
 
 def riemann_problem(left: Flow, right: Flow, gamma: float) -> RiemannSolution:
-    """Return the solution for two states.
+    """Return the `RiemannSolution` for two uniform states that meet at x = 0.
 
     Raises:
         ValueError: the states separate so fast that a vacuum opens.
