@@ -38,7 +38,7 @@ class Variable:
     axes: tuple[str, ...] = ()
     """Name of each axis of the shape, such as ("grain",). Variables with the same axis share it in a data set."""
     nominal: float = 1.0
-    """Usual magnitude of the values, by which observations and actions are scaled."""
+    """Usual magnitude of the values; it is stored in logs, and templates of experiments use it in examples."""
     variability: Literal["", "constant", "fixed", "tunable", "discrete", "continuous"] = ""
     """FMI's variability; by default "fixed" for parameters, "continuous" for inputs and outputs."""
     initial: Literal["", "exact", "approx", "calculated"] = ""

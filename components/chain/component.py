@@ -447,7 +447,7 @@ class Chain(Component):
         )
 
     def _dissipation_per_step(self) -> float:
-        """Return the largest c h / m* of the contacts, 0 without dissipation."""
+        """Return the largest c h / m* of the contacts, c the dissipative force per speed, h the step; 0 without dissipation."""
         law, places = self.parameters.law, self.geometry.contact_slice
         if not isinstance(law, Dissipative):
             return 0.0

@@ -1,4 +1,4 @@
-"""Equations of motion: contact forces, the drive of the ends, and the sums of work and impulse.
+"""Equations of motion: contact forces, the drive of the ends, and the tallies (sums since the reset) of work and impulse.
 
 m_i u_i'' = F_i - F_(i+1) + m_i g, with F_i the force in the contact left of grain i. Symbols: u displacement, v velocity, d
 overlap, w inverse mass, h step, e fraction of a step after the tick.

@@ -59,14 +59,14 @@ def field(default: Any, description: str, unit: str, *, absent: str | None = Non
 
 def field_unit(field: FieldInfo) -> str:
     """Return the unit that a parameter declares."""
-    return _field_extra(field, "unit", "")
+    return _declared_text(field, "unit", "")
 
 
 def absent_meaning(field: FieldInfo) -> str:
     """Return the meaning of an omitted value: "automatic" if it is computed, or the declared text."""
-    return _field_extra(field, "left_out", "automatic")
+    return _declared_text(field, "left_out", "automatic")
 
 
-def _field_extra(field: FieldInfo, key: str, default: str) -> str:
+def _declared_text(field: FieldInfo, key: str, default: str) -> str:
     extra = field.json_schema_extra
     return str(extra.get(key, default)) if isinstance(extra, dict) else default

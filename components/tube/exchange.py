@@ -18,7 +18,7 @@ from ..support.jit import internal, jit
 from ..support.powers import power
 from .interface_overlaps import Interface, Overlaps
 
-# Entries of the tally since the reset: leaked mass, momentum and energy, and the work of the shell on the room.
+# Entries of the tally, i.e. sums since the reset: leaked mass, momentum and energy, and the work of the shell on the room.
 LEAKED_MASS, LEAKED_MOMENTUM, LEAKED_ENERGY, ROOM_WORK, TALLY = 0, 1, 2, 3, 4
 
 

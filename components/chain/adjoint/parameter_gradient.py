@@ -209,4 +209,4 @@ KNOWN: dict[str, Callable[[Chain, Adjoints], float | FloatArray]] = {
     "velocity": lambda chain, adjoints: adjoints.velocity,
     "displacement": lambda chain, adjoints: adjoints.displacement,
 }
-"""Parameters, inputs and start values that have gradients."""
+"""Name of each parameter, input or start value that has a gradient -> function that returns the gradient."""
