@@ -80,7 +80,7 @@ class Component(Stepping):
         self.reset()
         sizes, details = {one.name: element_count(one) for one in self.drawables()}, self.event_details
         counted = [sizes.get(details[kind].counts, 0) if kind in details else 0 for kind in self._own_event_kinds]
-        # Smallest index of each kind of event, and one past the largest.
+        # Range of the index of each kind of event: the smallest index, and one past the largest.
         self._index_limits: FloatArray = np.array([(0, size) if size else (-1, MOST_INDEX) for size in counted], np.float64)
 
     def __repr__(self) -> str:
@@ -109,7 +109,7 @@ class Component(Stepping):
         self._block = Block(self._claim_memory((words,)), growing=lists, **fields)
 
     def _claim_memory(self, shape: tuple[int, ...]) -> FloatArray:
-        """Return zeros of the given shape, in the memory of a parent if given."""
+        """Return an array of zeros, in the memory that a parent component provides, or else in new memory."""
         memory = self._given_memory
         self._memory: FloatArray = np.zeros(shape) if memory is None else memory.reshape(shape)
         self._memory[...] = 0.0
@@ -418,7 +418,7 @@ class Component(Stepping):
             expected = f"the inputs of this {self._full_name}, {sorted(self._inputs)}"
             raise ParameterError(f"got a snapshot with the inputs {sorted(snapshot.inputs)}", expected=expected, at="snapshot")
         held = self.checked_inputs(snapshot.inputs)
-        # Keep the snapshot's own mapping if its values are unchanged: the next restore then skips the checks.
+        # Keep the snapshot's own mapping of inputs if its values are unchanged: the next restore then skips the checks.
         return snapshot.inputs if all(held[name] is value for name, value in snapshot.inputs.items()) else held
 
     def __reduce__(self) -> tuple[Any, ...]:

@@ -95,7 +95,7 @@ class CompiledProfile:
         return factor if self.pattern is None else factor * self.pattern
 
     def mean_factors(self, tick: int, ticks: int) -> FloatArray:
-        """Return the mean of the polynomial alone over each of `ticks` ticks, starting at `tick`, shape (ticks,)."""
+        """Return the mean of the polynomial, without `pattern`, over each of `ticks` ticks from `tick` on, shape (ticks,)."""
         now = np.arange(tick, tick + ticks)
         piece = np.searchsorted(self.ticks, now, side="right") - 1
         rows, middle = self._mean_coefficients(1)[piece], (now - self.ticks[piece]) + 0.5

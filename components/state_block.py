@@ -87,7 +87,7 @@ class Block:
         self._backup, self._backup_rows = memoryview(b""), b""
 
     def include_part(self, part: Block) -> None:
-        """Add the lists of a part, whose memory is a section of this memory, to the copies of this block."""
+        """Include the lists of a part, whose memory is a section of this memory, in backups and snapshots of this block."""
         # The part itself declares the ranges of its memory.
         for name, view in self.views.items():
             if np.may_share_memory(view, part.memory):

@@ -88,7 +88,7 @@ def polynomial_value(polynomial, e):
 
 @internal_inlined
 def polynomial_integral(polynomial, e):
-    """Return the integral of a polynomial from the tick to e, in steps."""
+    """Return the integral of a polynomial from the tick to the fraction e of the step after it, with time in steps."""
     p = 0.0
     for i in range(len(polynomial) - 1, -1, -1):
         p = p * e + polynomial[i] / (i + 1)

@@ -182,7 +182,7 @@ def _precompressed_step_size(chain: Geometry, parameters: ChainParameters, schem
 
 
 def _dissipation_rate(law: Dissipative, chain: Geometry, speed: float) -> float:
-    """Return the largest c / m* of the contacts at their deepest overlap [1/s]."""
+    """Return the largest c / m* of the contacts, c the dissipative force per speed at their deepest overlap [1/s]."""
     real = chain.contact_slice
     overlap, reduced = _deepest_overlap(chain, speed, law.exponent)[real], chain.reduced_mass[real]
     return float(np.max(law.damping_coefficients(chain.law_constants[real], overlap) / reduced, initial=0.0))

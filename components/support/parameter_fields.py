@@ -44,7 +44,7 @@ NotNegative = Annotated[float, Field(ge=0.0)]
 Index = Annotated[int, Field(ge=0)]
 Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
 PositivePair = Annotated[list[Positive], Field(min_length=2, max_length=2)]
-# The same types with magnitudes within `LEAST` and `MOST`.
+# The types above, restricted to magnitudes within `LEAST` and `MOST`.
 Magnitude = Annotated[float, Field(gt=0.0), AfterValidator(_validate_magnitude)]
 NotNegativeMagnitude = Annotated[float, Field(ge=0.0), AfterValidator(_validate_magnitude)]
 SignedMagnitude = Annotated[float, AfterValidator(_validate_coordinate)]

@@ -11,7 +11,7 @@ _TWO_OVER_LN2 = 2.8853900817779268
 _ROOT_2 = 1.4142135623730951
 # ln 2 in two parts: the first has few bits, so that its product with a small whole number is exact.
 _LN2_HIGH, _LN2_LOW = 0.693147180369123816490, 1.90821492927058770002e-10
-# Outside these limits e^x is not a normal number.
+# Outside these limits of x, e^x is not a normal floating-point number.
 _SMALLEST, _LARGEST = -708.0, 709.0
 # Adding and subtracting 1.5 x 2^52 rounds to a whole number.
 _ROUNDING = 6755399441055744.0

@@ -14,7 +14,7 @@ from ..errors import ParameterError
 from .float_arrays import FloatArray
 from .round_numbers import round_down_to_125
 
-# Allowed and suggested fractions of the largest stable step.
+# Largest allowed step and suggested step, as fractions of the largest stable step 2 / omega.
 ALLOWED, SUGGESTED = 0.9, 0.8
 _KEPT = 16
 

@@ -33,7 +33,7 @@ class Fixed(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _plain_fields(cls, fields: Any) -> Any:
-        """Return the fields in the types of pydantic: arrays and tuples as lists, numpy numbers as Python numbers."""
+        """Return the fields in types that pydantic accepts: arrays and tuples as lists, numpy numbers as Python numbers."""
         return {name: to_plain(value) for name, value in fields.items()} if isinstance(fields, dict) else fields
 
 
@@ -235,7 +235,7 @@ def whole_number(at: str | Location, value: Any, least: int = 1, most: int | Non
 
 
 def to_plain(value: Any) -> Any:
-    """Return a parameter in the types of pydantic; a masked array is returned unchanged, so that it is refused."""
+    """Return a parameter in types that pydantic accepts; a masked array is returned unchanged, so that it is refused."""
     match value:
         case np.ma.MaskedArray():
             return value

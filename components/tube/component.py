@@ -83,7 +83,7 @@ class Tube(Component):
         self.interface: Interface = self._find_interface()
         # Read from the output: in a meshfree body the displacement of a node differs from the parameter of the node.
         self._rest_radii: FloatArray = self.shell.get("mean_inner_radius")
-        # Step of the gas or the shell that failed, and the cell in which the pressure vanished.
+        # After a failure: the step of the gas or the shell that failed, and the cell in which the pressure vanished.
         self._failed_tick = self._failed_cell = 0
 
     def _choose_steps(self, gas: DetonationTube, shell: Shell) -> None:
@@ -162,7 +162,7 @@ class Tube(Component):
         )  # fmt: skip
 
     def _declare_output(self, variable: Variable) -> Variable:
-        """Return the variable, or an output in place of an input of one part that the other part sets."""
+        """Return the variable of a part; an input that the other part sets is returned as an output."""
         if variable.name not in ("gas_area", "shell_pressure"):
             return variable
         text = (

@@ -113,7 +113,7 @@ def _reverse_kick(chain, adjoint, inputs, input_adjoint, u, stage):
 
 @internal_inlined
 def _reverse_drift(chain, adjoint, kick, drift):
-    """Add drift u_adjoint to v_adjoint, and write the adjoint of the force on each grain in the preceding kick."""
+    """Add `drift` times u_adjoint to v_adjoint, and write the adjoint of the force on each grain in the kick before it."""
     a, n = adjoint.rows, chain.settings.grains
     u, v, c, w = a[U, 1 : n + 1], a[V, 1 : n + 1], a[FORCE_ADJOINT, 1 : n + 1], chain.rows[INVERSE_MASS, 1 : n + 1]
     for i in range(n):

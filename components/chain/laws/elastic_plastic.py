@@ -138,7 +138,7 @@ def update_history(law, j, d):
     work = k * root * ((0.75 * (d + before) - 0.5 * root * root) * (d - before))
     loaded = k * root * (1.5 * d - 0.5 * root * root)
     unloading = k * sqrt(k * (d * sqrt(d)) / loaded)
-    # (F / k_u)^(2/3); with k_u = k sqrt(k d^1.5 / F) this is a quotient.
+    # d - d_r = (F / k_u)^(2/3); with k_u = k sqrt(k d^1.5 / F) this is a quotient, without a power function.
     elastic = loaded / (k * sqrt(d))
     law.deepest[j], law.unloading[j], law.residual[j] = d, unloading, d - elastic
     return stored + work - hertz_energy(unloading, elastic)

@@ -101,4 +101,4 @@ ELASTIC_GRADIENT = (force_pullback, energy_pullback)
 """Additional functions of a law with gradients; a law with a history has none."""
 DISSIPATIVE_GRADIENT = (damping_pullback,)
 ENERGY_ROOT = (energy_root, energy_root_pullback)
-"""Functions for the distance of two states, measured by the energy of their difference."""
+"""Functions for the distance of two states by roots of the energy, see `differentiable_quantities`."""

@@ -73,7 +73,7 @@ class WaltonBraun(Law):
         return force / stiffness
 
     def largest_stiffness(self, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
-        """Return k2, the stiffness in unloading, which is larger than k1."""
+        """Return k2, the stiffness in unloading."""
         return constants[:, 0]
 
 

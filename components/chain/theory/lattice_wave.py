@@ -20,18 +20,18 @@ from ...support.elementary_functions import exponential, fourier, root, sine_of_
 from ...support.float_arrays import FloatArray
 
 # Values of the uncompressed wave from `lattice_wave(0)`; runs of the chain agree with all of them to six digits.
-# Speed in diameters and units of (k/m)^(2/5) v_m^(1/5) (paper: 0.915).
+# Speed in diameters times (k/m)^(2/5) v_m^(1/5), v_m the largest velocity of a grain (paper: 0.915).
 SOLITARY_SPEED = 0.9074700784
 # Energy in m v_m^2, momentum in m v_m.
 SOLITARY_ENERGY = 1.0693229458
 SOLITARY_MOMENTUM = 1.6699712493
-# Peak of a front with weak losses over the state behind the shock: overlap, pressure (2.7: 1.5625, 1.9531).
+# Largest value at a front with weak losses over the value far behind it: overlap, pressure (by (2.7): 1.5625, 1.9531).
 LATTICE_STRAIN_OVERSHOOT = 1.4873593743
 LATTICE_PRESSURE_OVERSHOOT = 1.8139439880
 # Velocity of the last grain after it leaves a free end, in v_m; from a run of the chain.
 FREE_END_VELOCITY = 1.44606
 
-# Tolerance of the shape: _TOLERANCE, or _ROUNDING / e^2 for a wave with a small rise e, whose accuracy rounding limits.
+# Change of the shape at which the iteration stops: _TOLERANCE, or, for a small rise e, _ROUNDING / e^2 due to rounding.
 _TOLERANCE, _ROUNDING = 1e-13, 5e-13
 _ITERATIONS = 500
 _POINTS_PER_GRAIN = 16

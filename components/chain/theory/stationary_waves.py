@@ -18,7 +18,7 @@ from .continuum import extreme_roots, ratio_from_c3
 
 # Gauss points on each piece of a profile; for these smooth integrands eight points leave only rounding errors.
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(8)
-# A solitary wave extends until its strain above xi_0 has decayed by cosh^2 of this: to 6e-11 of its height.
+# A solitary wave is computed until its strain above xi_0 has fallen by the factor cosh^2 of this, to 6e-11 of its height.
 _TAIL = 13.0
 
 
@@ -47,7 +47,7 @@ class StationaryWave:
 
     @property
     def strain_ratio(self) -> FloatArray:
-        """xi/xi_0, xi_0 the strain of the maximum y1 of W, shape (n,)."""
+        """xi/xi_0, xi_0 the strain ahead of the wave, at the maximum y1 of W; shape (n,)."""
         return self.strain / extreme_roots(self.c3)[0] ** 2
 
     @property
