@@ -78,7 +78,7 @@ class CompiledProfile:
         return () if self.pattern is None else self.pattern.shape
 
     def polynomial_value(self, tick: int, part: float = 0.0) -> float:
-        """Return the polynomial alone, `part` of a step after a tick; a breakpoint belongs to the piece that begins there."""
+        """Return the polynomial without `pattern`, `part` of a step after a tick; at a breakpoint that of the later piece."""
         piece = int(np.searchsorted(self.ticks, tick, side="right")) - 1
         return 0.0 if piece < 0 else polynomial_value(self.coefficients[piece], float(tick - self.ticks[piece]) + part)
 
@@ -105,13 +105,13 @@ class CompiledProfile:
         return np.where(piece < 0, 0.0, value)
 
     def _mean_coefficients(self, parts: int) -> FloatArray:
-        """Return the coefficients of the mean over one of `parts` equal parts of a tick, as functions of its midpoint."""
+        """Return the coefficients of the mean over one of `parts` equal parts of a tick, a polynomial of its midpoint."""
         if parts not in self._known_means:
             self._known_means[parts] = mean_polynomials(self.coefficients, 1.0 / parts)
         return self._known_means[parts]
 
     def broadcast(self, shape: tuple[int, ...]) -> CompiledProfile:
-        """Return the same signal for every element of an input of the given shape; itself if it already has this shape."""
+        """Return the same signal for every element of an input of this shape; a profile of this shape is returned unchanged."""
         if self.shape == shape:
             return self
         if self.pattern is not None:

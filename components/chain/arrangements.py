@@ -163,7 +163,7 @@ class Decorated(Arrangement):
                 at="name",
             )
         smallest = min(self.radius, _last_radius(self.radius, 1.0 - self.taper, grains // 2 + 1))
-        # Equal large and small grains count as one size, whatever the rounding error of the last one.
+        # Small grains may be as large as the smallest large one, up to the rounding error of that radius.
         if smallest * (1.0 + 1e-12) < self.decoration_radius:
             raise ParameterError(
                 f"got {self.decoration_radius:g} m",
@@ -209,7 +209,7 @@ class Impurity(Arrangement):
 
     @property
     def indices(self) -> list[int]:
-        """The indices of the impurities."""
+        """Indices of the grains that are impurities."""
         return self.index if isinstance(self.index, list) else [self.index]
 
     def check_fit(self, grains: int) -> None:  # noqa: D102

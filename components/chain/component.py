@@ -30,7 +30,7 @@ _LEAST_FORCES = 16.0
 _STOPPED_IN_A_STEP = 0.3
 
 _NO_PIECES = np.zeros((0, 2))
-# Beyond these limits the unit is probably wrong [m, kg/m^3, kg/m^3, m/s]; a striker may be much heavier than a grain.
+# Beyond these limits a unit is probably wrong [m, kg/m^3, kg/m^3, m/s]; the third allows for strikers of large mass.
 _LARGE_RADIUS, _LIGHT_DENSITY, _HEAVY_DENSITY, _SLOW_SOUND = 0.1, 100.0, 1e6, 20.0
 _NUMBERING = "entry i is left of grain i, the last entry right of the last grain; 0 without a contact"
 _OF_A_WALL = "wall on the chain, positive to the right; 0 without a wall"
@@ -50,7 +50,7 @@ _OUTPUTS = (
     ("left_wall_force", "N", None, f"force of the left {_OF_A_WALL}"),
     ("right_wall_force", "N", None, f"force of the right {_OF_A_WALL}"),
 )
-# Number of arrays of the chain's length during the build, in addition to the table and its copy.
+# Number of arrays of length n that exist during the build, in addition to the table and its copy.
 _GEOMETRY_ROWS = 18
 
 
@@ -153,7 +153,7 @@ class Chain(Component):
             numbers[first : first + 4] = end == "free", end == "piston", chain.mass[place], chain.static_force[place]
 
     def _overlap_limits(self) -> tuple[FloatArray, FloatArray]:
-        """Return the overlaps above which the chain warns, or refuses a step; infinite at places without a contact."""
+        """Return the overlaps above which the chain warns and those above which it refuses a step; infinite if no contact."""
         chain, places, law = self.geometry, self.geometry.contact_slice, self.parameters.law
 
         def largest_overlap(evaluations: float) -> FloatArray:

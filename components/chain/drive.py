@@ -97,7 +97,7 @@ def polynomial_integral(polynomial, e):
 
 @internal
 def piece_numbers(drive, tick):
-    """Return a number per end that changes with its piece, so that multistep integrators restart at a new piece."""
+    """Return for each end a number that identifies the present piece of its input; multistep integrators restart with it."""
     left = _piece_index(drive.pieces, 0, drive.left_pieces, tick)
     right = _piece_index(drive.pieces, drive.left_pieces, drive.pieces.shape[0], tick)
     return _piece_number(drive.pieces, left, drive.left_number), _piece_number(drive.pieces, right, drive.right_number)

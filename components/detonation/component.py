@@ -25,7 +25,7 @@ from .parameters import DetonationParameters
 
 # Courant number of the default step, for the fastest expected wave.
 _SUGGESTED_COURANT = 0.5
-# Courant number of the step that an error message advises.
+# Courant number of the smaller step that an error message advises.
 _ADVISED_COURANT = 0.7
 # Speed of the fastest expected waves: in a reacting gas (reflected detonation) divided by the detonation speed; in an inert gas
 # divided by the speed of sound in its hottest region.

@@ -230,7 +230,7 @@ def fill_ghost_cells(tables):
 
 @internal
 def tally_end_flows(tables):
-    """Tally the amounts that enter at the ends in one stage, i.e. half a step."""
+    """Add to the tally the mass, momentum and energy that enter at the ends in one stage, weighted as half a step."""
     state, fluxes, tally = tables.state, tables.scratch.fluxes, tables.tally
     n = state.density.size
     half = 0.5 * tables.medium.step_size

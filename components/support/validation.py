@@ -144,7 +144,7 @@ def _fault_from_error(error: Any, place: Location, given: Any, model: type[BaseM
 
 
 def _fault_location(loc: Location, given: Any) -> Location:
-    """Return a location without the names that pydantic inserts for alternatives of a union."""
+    """Return pydantic's location of an error without the names that it inserts for the alternatives of a union."""
     place = list(loc[:1])
     inner: Any = given.get(loc[0]) if loc and isinstance(given, Mapping) else None
     for part in loc[1:]:
@@ -167,7 +167,7 @@ def _advice_for_unknown(place: Location, given: Any, value: Any, model: type[Bas
 
 
 def _table_model(model: type[BaseModel], name: str | int) -> type[BaseModel] | None:
-    """Return the model of a field that holds a table, including an optional one."""
+    """Return the model of the table that a field (perhaps optional) holds; None for a field without a table."""
     field = model.model_fields.get(str(name))
     kinds = (field.annotation, *get_args(field.annotation)) if field else ()
     return next((kind for kind in kinds if isinstance(kind, type) and issubclass(kind, BaseModel)), None)

@@ -400,7 +400,7 @@ class Tube(Component):
         }
 
     def _largest_area_change(self) -> float:
-        """Return the largest present relative change of a station's cross-section."""
+        """Return the relative change of the cross-section at the station where it is largest now."""
         return float(np.abs(self._block["widening"]).max())
 
     def conclusions(self) -> list[str]:

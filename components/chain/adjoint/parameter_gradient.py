@@ -85,7 +85,7 @@ def _has_static_weight(chain: Chain) -> bool:
 
 
 def _weight_adjoint(chain: Chain, static: FloatArray) -> FloatArray:
-    """Return the derivative with respect to the weight of each grain, which contacts on one side carry."""
+    """Return the derivative with respect to the weight of each grain, which the contacts on one side of it carry."""
     p = chain.parameters
     carried = np.cumsum(static[::-1])[::-1][1:]
     total = p.gravity * float(chain.table[MASS, 1 : p.grains + 1].sum())

@@ -88,7 +88,7 @@ def reverse_damped_tick(scheme, chain, adjoint, inputs, input_adjoint, tape):
         if s == stages // 2:
             row -= 1
             _reverse_drift(chain, adjoint, 0.0, scheme.drifts[s + 1] * h)
-            # During the flow the speeds of pistons are the inputs; before and after it they have no effect.
+            # During the dissipative flow the speeds of pistons are the inputs; before and after it they have no effect.
             _clear_piston_speed_adjoints(chain, adjoint)
             _reverse_dissipation(chain, adjoint, tape[row], tape[row + 1])
             _reverse_piston_speeds(chain, adjoint, input_adjoint)

@@ -191,7 +191,7 @@ def kick(chain, u, next_u, drive, stage):
 
 @internal_inlined
 def _restore_pistons(chain, velocities):
-    """Restore the velocities of prescribed grains, which gravity and contacts do not change."""
+    """Restore the velocities of prescribed grains, which gravity and contact forces must not change."""
     if chain.settings.left.is_piston:
         chain.rows[V, 1] = velocities[0]
     if chain.settings.right.is_piston:

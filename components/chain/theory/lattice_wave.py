@@ -22,7 +22,7 @@ from ...support.float_arrays import FloatArray
 # Values of the uncompressed wave from `lattice_wave(0)`; runs of the chain agree with all of them to six digits.
 # Speed in diameters times (k/m)^(2/5) v_m^(1/5), v_m the largest velocity of a grain (paper: 0.915).
 SOLITARY_SPEED = 0.9074700784
-# Energy in m v_m^2, momentum in m v_m.
+# Energy of the wave in m v_m^2, and its momentum in m v_m.
 SOLITARY_ENERGY = 1.0693229458
 SOLITARY_MOMENTUM = 1.6699712493
 # Largest value at a front with weak losses over the value far behind it: overlap, pressure (by (2.7): 1.5625, 1.9531).

@@ -75,7 +75,7 @@ def solitary_wave(c3: float, samples: int = 401) -> StationaryWave:
     high, rest = _solitary_factors(c3, low)
     depth = high - low
 
-    # s - s1 = depth sech^2(angle): the infinite time near the hilltop becomes an infinite angle, and all functions are smooth.
+    # With s - s1 = depth sech^2(angle), the infinite time at the maximum of W becomes an infinite angle, and all is smooth.
     def root(angle: FloatArray) -> FloatArray:
         return low + depth / np.cosh(angle) ** 2
 
