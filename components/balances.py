@@ -54,7 +54,7 @@ class Balance:
 
 
 def balance_variables(balance: Balance) -> Iterable[Variable]:
-    """Yield an output variable for each entry of a balance."""
+    """Yield the declaration of an output variable for each entry of a balance."""
     kinds = (
         (balance.stored, "stored"),
         (balance.lost, "lost since the reset"),
@@ -64,7 +64,7 @@ def balance_variables(balance: Balance) -> Iterable[Variable]:
     for entries, what in kinds:
         for name, amount in entries.items():
             words = name.replace("_", " ")
-            # A stored amount whose name contains the quantity needs no further text: kinetic energy, momentum.
+            # The name of a stored amount is description enough if it contains the quantity: kinetic energy, momentum.
             text = words if what == "stored" and quantity in words else f"{words}: {quantity} {what}"
             yield Variable(name, "output", balance.unit, np.shape(amount), text)
     added, given = (" + ".join(names) for names in ([*balance.stored, *balance.lost], balance.supplied))

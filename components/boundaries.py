@@ -60,7 +60,7 @@ class PrescribedVelocity(Boundary):
 
     @property
     def prescribed_axes(self) -> tuple[int, ...]:
-        """Return the numbers of the prescribed components."""
+        """Return the components of the velocity that the edge prescribes: 0 for x, 1 for y."""
         return (0, 1) if self.components == "both" else (("x", "y").index(self.components),)
 
 
@@ -71,7 +71,7 @@ class Traction(Boundary):
 
 
 def edge_variable(edge: str, boundary: Traction | PrescribedVelocity) -> Variable:
-    """Return the input variable of an edge, one vector for the whole edge."""
+    """Return the input of an edge, its velocity or traction: one vector that holds for the whole edge."""
     quantity, unit, text = ("traction", "Pa", "force per area on")
     if isinstance(boundary, PrescribedVelocity):
         quantity, unit, text = ("velocity", "m/s", "velocity of")

@@ -1,4 +1,4 @@
-"""Name -> component class.
+"""The catalogue of components: it finds the class of a component by its name.
 
 Components of this package are listed here; third parties add theirs through the entry-point group ``granular_env.components``.
 """
@@ -38,7 +38,7 @@ def component_names() -> list[str]:
 
 
 def built_in_names() -> list[str]:
-    """Return the names of the components of this package, which even an untrusted log may name."""
+    """Return the names of this package's own components; a log from an untrusted source may name no others."""
     return list(_OWN)
 
 

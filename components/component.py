@@ -71,7 +71,7 @@ class Component(Stepping):
         }
         self._tick_counts: dict[float | None, int] = {None: 1}
         self._bind_block()
-        # Balance entries need a state, which is zero at first.
+        # The names of the balance entries come from a call of `balances`, which reads the state; it is zero at first.
         for balance in self.balances():
             for variable in balance_variables(balance):
                 variables.setdefault(variable.name, variable)
@@ -80,7 +80,7 @@ class Component(Stepping):
         self.reset()
         sizes, details = {one.name: element_count(one) for one in self.drawables()}, self.event_details
         counted = [sizes.get(details[kind].counts, 0) if kind in details else 0 for kind in self._own_event_kinds]
-        # Smallest index of each kind of event, and one past the largest.
+        # Range of the index of each kind of event: the smallest index, and one past the largest.
         self._index_limits: FloatArray = np.array([(0, size) if size else (-1, MOST_INDEX) for size in counted], np.float64)
 
     def __repr__(self) -> str:
@@ -109,7 +109,7 @@ class Component(Stepping):
         self._block = Block(self._claim_memory((words,)), growing=lists, **fields)
 
     def _claim_memory(self, shape: tuple[int, ...]) -> FloatArray:
-        """Return zeros of the given shape, in the memory of a parent if given."""
+        """Return an array of zeros, in the memory that a parent component provides, or else in new memory."""
         memory = self._given_memory
         self._memory: FloatArray = np.zeros(shape) if memory is None else memory.reshape(shape)
         self._memory[...] = 0.0
@@ -140,7 +140,7 @@ class Component(Stepping):
         vars(self).update(event_kinds=kinds, event_details=details)
 
     def _bind_block(self) -> None:
-        """Set the attributes of this instance that depend on its block."""
+        """Set the attributes of this instance that depend on `_block`, the memory of its state."""
         parts = {v.name: self._block.views.get(v.name) for v in self.declared_variables() if v.causality == "output"}
         views = {name: _view_reader(part) for name, part in parts.items() if part is not None}
         self._readers: dict[str, Callable[[], Any]] = views | self._output_readers()
@@ -327,7 +327,7 @@ class Component(Stepping):
         return self.state_bytes // 8 + parts
 
     def wake(self) -> None:
-        """Make the next steps as expensive as any step of a run, to estimate run times."""
+        """End a state in which steps are cheap because parts are skipped, so that timed steps are typical of a run."""
 
     def save(self) -> Snapshot:
         """Return a snapshot, i.e. a copy of the whole state."""
@@ -342,8 +342,8 @@ class Component(Stepping):
         """Continue from a snapshot with bitwise identical results, in whichever process it was taken.
 
         Raises:
-            ParameterError: it belongs to a component with other parameters, another name or another version, or its state is
-                outside the ranges that the component declares.
+            ParameterError: the snapshot belongs to a component with other parameters, another name or another version, or its
+                state is outside the ranges that the component declares.
         """
         if self._busy or self._owner is not None:
             self._refuse_busy_call("restore")
@@ -406,7 +406,7 @@ class Component(Stepping):
             expected = f"the inputs of this {self._full_name}, {sorted(self._inputs)}"
             raise ParameterError(f"got a snapshot with the inputs {sorted(snapshot.inputs)}", expected=expected, at="snapshot")
         held = self.checked_inputs(snapshot.inputs)
-        # Keep the snapshot's own mapping if its values are unchanged: the next restore then skips the checks.
+        # Keep the snapshot's own mapping of inputs if its values are unchanged: the next restore then skips the checks.
         return snapshot.inputs if all(held[name] is value for name, value in snapshot.inputs.items()) else held
 
     def __reduce__(self) -> tuple[Any, ...]:

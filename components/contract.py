@@ -35,7 +35,7 @@ class Physics(metaclass=ABCMeta):
     event_kinds: ClassVar[Mapping[str, str]] = {}
     """Kinds of possible events -> description; the state then has a list of events."""
     event_details: ClassVar[Mapping[str, EventDetail]] = {}
-    """Unit, meaning of the indices, and output with the distance from the limit, for some or all kinds."""
+    """Kind of event -> unit, what its index counts, and the output with the distance from its limit; optional for each kind."""
     step_size: float
     """Length of one internal step [s]; set by `_build_system`."""
 
@@ -62,7 +62,7 @@ class Physics(metaclass=ABCMeta):
         """
 
     def _prepare_inputs(self, held: Mapping[str, Held]) -> None:  # noqa: B027 - most components have nothing to prepare
-        """Prepare for the inputs held from now on, if one of them is or was a profile.
+        """Compute what steps need of the inputs; called when the held inputs change and one is or was a profile of time.
 
         It is not called for numbers and arrays: `_advance_state` reads them from `self._held`.
         """
@@ -76,7 +76,7 @@ class Physics(metaclass=ABCMeta):
 
     @abstractmethod
     def _step_error(self, status: int) -> StepError:
-        """Return the error for a status, while the failed state still exists."""
+        """Return the error that a status of `_advance_state` means; the state at the failure can still be read."""
 
     @abstractmethod
     def balances(self) -> tuple[Balance, ...]:
@@ -88,7 +88,7 @@ class Physics(metaclass=ABCMeta):
         return 0
 
     def report(self) -> dict[str, float]:
-        """Return figures on the validity of the model's assumptions: name with unit -> value."""
+        """Return numbers that show whether the model's assumptions hold in this run: name with unit -> value."""
         return {}
 
     def drawables(self) -> tuple[Drawable, ...]:
@@ -96,19 +96,19 @@ class Physics(metaclass=ABCMeta):
         return ()
 
     def nearest_kind(self, ratio: str, index: int) -> str:
-        """Return which of the event kinds of one output is closest to its limit at an index; "" if unknown.
+        """Return the kind of event that is closest to its limit at an index, of the kinds that share `ratio`; "" if unknown.
 
         Args:
-            ratio: name of the output, the `EventDetail.ratio` of several kinds.
+            ratio: name of the output with the decisive quantity over its limit (`EventDetail.ratio`), shared by several kinds.
             index: of the link, cell, ...
         """
         return ""
 
     def has_limit(self, ratio: str, index: int) -> bool:
-        """Return whether an element has a limit; a cell that cannot yield has none.
+        """Return whether an element can have events of the kinds with this `ratio`; a cell that cannot yield has no limit.
 
         Args:
-            ratio: name of the output, the `EventDetail.ratio` of kinds of events.
+            ratio: name of the output with the decisive quantity over its limit (`EventDetail.ratio`).
             index: of the link, cell, ...
         """
         return True

@@ -29,7 +29,7 @@ LARGEST_FILE = 256 * 2**20
 # A step longer than this number of median steps is a gap in the sampling.
 _HOLE = 10.0
 _CHOICES = {"delimiter": (",", ";", "\t", " "), "decimal": (".", ","), "gaps": ("refuse", "bridge")}
-# "time [us]", "time (us)", "time / us"
+# Forms of a header cell with a unit: "time [us]", "time (us)", "time / us".
 _HEADERS = [re.compile(rf"(?P<name>.*?)\s*{unit}") for unit in (r"\[(.*?)\]", r"\(([^()]*)\)", r"/\s*([^/]*(?:/s(?:\^2)?)?)")]
 
 # Unit -> (SI unit, multiplier, divisor). Both numbers are exact integers, so that 3 us is exactly the float 3e-6 s.
@@ -115,7 +115,7 @@ def read_history(
 
 
 def _read_rows(path: Path, delimiter: str, skip: int) -> tuple[list[int], list[list[str]]]:
-    """Return the numbers and the cells of all lines except comments, empty lines and skipped lines."""
+    """Return the line numbers, and the cells of each line, of all lines except comments, empty and skipped lines."""
     try:
         text = read_limited_file(path, LARGEST_FILE, "reduce the number of samples").decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -144,7 +144,7 @@ def _column_conversion(
     first_row: list[str], header: list[str] | None, line: int, quantity: str, column: str | int, unit: str | None,
     wanted_unit: str | None, scaled: bool,
 ) -> _Column:  # fmt: skip
-    """Return the index of the times or the values, and their conversion to the requested unit."""
+    """Return the index of the column of times or values, and the multiplier and divisor that convert it to the wanted unit."""
     key, place, where = f"{quantity}_column", column, f"line {line}"
     parsed = [_name_and_unit(cell) for cell in header or []]
     if isinstance(column, str):

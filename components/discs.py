@@ -86,7 +86,7 @@ class Discs(Component):
         self._block["start"] = ordered_sum(*energies.values()), *momentum
         return {}
 
-    @np.errstate(all="ignore")  # the status reports it
+    @np.errstate(all="ignore")  # the returned status reports overflow
     def _advance_state(self, ticks: int) -> int:
         u, v, h, p = self._block["displacement"], self._block["velocity"], self.step_size, self.parameters
         for tick in range(self._tick, self._tick + ticks):
@@ -147,7 +147,7 @@ class Discs(Component):
         return {"kinetic_energy": float(kinetic), "potential_energy": float(potential)}, (self.mass * v).sum(axis=0)
 
     def balances(self) -> tuple[Balance, ...]:
-        """Return energy and momentum since the reset."""
+        """Return the balances of energy and momentum since the reset."""
         (energies, momentum), start = self._energies_and_momentum(), self._block["start"].copy()
         work, fracture = float(self._block["work"]), float(self._block["fracture"])
         force, walls = self._block["impulses"].copy()

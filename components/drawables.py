@@ -144,15 +144,15 @@ def drawn_outputs(drawables: Iterable[Drawable]) -> list[str]:
 
 
 def main_points(drawables: Iterable[Drawable]) -> Points | None:
-    """Return the first points, with three columns in `reference` as viewers require, or None without points."""
+    """Return the first `Points`, with the three columns in `reference` that viewers require; None if there are none."""
     points = next((drawable for drawable in drawables if isinstance(drawable, Points)), None)
     return None if points is None else dataclasses.replace(points, reference=to_three_columns(points.reference))
 
 
 def to_three_columns(vectors: np.ndarray) -> np.ndarray:
-    """Return positions or displacements in 1 to 3 dimensions, shape (..., n) along x or (..., n, d), with three columns.
+    """Return positions or displacements padded with zeros to three columns x, y, z, shape (n, 3) or (frames, n, 3).
 
-    An array with two axes is read as (n, d); an array along x with leading frames needs a last axis of length 1.
+    The given shape is (n,) along x, (n, d) or (frames, n, d), d = 1 to 3. Frames along x need the shape (frames, n, 1).
     """
     rows = vectors[..., np.newaxis] if vectors.ndim == 1 else vectors
     full = np.zeros((*rows.shape[:-1], 3))

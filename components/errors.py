@@ -22,7 +22,7 @@ _PART = re.compile(r"\[\s*(-?\d+(?:\s*,\s*-?\d+)*)\s*\]|([^.\[\]]+)|[.\[\]]")
 
 
 def to_location(location: str | Location) -> Location:
-    """Return the location of a text: ("input", "force", 0, 1) for "input.force[0,1]"."""
+    """Return the location that a text denotes: ("input", "force", 0, 1) for "input.force[0,1]"."""
     if isinstance(location, tuple):
         return location
     parts: list[str | int] = []

@@ -50,7 +50,7 @@ class Oscillator(Component):
         self._block["tally"][:2] = self._energy(), self.mass * float(self._block["velocity"])
         return given
 
-    @np.errstate(over="ignore", invalid="ignore")  # the status reports it
+    @np.errstate(over="ignore", invalid="ignore")  # the returned status reports overflow
     def _advance_state(self, ticks: int) -> int:
         given = self._held["force"]
         x, v, tally, h = self._block["position"], self._block["velocity"], self._block["tally"], self.step_size

@@ -49,7 +49,7 @@ def part_readers(prefix: str, part: Component) -> dict[str, Callable[[], Any]]:
 
 
 def part_values(prefix: str, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the values of a part, under the part's own names."""
+    """Return those of the owner's values that belong to a part, under the part's own names (without the prefix)."""
     return {name.removeprefix(f"{prefix}_"): value for name, value in values.items() if name.startswith(f"{prefix}_")}
 
 

@@ -78,7 +78,7 @@ class CompiledProfile:
         return () if self.pattern is None else self.pattern.shape
 
     def polynomial_value(self, tick: int, part: float = 0.0) -> float:
-        """Return the polynomial alone, `part` of a step after a tick; a breakpoint belongs to the piece that begins there."""
+        """Return the polynomial without `pattern`, `part` of a step after a tick; at a breakpoint that of the later piece."""
         piece = int(np.searchsorted(self.ticks, tick, side="right")) - 1
         return 0.0 if piece < 0 else polynomial_value(self.coefficients[piece], float(tick - self.ticks[piece]) + part)
 
@@ -95,7 +95,7 @@ class CompiledProfile:
         return factor if self.pattern is None else factor * self.pattern
 
     def mean_factors(self, tick: int, ticks: int) -> FloatArray:
-        """Return the mean of the polynomial alone over each of `ticks` ticks, starting at `tick`, shape (ticks,)."""
+        """Return the mean of the polynomial, without `pattern`, over each of `ticks` ticks from `tick` on, shape (ticks,)."""
         now = np.arange(tick, tick + ticks)
         piece = np.searchsorted(self.ticks, now, side="right") - 1
         rows, middle = self._mean_coefficients(1)[piece], (now - self.ticks[piece]) + 0.5
@@ -105,13 +105,13 @@ class CompiledProfile:
         return np.where(piece < 0, 0.0, value)
 
     def _mean_coefficients(self, parts: int) -> FloatArray:
-        """Return the coefficients of the mean over one of `parts` equal parts of a tick, as functions of its midpoint."""
+        """Return the coefficients of the mean over one of `parts` equal parts of a tick, a polynomial of its midpoint."""
         if parts not in self._known_means:
             self._known_means[parts] = mean_polynomials(self.coefficients, 1.0 / parts)
         return self._known_means[parts]
 
     def broadcast(self, shape: tuple[int, ...]) -> CompiledProfile:
-        """Return the same signal for every element of an input of the given shape; itself if it already has this shape."""
+        """Return the same signal for every element of an input of this shape; a profile of this shape is returned unchanged."""
         if self.shape == shape:
             return self
         if self.pattern is not None:
@@ -315,7 +315,7 @@ class Profile:
         return 0.0 if piece < 0 else polynomial_value(self.coefficients[piece], time - float(self.starts[piece]))
 
     def __add__(self, other: Profile) -> Profile:
-        """Return the sum of two profiles, like `total`."""
+        """Return the sum of two profiles, computed by `total`."""
         return Profile.total([self, other]) if isinstance(other, Profile) else NotImplemented
 
     def __mul__(self, factor: Any) -> Profile:
@@ -376,14 +376,14 @@ class Profile:
             raise ParameterError(f"a breakpoint lies more than 2^52 steps of {step_size:g} s from the start", at=name)
         self._warn_about_early_samples(step_size, name)
         nearest = np.rint(places)
-        # The quotient of two rounded times has an error of a few ulp.
+        # The quotient of two rounded times has an error of a few units in the last place.
         inside = np.abs(places - nearest) > np.maximum(_SAME_TICK, 4.0 * np.spacing(np.abs(places)))
         places = np.where(inside, places, nearest)
         short = self.coefficients[:, 4:].any(axis=1) & (np.diff(places, append=np.inf) < _RESOLVED)
         ticks_of_short = np.floor(places[short])[:, None] + np.arange(_RESOLVED)
         ends = np.append(places[1:], np.inf)[short, None]
         averaged = np.unique(np.concatenate([np.floor(places[inside]), ticks_of_short[ticks_of_short < ends]]))
-        # Changes of the polynomial, and both ends of each averaged tick. The first row is the zero before the first piece.
+        # Ticks at which a compiled piece begins: breakpoints, and both ends of each averaged tick. Row 0 is the zero before.
         cuts = np.unique(np.concatenate([places, averaged, averaged + 1.0]))
         pieces = np.searchsorted(places, cuts, side="right")
         since = cuts - np.append(cuts[0], places)[pieces]

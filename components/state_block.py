@@ -87,7 +87,7 @@ class Block:
         self._backup, self._backup_rows = memoryview(b""), b""
 
     def include_part(self, part: Block) -> None:
-        """Add the lists of a part, whose memory is a section of this memory, to the copies of this block."""
+        """Include the lists of a part, whose memory is a section of this memory, in backups and snapshots of this block."""
         # The part itself declares the ranges of its memory.
         for name, view in self.views.items():
             if np.may_share_memory(view, part.memory):
@@ -96,7 +96,7 @@ class Block:
         self.grows = bool(self._tables)
 
     def _first_word(self, part: Block) -> int:
-        """Return the word of this memory at which the memory of a part begins; 0 for this block itself."""
+        """Return the index of the word of this memory at which the memory of a part begins; 0 for this block itself."""
         return 0 if part is self else (part.memory.ctypes.data - self.memory.ctypes.data) // 8
 
     def __getitem__(self, name: str) -> np.ndarray:
@@ -186,7 +186,7 @@ class Block:
         self.memory_bytes[:] = fixed_part
 
     def _count_word(self, block: Block, name: str) -> int:
-        """Return the word of this memory with the row count of a list of this block or of a part."""
+        """Return the index of the word of this memory that holds the row count of a list of this block or of a part."""
         return self._first_word(block) + block.memory.size - len(block._lists) + block._places[name]
 
     # -- states of unknown origin -----------------------------------------------------------------------------------

@@ -42,7 +42,7 @@ class Stepping(Physics):
     """The stepping of a component: `step` and its helpers."""
 
     name: ClassVar[str]
-    """Catalogue name."""
+    """Name of the component in `catalogue`."""
     Parameters: ClassVar[type[Parameters]]
 
     # The following attributes exist after the component has been built.
@@ -68,7 +68,7 @@ class Stepping(Physics):
 
     @property
     def tick(self) -> int:
-        """Integer time."""
+        """Integer time: the number of internal steps since the reset."""
         return self._tick
 
     @property
@@ -278,5 +278,5 @@ class Stepping(Physics):
             self._prepare_inputs(inputs)
 
     def input_advice(self, name: str) -> str:
-        """Return the hint for an unknown input."""
+        """Return the hint of the error for an input that the component does not have."""
         return spelling_hint(name, self._inputs)

@@ -38,7 +38,7 @@ class Variable:
     axes: tuple[str, ...] = ()
     """Name of each axis of the shape, such as ("grain",). Variables with the same axis share it in a data set."""
     nominal: float = 1.0
-    """Usual magnitude, for scaling."""
+    """Usual magnitude of the values; it is stored in logs, and templates of experiments use it in examples."""
     variability: Literal["", "constant", "fixed", "tunable", "discrete", "continuous"] = ""
     """FMI's variability; by default "fixed" for parameters, "continuous" for inputs and outputs."""
     initial: Literal["", "exact", "approx", "calculated"] = ""
@@ -81,7 +81,7 @@ class Element:
         return value[self.index] if self.index else value
 
     def find_variable(self, variables: Mapping[str, Variable], expected: str, *causalities: str) -> Variable:
-        """Return the variable.
+        """Return the variable to which this element belongs, after checking that it exists and has an accepted causality.
 
         Args:
             variables: all variables of the component, by name.
@@ -130,7 +130,7 @@ def parse_index(value: Any) -> tuple[int, ...]:
 
 
 def is_index(value: Any) -> bool:
-    """Return whether `parse_index` accepts it."""
+    """Return whether `parse_index` accepts a value."""
     try:
         parse_index(value)
     except ParameterError:

@@ -78,7 +78,7 @@ class Dimer(Arrangement):
 
     @model_validator(mode="after")
     def _validate_kinds(self) -> Dimer:
-        # A pair of equal values may be the end of a scan of ratios; without any pair, equal kinds are a mistake.
+        # Two equal values may belong to a scan over their ratio; if no pair is given at all, the equal kinds are a mistake.
         if not isinstance(self.radius, list) and not isinstance(self.material, list):
             raise ParameterError("both kinds of grain are the same", hint="give two radii, two materials, or both", at="radius")
         return self
@@ -163,7 +163,7 @@ class Decorated(Arrangement):
                 at="name",
             )
         smallest = min(self.radius, _last_radius(self.radius, 1.0 - self.taper, grains // 2 + 1))
-        # Equal large and small grains count as one size, whatever the rounding error of the last one.
+        # Small grains may be as large as the smallest large one, up to the rounding error of that radius.
         if smallest * (1.0 + 1e-12) < self.decoration_radius:
             raise ParameterError(
                 f"got {self.decoration_radius:g} m",
@@ -209,7 +209,7 @@ class Impurity(Arrangement):
 
     @property
     def indices(self) -> list[int]:
-        """The indices of the impurities."""
+        """Indices of the grains that are impurities."""
         return self.index if isinstance(self.index, list) else [self.index]
 
     def check_fit(self, grains: int) -> None:  # noqa: D102
@@ -276,7 +276,7 @@ def _geometric_sequence(first: float, factor: float, count: int) -> FloatArray:
 
 
 def _last_radius(first: float, factor: float, count: int) -> float:
-    """Return the last of these terms approximately; raise `ParameterError` if a term leaves the range of a float."""
+    """Return the last term of such a sequence approximately; raise `ParameterError` if a term leaves the range of a float."""
     last = first * integer_power(factor, count - 1)
     if not _TINY <= first <= _HUGE and 1e-100 <= last <= 1e100:
         return last  # reported by the check of the masses

@@ -30,7 +30,7 @@ _LEAST_FORCES = 16.0
 _STOPPED_IN_A_STEP = 0.3
 
 _NO_PIECES = np.zeros((0, 2))
-# Beyond these limits the unit is probably wrong [m, kg/m^3, kg/m^3, m/s]; a striker may be much heavier than a grain.
+# Beyond these limits a unit is probably wrong [m, kg/m^3, kg/m^3, m/s]; the third allows for strikers of large mass.
 _LARGE_RADIUS, _LIGHT_DENSITY, _HEAVY_DENSITY, _SLOW_SOUND = 0.1, 100.0, 1e6, 20.0
 _NUMBERING = "entry i is left of grain i, the last entry right of the last grain; 0 without a contact"
 _OF_A_WALL = "wall on the chain, positive to the right; 0 without a wall"
@@ -39,7 +39,7 @@ _INPUTS = {
     "piston": ("velocity", "m/s", "velocity of the {} piston, positive to the right"),
     "free": ("force", "N", "force on the {} end grain, positive to the right"),
 }
-# Name, unit, meaning of the index, description.
+# Outputs of every chain: name, unit, what the index counts (None for a single number), description.
 _OUTPUTS = (
     ("position", "m", "grain", "positions of the grain centres; the first grain starts at 0"),
     ("displacement", "m", "grain", "displacement of each grain from its reference position, positive to the right"),
@@ -50,7 +50,7 @@ _OUTPUTS = (
     ("left_wall_force", "N", None, f"force of the left {_OF_A_WALL}"),
     ("right_wall_force", "N", None, f"force of the right {_OF_A_WALL}"),
 )
-# Number of arrays of the chain's length during the build, in addition to the table and its copy.
+# Number of arrays of length n that exist during the build, in addition to the table and its copy.
 _GEOMETRY_ROWS = 18
 
 
@@ -153,14 +153,14 @@ class Chain(Component):
             numbers[first : first + 4] = end == "free", end == "piston", chain.mass[place], chain.static_force[place]
 
     def _overlap_limits(self) -> tuple[FloatArray, FloatArray]:
-        """Return the overlaps above which the chain warns, or refuses a step; infinite at places without a contact."""
+        """Return the overlaps above which the chain warns and those above which it refuses a step; infinite if no contact."""
         chain, places, law = self.geometry, self.geometry.contact_slice, self.parameters.law
 
         def largest_overlap(evaluations: float) -> FloatArray:
             p = law.exponent
             frequency = step_times_frequency(p, self._scheme, evaluations) / self.step_size
             tangent = frequency * frequency * chain.reduced_mass[places] / (p * chain.largest_stiffness[places])
-            # Overlap with this tangent stiffness; the frequency of linear contacts does not depend on the overlap.
+            # The overlap at which the contact has this tangent stiffness; linear contacts have the same one at every overlap.
             return tangent ** (1.0 / (p - 1.0)) if p > 1.0 else np.where(tangent < 1.0, 0.0, np.inf)
 
         wanted, refused = np.full((2, self.parameters.grains + 1), np.inf)
@@ -209,7 +209,7 @@ class Chain(Component):
         self._refuse_failing_start()
         if self.parameters.law.has_history:
             self.entries.initialise_histories(self._table)
-            # Contacts that start beyond yield did so before the start; their dissipation is not counted.
+            # Contacts that are beyond yield at the start have yielded before it; the energy lost then is not counted.
             self.entries.update_histories(self._table)
             self._table[layout.LOST] = 0.0
         kinetic, potential, momentum = self._energies_and_momentum()
@@ -254,7 +254,7 @@ class Chain(Component):
         return super().input_advice(name)
 
     def _limit_status(self, done_ticks: int, ticks: int) -> int:
-        """Handle a limit passed in the last of `done_ticks` ticks: return a status, or warn (once) and continue.
+        """Handle a limit passed in the last of `done_ticks` ticks: return the status 1 (refuse), or warn once and continue.
 
         Only the state determines a refusal. LIMIT only determines when the kernel returns: after the warning it need not return
         for poorly resolved contacts.
@@ -262,7 +262,7 @@ class Chain(Component):
         unsound = done_ticks >= UNSOUND
         done_ticks -= UNSOUND if unsound else 0
         self._failed_tick = self._tick + done_ticks
-        if unsound or self._largest_excess(self._peak_overlaps)[2] > 1.0:
+        if unsound or self._most_exceeded_limit(self._peak_overlaps)[2] > 1.0:
             return 1
         self._table[layout.LIMIT, : self.parameters.grains + 1] = self._refused_overlap
         issue_warning(self._resolution_caution())
@@ -274,8 +274,8 @@ class Chain(Component):
         finally:
             self._tick = begin
 
-    def _largest_excess(self, overlap: FloatArray) -> tuple[str, int, float]:
-        """Return the variable, index and ratio to its limit of the value furthest beyond its limit (NaN counts as infinite)."""
+    def _most_exceeded_limit(self, overlap: FloatArray) -> tuple[str, int, float]:
+        """Return the variable, the index and the ratio value / limit of the value with the largest ratio (infinite for NaN)."""
         with np.errstate(all="ignore"):
             ratios = {
                 "overlap": overlap / self._refused_overlap,
@@ -290,7 +290,7 @@ class Chain(Component):
         time = (self._failed_tick if status else self._tick) * self.step_size
         # Before the first tick there are no peaks; afterwards the kernel compares the peaks with the limits.
         overlap = self._peak_overlaps if status else self._overlaps()
-        name, index, _ = self._largest_excess(overlap)
+        name, index, _ = self._most_exceeded_limit(overlap)
         if name == "overlap":
             value, limit = float(overlap[index]), float(self._refused_overlap[index])
             radius = float(self.geometry.smaller_radius[index])
@@ -339,7 +339,7 @@ class Chain(Component):
         tally = self._table[layout.TALLY]
         n = self.parameters.grains
         carried = self._table[layout.V, n + 2 : n + layout.BESIDE_GRAINS]
-        # In conservative chains this row is scratch and zero.
+        # In conservative chains the row LOST is not part of the state, and the lost energy is zero.
         heat = 0.0 if self.parameters.law.conservative else self._table[layout.LOST].sum()
         work, lost = self._input_work(), float(heat + carried[4])
         impulse = float(tally[layout.IMPULSE_LEFT] + tally[layout.IMPULSE_RIGHT] + carried[2] + carried[3])
@@ -394,7 +394,7 @@ class Chain(Component):
         return (Points("grains", reference, self.geometry.radius.copy(), "displacement", "velocity"),)
 
     def report(self) -> dict[str, float]:
-        """Return figures on the assumptions of Nesterenko's section 1 and on the time resolution of contacts.
+        """Return numbers that show whether the assumptions of Nesterenko's section 1 hold, and how well contacts are resolved.
 
         With dissipation, also return the fraction of the approach speed that is dissipated per step.
         """
@@ -447,7 +447,7 @@ class Chain(Component):
         )
 
     def _dissipation_per_step(self) -> float:
-        """Return the largest c h / m* of the contacts, 0 without dissipation."""
+        """Return the largest c h / m* of the contacts, c the dissipative force per speed, h the step; 0 without dissipation."""
         law, places = self.parameters.law, self.geometry.contact_slice
         if not isinstance(law, Dissipative):
             return 0.0
@@ -474,7 +474,7 @@ def _first_state_row(law: Law) -> int:
 
 
 def _input_pieces(held_input: Held) -> FloatArray:
-    """Return an input as rows (first tick, coefficients)."""
+    """Return the pieces of a profile as rows (first tick, coefficients); no rows for a constant input."""
     if not isinstance(held_input, CompiledProfile):
         return _NO_PIECES
     return np.column_stack([held_input.ticks.astype(np.float64), held_input.coefficients])

@@ -20,8 +20,8 @@ class Drive(NamedTuple):
         left_pieces: number of rows of the left end.
         left_number: value before the first piece of the left end [N or m/s].
         right_number: likewise, of the right end.
-        left: coefficients of the polynomial about the present tick, written by `centre_drive`.
-        right: likewise.
+        left: polynomial of the left input about the present tick, its coefficients per tick^k; written by `centre_drive`.
+        right: likewise, of the right input.
     """
 
     pieces: FloatArray
@@ -42,7 +42,7 @@ def make_drive(table, pieces, left_pieces, left_number, right_number):
 
 @internal_inlined
 def centre_drive(drive, tick):
-    """Write the polynomials of both ends, with their origin at a tick."""
+    """Write the polynomials `left` and `right` of the inputs, with their origin at a tick."""
     end = drive.pieces.shape[0]
     _centre_piece(drive.left, drive.pieces, _piece_index(drive.pieces, 0, drive.left_pieces, tick), drive.left_number, tick)
     _centre_piece(drive.right, drive.pieces, _piece_index(drive.pieces, drive.left_pieces, end, tick), drive.right_number, tick)
@@ -63,7 +63,7 @@ def _piece_index(pieces, first, last, tick):
 
 @internal
 def _centre_piece(polynomial, pieces, piece, number, tick):
-    """Write the polynomial of a piece, centred at a tick, in steps; a constant before the first piece."""
+    """Write the polynomial of a piece about a tick, as a function of the time in steps; `number` before the first piece."""
     n = len(polynomial)
     if piece < 0:
         for i in range(n):
@@ -88,7 +88,7 @@ def polynomial_value(polynomial, e):
 
 @internal_inlined
 def polynomial_integral(polynomial, e):
-    """Return the integral of a polynomial from the tick to e, in steps."""
+    """Return the integral of a polynomial from the tick to the fraction e of the step after it, with time in steps."""
     p = 0.0
     for i in range(len(polynomial) - 1, -1, -1):
         p = p * e + polynomial[i] / (i + 1)
@@ -97,7 +97,7 @@ def polynomial_integral(polynomial, e):
 
 @internal
 def piece_numbers(drive, tick):
-    """Return a number per end that changes with its piece, so that multistep integrators restart at a new piece."""
+    """Return for each end a number that identifies the present piece of its input; multistep integrators restart with it."""
     left = _piece_index(drive.pieces, 0, drive.left_pieces, tick)
     right = _piece_index(drive.pieces, drive.left_pieces, drive.pieces.shape[0], tick)
     return _piece_number(drive.pieces, left, drive.left_number), _piece_number(drive.pieces, right, drive.right_number)

@@ -1,4 +1,4 @@
-"""Equations of motion: contact forces, the drive of the ends, and the sums of work and impulse.
+"""Equations of motion: contact forces, the drive of the ends, and the tallies (sums since the reset) of work and impulse.
 
 m_i u_i'' = F_i - F_(i+1) + m_i g, with F_i the force in the contact left of grain i. Symbols: u displacement, v velocity, d
 overlap, w inverse mass, h step, e fraction of a step after the tick.
@@ -46,7 +46,7 @@ def fill_array(target, number):
 
 @internal_inlined
 def displacements(chain):
-    """Return the displacements of the grains and the walls."""
+    """Return the part of row U with the displacements of the grains and of the walls, a view."""
     return chain.rows[U, : chain.settings.grains + 2]
 
 
@@ -167,7 +167,7 @@ def set_piston_velocities(chain, v, drive, e):
 
 @internal_inlined
 def end_values(chain, x):
-    """Return the values of the first and the last grain."""
+    """Return the entries of the first and the last grain in a row x of the table."""
     return x[1], x[chain.settings.grains]
 
 
@@ -186,7 +186,7 @@ def tally_pistons(chain, old_velocities):
 
 @internal_inlined
 def compensated_sum(total, compensation, x):
-    """Return a compensated sum (Kahan) with x added: sum, compensation."""
+    """Add x to a sum by Kahan's summation; return the new sum and the new compensation (its rounding error)."""
     y = x - compensation
     t = total + y
     return t, (t - total) - y
@@ -203,7 +203,7 @@ def add_compensated(tally, place, x):
 
 @internal
 def accelerations(chain, u, v, drive, e, out):
-    """Write dv/dt of columns 1 to n at e, followed by the powers and thrusts of the ends, and the dissipated power."""
+    """Write dv/dt of the grains at e to `out`, then the powers of the ends, the forces of the ends, the dissipated power."""
     n, w, gravity = chain.settings.grains, chain.rows[INVERSE_MASS], chain.settings.gravity
     left, right = left_end_force(chain, drive, e), right_end_force(chain, drive, e)
     first, loss = contact_force(chain, u, v, 0)

@@ -19,12 +19,12 @@ from .layout import MOST_LAW_CONSTANTS
 from .parameters import WALLS, ChainParameters, UniformRadii
 from .theory.collisions import duration_times_frequency
 
-# Suggested step of PEFRL in units of (m / k)^(2/5) v^(-1/5): error of 3e-4 in ordinary runs; gaps need the smaller one.
+# Suggested step of PEFRL in units of (m / k)^(2/5) v^(-1/5), for an error of 3e-4 in ordinary runs; smaller with gaps.
 _STEP_FACTOR, _STEP_FACTOR_WITH_GAPS = 0.1, 0.03
-# Largest step x (dissipation / mass), as a fraction of the value above which the chain warns.
+# Largest product of a suggested step and the dissipation / mass of a contact; the chain warns above 0.3.
 _STEP_TIMES_DISSIPATION = 0.2
-# The same if the force jumps at first contact: explicit schemes then lose about this fraction of a velocity. The step is
-# reduced to a fifth at most, because grains hardly rebound from very strong dashpots.
+# The same product if the force jumps at first contact: explicit schemes then have about this relative error in velocity. The
+# step is reduced to a fifth at most, because grains hardly rebound from very strong dashpots.
 _STEP_TIMES_JUMP, _SHORTEST_FOR_JUMP = 2e-3, 0.2
 _STEP_WITHOUT_CONTACTS = 1e-6
 # Masses and stiffnesses outside this range are unit errors, and their powers would leave the range of a float.
@@ -133,22 +133,22 @@ def _refuse_extreme_sizes(mass: FloatArray, stiffness: FloatArray, position: Flo
 
 
 def smoothness_factor(exponent: float) -> float:
-    """Return the factor of the step for a law F = k d^p: for p < 1.5 contacts close abruptly and need shorter steps."""
+    """Return the factor by which the suggested step is shortened for F = k d^p: for p < 1.5 contacts close abruptly."""
     return min(1.0, 0.25 + 1.5 * (exponent - 1.0))
 
 
 def step_times_frequency(exponent: float, scheme: Scheme, evaluations: float) -> float:
-    """Return step x sqrt(p k d^(p-1) / m*), d the largest overlap, with which a collision gets `evaluations` of F = k d^p."""
+    """Return step x sqrt(p k d^(p-1) / m*), d the largest overlap, for which F is evaluated `evaluations` times per contact."""
     return duration_times_frequency(exponent) * scheme.evaluations / evaluations
 
 
 def minimum_evaluations(exponent: float, scheme: Scheme) -> float:
-    """Return the number of force evaluations per contact below which the chain warns."""
+    """Return the number of force evaluations during one contact below which the chain warns."""
     return scheme.minimum_evaluations / smoothness_factor(exponent)
 
 
 def suggested_step_size(parameters: ChainParameters, chain: Geometry, scheme: Scheme) -> float:
-    """Return 0.1 (m/k)^(2/5) v^(-1/5) of the quickest contact (spheres), less under static load; 1, 2 or 5 x 10^k [s]."""
+    """Return the default step [s], 1, 2 or 5 x 10^k: for spheres up to 0.1 (m/k)^(2/5) v^(-1/5), less under static load."""
     law = parameters.law
     lighter = np.minimum(*_side_values(_inertia(parameters, chain.mass), np.inf, np.inf))
     ratio = float(np.min(lighter[chain.contact_slice] / chain.largest_stiffness[chain.contact_slice], initial=np.inf))
@@ -169,7 +169,7 @@ def suggested_step_size(parameters: ChainParameters, chain: Geometry, scheme: Sc
 
 
 def _precompressed_step_size(chain: Geometry, parameters: ChainParameters, scheme: Scheme) -> float:
-    """Return the step for contacts and the highest lattice frequency under static load [s]; infinite without load."""
+    """Return the step that resolves contacts and the highest lattice frequency under static load [s]; infinite without."""
     tangent, exponent = _tangent_stiffness(chain, parameters), parameters.law.exponent
     contact = float(np.max(tangent[chain.contact_slice] / chain.reduced_mass[chain.contact_slice], initial=0.0))
     lattice = float(np.max(2.0 * (tangent[:-1] + tangent[1:]) / chain.mass))
@@ -182,7 +182,7 @@ def _precompressed_step_size(chain: Geometry, parameters: ChainParameters, schem
 
 
 def _dissipation_rate(law: Dissipative, chain: Geometry, speed: float) -> float:
-    """Return the largest c / m* of the contacts at their deepest overlap [1/s]."""
+    """Return the largest c / m* of the contacts, c the dissipative force per speed at their deepest overlap [1/s]."""
     real = chain.contact_slice
     overlap, reduced = _deepest_overlap(chain, speed, law.exponent)[real], chain.reduced_mass[real]
     return float(np.max(law.damping_coefficients(chain.law_constants[real], overlap) / reduced, initial=0.0))
@@ -243,7 +243,7 @@ def static_forces(parameters: ChainParameters, mass: FloatArray) -> FloatArray:
 
 
 def _left_end_force(p: ChainParameters, cumulative_weight: FloatArray) -> float:
-    """Return the force at the left end."""
+    """Return the static compressive force at the left end [N], which follows from `precompression` and the weights."""
     total = float(cumulative_weight[-1])
     if p.left == "free" and p.right == "free":
         raise ParameterError(

@@ -175,7 +175,7 @@ class ChainParameters(Parameters):
         return 0 < place < self.grains or (self.left if place == 0 else self.right) in WALLS
 
     def missing_contact_reason(self, place: int) -> str:
-        """Return the reason why there is no contact at an end, for messages."""
+        """Return for an error message the reason why the chain has no contact at this end."""
         side = "left" if place == 0 else "right"
         return (
             f"{side} is {getattr(self, side)!r}, so there is no contact {side} of grain {0 if place == 0 else self.grains - 1}"

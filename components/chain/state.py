@@ -50,7 +50,7 @@ class Settings(NamedTuple):
 
 
 class ChainState(NamedTuple):
-    """A chain as kernel arguments.
+    """A chain in the form in which kernels take it as an argument.
 
     Attributes:
         law: contact law, whose arrays have one number for each contact.

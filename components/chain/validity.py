@@ -1,7 +1,7 @@
-"""Validity of Hertz's static law in a dynamic chain: figures of a run for the assumptions of Nesterenko 1983, section 1.
+"""Validity of Hertz's static law in a dynamic chain: numbers of a run for the assumptions of Nesterenko 1983, section 1.
 
-1. The pressure in the middle of a contact stays below the elastic limit. 2. The contact is small compared with the grain:
-a << R. 3. Collisions last much longer than the grain's own oscillation: tau >> T = 2.5 R / c1.
+1. The pressure in the middle of a contact stays below the elastic limit. 2. The contact radius is small compared with that of
+the grain: a << R. 3. Collisions last much longer than the grain's own oscillation: tau >> T = 2.5 R / c1, c1 the sound speed.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _SLOW_CONTACT = 10.0
 
 
 def validity_figures(chain: Geometry, law: Law, peak: FloatArray, force_rate: float) -> dict[str, float]:
-    """Return the figures of a run by name with unit; NaN if no contact has closed or a figure is unknown.
+    """Return numbers that show the validity of a run: name with unit -> value; NaN if unknown or if no contact has closed.
 
     Only spheres have a pressure and a contact radius; the pressure of plastic spheres does not exceed the yield pressure.
     `peak` is the largest overlap of each contact, shape (contacts,) [m]; `force_rate` counts force evaluations per second.
@@ -41,7 +41,7 @@ def validity_figures(chain: Geometry, law: Law, peak: FloatArray, force_rate: fl
     figures[_FORCES] = float(duration.min() * force_rate)
     if law.exponent == 1.5:
         stiffness, radius = chain.stiffness[real], chain.reduced_radius[real]
-        # 3F / (2 pi a^2) with F = k d^1.5 and a^2 = R* d.
+        # The pressure in the middle, 3F / (2 pi a^2), with F = k d^1.5 and a^2 = R* d.
         pressure = 1.5 / math.pi * stiffness * np.sqrt(peak) / radius
         by_law = law.yield_pressures(stiffness, radius, chain.law_constants[real])
         limit = YIELD_PRESSURE * chain.yield_strength[real] if by_law is None else by_law
@@ -52,7 +52,7 @@ def validity_figures(chain: Geometry, law: Law, peak: FloatArray, force_rate: fl
 
 
 def validity_cautions(figures: Mapping[str, float], law: Law, minimum_evaluations: float) -> list[str]:
-    """Return a sentence for every assumption that the figures violate."""
+    """Return a sentence for every assumption that the numbers of `validity_figures` violate."""
     said = []
     if figures[_PRESSURE_TO_YIELD] > 1.0 and type(law).yield_pressures is Law.yield_pressures:
         said.append(

@@ -25,7 +25,7 @@ from .parameters import DetonationParameters
 
 # Courant number of the default step, for the fastest expected wave.
 _SUGGESTED_COURANT = 0.5
-# Courant number of the step that an error message advises.
+# Courant number of the smaller step that an error message advises.
 _ADVISED_COURANT = 0.7
 # Speed of the fastest expected waves: in a reacting gas (reflected detonation) divided by the detonation speed; in an inert gas
 # divided by the speed of sound in its hottest region.
@@ -50,7 +50,7 @@ class DetonationTube(Component):
     version = 3
     Parameters = DetonationParameters
     parameters: DetonationParameters
-    # In the order of the numbers in `kernels`.
+    # In the order in which `kernels` numbers the kinds.
     event_kinds = {
         "diaphragm_opened": "the pressure on a diaphragm reached its bursting pressure; index 0: left, 1: right",
         "end_reached": "half of the gas at an end had reacted, after ignition elsewhere; index 0: left, 1: right",
@@ -66,13 +66,13 @@ class DetonationTube(Component):
 
     @classmethod
     def memory_needed(cls, parameters: DetonationParameters) -> int:
-        """Return the peak memory of building and stepping."""
+        """Return the largest memory needed at a time during building and stepping [bytes]."""
         return _BYTES_OF_CELL * parameters.cells
 
     def _build_system(self) -> None:
         p = self.parameters
         self.gas = p.chosen_gas
-        # Positions of the ends, and position of the front in each cell; views of the state block if an end moves.
+        # Positions of the ends, and for each cell its position when the front passed; views of the state block if an end moves.
         self._walls: FloatArray = np.array([0.0, p.length, 0.0, 0.0])
         self._places: FloatArray = np.zeros(p.cells)
         self.ahead = Flow(p.initial_pressure / (self.gas.gas_constant * p.initial_temperature), 0.0, p.initial_pressure)
@@ -190,7 +190,7 @@ class DetonationTube(Component):
         yield Variable("gauge_velocity", "output", "m/s", (len(p.gauges),), "velocity at the `gauges`", axes=gauges)
 
     def _declare_pistons(self) -> Iterable[Variable]:
-        """Yield the variables of a tube with a moving end."""
+        """Yield the additional variables of a tube with a piston at one end or both."""
         p, n = self.parameters, self.parameters.cells
         for name, end in (("left", p.left), ("right", p.right)):
             if end.code == PISTON:
@@ -349,7 +349,7 @@ class DetonationTube(Component):
     def _advance_state(self, ticks: int) -> int:
         signals = tick_signals(self._held, self._tick, ticks)
         used = np.array([self._block.count("events")])
-        # At most one event for each gauge, the first ignition, both ends and both diaphragms.
+        # A run has at most one event for each gauge, for the first ignition, for each end and for each diaphragm.
         events = Events(self._block.reserve_rows("events", len(self.parameters.gauges) + 5), used)
         tables, tick, failed = self.tables(), self._tick, self._failed
         if self.parameters.has_pistons:
@@ -369,7 +369,7 @@ class DetonationTube(Component):
 
         if status in (kernel_arrays.TOO_FAST, kernel_arrays.TOO_FAST_AHEAD):
             value, limit = float(self._courant_numbers(tick - 1)[cell]), kernels.LARGEST_COURANT
-            if status == kernel_arrays.TOO_FAST:  # judged by the smaller of both numbers, see `kernels.finish_tick`
+            if status == kernel_arrays.TOO_FAST:  # the smaller of the two Courant numbers decides, see `kernels.finish_tick`
                 value = min(value, float(self._courant_numbers()[cell]))
             fits = f"{_ADVISED_COURANT * self.step_size / value:.2g} s or less, now {self.step_size:g} s"
             said = f"reached {value:.4g} {where}, expected at most {limit:g}; take a step_size of {fits}"

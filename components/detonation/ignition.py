@@ -6,8 +6,8 @@ carries away the power P through each open cross-section A,
 
     P = gamma / (gamma - 1) p u A,    u = (p - p0) sqrt(2 / (rho0 ((gamma + 1) p + (gamma - 1) p0))).
 
-Measured, for a zone at a closed end and triggers of 0.1 to 0.4: E is right within 1 % for heat added within 0.3 of the time in
-which sound crosses the zone; 0.7 to 0.8 of P suffice for ignition.
+Measured, for a zone at a closed end and pressures p of 0.1 to 0.4 P_CJ: E is right within 1 % for heat added within 0.3 of the
+time in which sound crosses the zone; 0.7 to 0.8 of P suffice for ignition.
 Source of u: E. F. Toro, Riemann Solvers and Numerical Methods for Fluid Dynamics (2009), section 3.1.3.
 """
 

@@ -116,7 +116,7 @@ def change_area(tables, areas, factor, failure):
 
 @internal
 def write_start_stage(state, stage):
-    """Write density, velocity, pressure and unreacted fraction of the state to a stage."""
+    """Write density, velocity, pressure and unreacted fraction of each cell to `stage`, from which fluxes are computed."""
     for i in range(state.density.size):
         stage[0, i + 1] = state.density[i]
         stage[1, i + 1] = state.velocity[i]
@@ -177,7 +177,7 @@ def compute_fluxes(tables, signals, tick, events):
 
 @internal
 def compute_slopes(limiter, scratch):
-    """Write the limited differences over half a cell."""
+    """Write the limited differences, over half a cell, of density, velocity, pressure and unreacted fraction."""
     for row in range(4):
         values, slopes = scratch.stage[row], scratch.slopes[row]
         for i in range(1, values.size - 1):
@@ -230,7 +230,7 @@ def fill_ghost_cells(tables):
 
 @internal
 def tally_end_flows(tables):
-    """Tally the amounts that enter at the ends in one stage, i.e. half a step."""
+    """Add to the tally the mass, momentum and energy that enter at the ends in one stage, weighted as half a step."""
     state, fluxes, tally = tables.state, tables.scratch.fluxes, tables.tally
     n = state.density.size
     half = 0.5 * tables.medium.step_size
@@ -278,7 +278,7 @@ def cell_losses(fluxes, area, pressure, rate, i):
 
 @internal
 def write_first_step(tables):
-    """Write the state after a whole step."""
+    """Write the conserved quantities after the first Euler step of Heun's method to `first`."""
     medium, state, scratch = tables.medium, tables.state, tables.scratch
     first, rate, wall = scratch.first, medium.step_size / medium.cell_size, 0.0
     for i in range(state.area.size):
@@ -293,7 +293,7 @@ def write_first_step(tables):
 
 @internal
 def write_second_step(tables):
-    """Write the mean of the state and of the result of a second whole step."""
+    """Write the new state: the mean of the old one and of the result of a second Euler step, which begins at `first`."""
     medium, state, scratch = tables.medium, tables.state, tables.scratch
     first, rate, wall = scratch.first, medium.step_size / medium.cell_size, 0.0
     for i in range(state.area.size):

@@ -10,7 +10,7 @@ from typing import Literal
 from ..support.jit import internal_inlined
 
 LimiterName = Literal["first_order", "minmod", "monotonized_central"]
-# Name -> theta.
+# Name of the limiter -> its theta.
 LIMITERS: dict[str, float] = {"first_order": 0.0, "minmod": 1.0, "monotonized_central": 2.0}
 
 

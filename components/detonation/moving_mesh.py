@@ -32,7 +32,7 @@ from .kernels import (
 
 # Entries of the walls: positions of the ends, and mean pressures on them over the last tick.
 LEFT, RIGHT, LEFT_WALL_PRESSURE, RIGHT_WALL_PRESSURE, WALLS = 0, 1, 2, 3, 4
-# Entry of `places` for a cell that no front has passed.
+# Entry of `front_positions` for a cell that no front has passed.
 NOWHERE = -1e300
 
 

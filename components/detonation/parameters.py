@@ -57,7 +57,7 @@ class DetonationParameters(Parameters):
 
     @property
     def chosen_gas(self) -> Gas:
-        """The gas at the initial pressure."""
+        """The chosen gas; for a mixture, with the constants that belong to the initial pressure."""
         return gas_from_name(self.gas, self.initial_pressure, self.initial_temperature)
 
     @property
@@ -72,7 +72,7 @@ class DetonationParameters(Parameters):
 
     @property
     def gauge_cells(self) -> list[int]:
-        """The cell of each gauge."""
+        """Number of the cell in which each gauge lies."""
         return [min(int(x / self.cell_size), self.cells - 1) for x in self.gauges]
 
     @property

@@ -1,10 +1,10 @@
 """Drucker-Prager plasticity with a non-associated flow rule and linear hardening, by return to the cone or to its tip.
 
-q <= Y + H e + a p, where p is the pressure (positive in compression) and a the friction. The flow is dilatant: the plastic
-volume strain is b times the equivalent plastic strain e, b the dilatancy. A trial stress outside the yield surface returns by
-e' = (q - Y - H e - a p) / (3 mu + K a b + H), q -> q - 3 mu e', p -> p + K b e'. A stress beyond the tip of the cone returns to
-the tip p = -(Y + H e) / a, and e grows by q / 3 mu and by the plastic volume strain. For b = 0 this is Wilkins' radial return.
-The usual form sqrt(J2) + alpha I1 = k has alpha = a / (3 sqrt 3), k = Y / sqrt 3.
+q <= Y + H e + a p: equivalent stress q, equivalent plastic strain e, pressure p (positive in compression), yield stress Y,
+hardening H, friction a. The flow is dilatant: the plastic volume strain is b e, b the dilatancy. A trial stress outside the
+yield surface returns by e' = (q - Y - H e - a p) / (3 mu + K a b + H), q -> q - 3 mu e', p -> p + K b e', and e grows by e'. A
+stress beyond the tip of the cone returns to the tip p = -(Y + H e) / a; e grows by q / 3 mu and by the plastic volume strain.
+b = 0: Wilkins' radial return. The usual form sqrt(J2) + alpha I1 = k has alpha = a / (3 sqrt 3), k = Y / sqrt 3.
 Source: D. C. Drucker, W. Prager, Q. Appl. Math. 10 (1952) 157; the return as in E. A. de Souza Neto, D. Peric, D. R. J. Owen,
 Computational Methods for Plasticity (2008), section 8.3.
 """

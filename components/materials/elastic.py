@@ -52,7 +52,7 @@ class Material(Fixed):
 
     @property
     def shear_modulus(self) -> float:
-        """E / (2 (1 + nu)) [Pa]."""
+        """Shear modulus E / (2 (1 + nu)) [Pa]."""
         return self.young / (2.0 * (1.0 + self.poisson))
 
     @property
@@ -79,7 +79,7 @@ def rayleigh_speed(material: Material) -> float:
     """
     ratio = material.shear_speed / material.longitudinal_speed
     k, low, high = ratio * ratio, 0.1, 1.0
-    # The difference is negative below the root, except at x = 0, and positive up to 1.
+    # Left side minus right side is negative from x > 0 to the root, and positive from there to x = 1.
     for _ in range(200):
         middle = 0.5 * (low + high)
         difference = (2.0 - middle) * (2.0 - middle) - 4.0 * math.sqrt((1.0 - middle) * (1.0 - k * middle))
@@ -133,7 +133,7 @@ def preset_text() -> str:
 
 
 def to_material(value: str | Material) -> Material:
-    """Return a preset by name, or the material itself."""
+    """Return the preset material with a given name; a `Material` is returned unchanged."""
     if isinstance(value, Material):
         return value
     if not isinstance(value, str) or value not in PRESETS:

@@ -29,7 +29,7 @@ class ReturnedStress(NamedTuple):
 
 
 class PlasticLaw(Named):
-    """A law of yield and plastic flow, chosen by its `name`."""
+    """The parameters of a law of yield and plastic flow, chosen by its `name`."""
 
     @abstractmethod
     def constants(self) -> Any:
@@ -42,7 +42,7 @@ class Elastic(PlasticLaw):
     name: Literal["elastic"] = field("elastic", "a material that never yields", "1")
 
     def constants(self) -> None:
-        """Return None."""
+        """Return None, because the material never yields."""
         return
 
 

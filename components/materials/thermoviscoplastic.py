@@ -32,9 +32,9 @@ from ..support.powers import exponential, power
 from ..support.tagged_union import Named
 from .tensors import Moduli, SymmetricTensor, equivalent_stress, trace, trial_stress
 
-# Smallest flow stress and Young's modulus, over those at the reference temperature, and largest Poisson's ratio.
+# Smallest ratio of flow stress and of Young's modulus to the value at the reference temperature; largest Poisson's ratio.
 LEAST_FLOW, _LARGEST_POISSON = 1e-3, 0.49
-# Smaller plastic strains of a tick are set to zero.
+# Increments of the plastic strain in a tick below this value are set to zero.
 _NO_FLOW = 1e-18
 # Newton's method converges quadratically: after a step of this size, relative to the strain, the error is below rounding. The
 # limit on the number of steps is far above the ten that random stresses need.

@@ -22,7 +22,7 @@ class VonMisesConstants(NamedTuple):
 
 
 class VonMises(PlasticLaw):
-    """q <= yield_stress + hardening x equivalent plastic strain."""
+    """Yield at an equivalent stress of yield_stress + hardening x equivalent plastic strain."""
 
     name: Literal["von_mises"] = field("von_mises", "metals: yield does not depend on pressure", "1")
     yield_stress: Magnitude = field(..., "equivalent stress at first yield", "Pa")

@@ -21,7 +21,7 @@ _NEWTON_STEPS, _MOST_STEPS = 60, 200
 
 
 def exponential(x: npt.ArrayLike) -> FloatArray:
-    """Return e^x for |x| <= 700, to some ulp."""
+    """Return e^x for |x| <= 700, correct to a few units in the last place."""
     given = np.asarray(x, dtype=np.float64)
     twos = np.rint(given / (_LN2_HIGH + _LN2_LOW))
     rest = (given - twos * _LN2_HIGH) - twos * _LN2_LOW
@@ -29,7 +29,7 @@ def exponential(x: npt.ArrayLike) -> FloatArray:
 
 
 def logarithm(x: npt.ArrayLike) -> FloatArray:
-    """Return ln x for x > 0, to some ulp."""
+    """Return ln x for x > 0, correct to a few units in the last place."""
     fraction, twos = np.frexp(np.asarray(x, dtype=np.float64))
     small = fraction < math.sqrt(0.5)
     fraction, twos = np.where(small, 2.0 * fraction, fraction), np.where(small, twos - 1, twos)
@@ -39,7 +39,7 @@ def logarithm(x: npt.ArrayLike) -> FloatArray:
 
 
 def root(x: npt.ArrayLike, degree: int) -> FloatArray:
-    """Return x^(1/degree) for x > 0, to some ulp."""
+    """Return x^(1/degree) for x > 0, correct to a few units in the last place."""
     fraction, twos = np.frexp(np.asarray(x, dtype=np.float64))
     whole, left = np.divmod(twos, degree)
     inside = np.ldexp(fraction, left)
@@ -50,7 +50,7 @@ def root(x: npt.ArrayLike, degree: int) -> FloatArray:
 
 
 def sine_of_pi(x: npt.ArrayLike) -> FloatArray:
-    """Return sin(pi x), to some ulp of 1."""
+    """Return sin(pi x) with an absolute error of a few times 2.2e-16, the spacing of floats at 1."""
     given = np.asarray(x, dtype=np.float64)
     nearest = np.rint(2.0 * given)
     angle = math.pi * (given - 0.5 * nearest)  # within an eighth of a turn

@@ -59,7 +59,7 @@ def spliced(function: F) -> F:
 
 
 def internal_inlined(function: F) -> F:
-    """Compile like `inlined` and `internal`."""
+    """Compile a function without a wrapper for Python (see `internal`) and inline it into its callers (see `inlined`)."""
     return _compile(function, forceinline=True, no_cpython_wrapper=True)
 
 

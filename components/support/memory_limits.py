@@ -23,7 +23,7 @@ def available_memory() -> int | None:
 
 
 def refuse_excess_memory(needed: int, subject: str, error_type: type[GranularError] = ParameterError) -> None:
-    """Raise an error of type `error_type`, with both numbers, if more than the available bytes are needed."""
+    """Raise an error of type `error_type`, with the needed and the available memory, if less is available than needed."""
     there = available_memory()
     if there is not None and needed > there:
         raise error_type(

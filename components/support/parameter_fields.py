@@ -15,14 +15,14 @@ LEAST, MOST = 1e-40, 1e40
 
 
 def refuse_extreme_values(values: Iterable[tuple[Location, float]]) -> None:
-    """Refuse positive numbers, each with its location, below `LEAST` or above `MOST`."""
+    """Raise an error for a positive number below `LEAST` or above `MOST`; `values` gives pairs of location and number."""
     for location, value in values:
         if not LEAST <= value <= MOST:
             raise ParameterError(f"got {value:g}", expected=f"{LEAST:g} to {MOST:g}", at=location)
 
 
 def refuse_extreme_coordinates(values: Iterable[tuple[Location, float]]) -> None:
-    """Refuse coordinates, each with its location, whose magnitude is above `MOST`."""
+    """Raise an error for a coordinate with a magnitude above `MOST`; `values` gives pairs of location and coordinate."""
     for location, value in values:
         if not abs(value) <= MOST:
             raise ParameterError(f"got {value:g}", expected=f"{-MOST:g} to {MOST:g}", at=location)
@@ -44,7 +44,7 @@ NotNegative = Annotated[float, Field(ge=0.0)]
 Index = Annotated[int, Field(ge=0)]
 Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
 PositivePair = Annotated[list[Positive], Field(min_length=2, max_length=2)]
-# The same types with magnitudes within `LEAST` and `MOST`.
+# The types above, restricted to magnitudes within `LEAST` and `MOST`.
 Magnitude = Annotated[float, Field(gt=0.0), AfterValidator(_validate_magnitude)]
 NotNegativeMagnitude = Annotated[float, Field(ge=0.0), AfterValidator(_validate_magnitude)]
 SignedMagnitude = Annotated[float, AfterValidator(_validate_coordinate)]
@@ -59,14 +59,25 @@ def field(default: Any, description: str, unit: str, *, absent: str | None = Non
 
 def field_unit(field: FieldInfo) -> str:
     """Return the unit that a parameter declares."""
+<<<<<<< HEAD
     return _schema_extra(field, "unit", "")
+=======
+    return _declared_text(field, "unit", "")
+>>>>>>> r1
 
 
 def absent_meaning(field: FieldInfo) -> str:
     """Return the meaning of an omitted value: "automatic" if it is computed, or the declared text."""
+<<<<<<< HEAD
     return _schema_extra(field, "left_out", "automatic")
 
 
 def _schema_extra(field: FieldInfo, key: str, default: str) -> str:
+=======
+    return _declared_text(field, "left_out", "automatic")
+
+
+def _declared_text(field: FieldInfo, key: str, default: str) -> str:
+>>>>>>> r1
     extra = field.json_schema_extra
     return str(extra.get(key, default)) if isinstance(extra, dict) else default

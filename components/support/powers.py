@@ -11,7 +11,7 @@ _TWO_OVER_LN2 = 2.8853900817779268
 _ROOT_2 = 1.4142135623730951
 # ln 2 in two parts: the first has few bits, so that its product with a small whole number is exact.
 _LN2_HIGH, _LN2_LOW = 0.693147180369123816490, 1.90821492927058770002e-10
-# Outside these limits e^x is not a normal number.
+# Outside these limits of x, e^x is not a normal floating-point number.
 _SMALLEST, _LARGEST = -708.0, 709.0
 # Adding and subtracting 1.5 x 2^52 rounds to a whole number.
 _ROUNDING = 6755399441055744.0
@@ -23,7 +23,7 @@ _UPPER_BITS = np.int64(-(1 << 27))
 
 @inlined
 def power(x, p):
-    """Return x^p for a normal x > 0 and 0 <= p <= 100, to about an ulp; 0 if the result would be subnormal."""
+    """Return x^p for a normal float x > 0 and 0 <= p <= 100, to about a unit in the last place; 0 for a subnormal result."""
     bits = np.float64(x).view(np.int64)
     exponent = np.float64((bits >> _FRACTION_WIDTH) - _EXPONENT_BIAS)
     fraction = np.int64((bits & _FRACTION) | _ONE_BITS).view(np.float64)
@@ -42,7 +42,7 @@ def power(x, p):
 
 @inlined
 def exponential(x):
-    """Return e^x to about an ulp; 0 below x = -708, infinite above 709."""
+    """Return e^x to about one unit in the last place; 0 below x = -708, infinite above 709."""
     inside = _SMALLEST if x < _SMALLEST else (_LARGEST if x > _LARGEST else x)
     whole = (0.5 * _TWO_OVER_LN2 * inside + _ROUNDING) - _ROUNDING
     rest = (inside - whole * _LN2_HIGH) - whole * _LN2_LOW
@@ -53,7 +53,7 @@ def exponential(x):
 
 @internal_inlined
 def _logarithm(fraction):
-    """Return the log2 for sqrt(1/2) < fraction <= sqrt(2), by the series of artanh."""
+    """Return log2(fraction) for sqrt(1/2) < fraction <= sqrt(2), by the series of artanh."""
     s = (fraction - 1.0) / (fraction + 1.0)
     q = s * s
     series = 1.0 / 23.0

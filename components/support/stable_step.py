@@ -14,7 +14,7 @@ from ..errors import ParameterError
 from .float_arrays import FloatArray
 from .round_numbers import round_down_to_125
 
-# Allowed and suggested fractions of the largest stable step.
+# Largest allowed step and suggested step, as fractions of the largest stable step 2 / omega.
 ALLOWED, SUGGESTED = 0.9, 0.8
 _KEPT = 16
 
@@ -59,7 +59,7 @@ def highest_frequency(
         is_held: mask of prescribed displacements, of the same shape, bool.
         mass: mass of each node, shape (n,) [kg].
         force: function that returns the forces for displacements from rest, both of that shape [m, N].
-        norm_ratio: function that returns |image| / |vector| in the mass-weighted norm.
+        norm_ratio: function of (image, vector, mass) that returns |image| / |vector|, norms weighted by the masses.
         iterations: largest number of power iterations.
         tolerance: relative change of the squared frequency at which the iteration stops.
     """
@@ -73,7 +73,7 @@ def highest_frequency(
         found = force(vector)
         found[is_held] = 0.0
         shape = found / (-mass[:, np.newaxis])
-        # |K x| / |M x| in the mass-weighted norm lies between Rayleigh's quotient and the highest squared frequency.
+        # |M^-1 K x| / |x| in the mass-weighted norm lies between Rayleigh's quotient and the highest squared frequency.
         before, square = square, norm_ratio(shape, vector, mass)
         if abs(square - before) <= tolerance * square:
             break

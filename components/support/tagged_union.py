@@ -40,7 +40,7 @@ class ByName(Choices):
         return core_schema.no_info_before_validator_function(self.choose_table, handler(source))
 
     def choose_table(self, selection: Any) -> Named:
-        """Return the table; raise a fault if it is unknown or not valid."""
+        """Return the table that a name, a mapping or an instance selects; raise `ParameterError` if it is not valid."""
         if type(selection) in self.choices.values():
             return selection
         fields = {"name": selection} if isinstance(selection, str) else selection

@@ -10,7 +10,7 @@ from .jit import JIT
 
 
 def _unowned_array(typing_context: Any, array: Any) -> Any:
-    """Return the array without its owner."""
+    """Return the array without the reference to the owner of its memory."""
 
     def generate_code(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         found = context.make_array(array)(context, builder, values[0])

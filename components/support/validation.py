@@ -33,7 +33,7 @@ class Fixed(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _plain_fields(cls, fields: Any) -> Any:
-        """Return the fields in the types of pydantic: arrays and tuples as lists, numpy numbers as Python numbers."""
+        """Return the fields in types that pydantic accepts: arrays and tuples as lists, numpy numbers as Python numbers."""
         return {name: to_plain(value) for name, value in fields.items()} if isinstance(fields, dict) else fields
 
 
@@ -120,10 +120,17 @@ def _error_faults(error: Any, given: Any, model: type[BaseModel]) -> list[Fault]
     raised, place = error.get("ctx", {}).get("error"), _fault_location(error["loc"], given)
     if isinstance(raised, GranularError):  # raised by our own validator
         return [replace(fault, location=(*place, *fault.location), source="") for fault in raised.faults]
+<<<<<<< HEAD
     return [_pydantic_fault(error, place, given, model)]
 
 
 def _pydantic_fault(error: Any, place: Location, given: Any, model: type[BaseModel]) -> Fault:
+=======
+    return [_fault_from_error(error, place, given, model)]
+
+
+def _fault_from_error(error: Any, place: Location, given: Any, model: type[BaseModel]) -> Fault:
+>>>>>>> r1
     kind = error["type"]
     if kind == "extra_forbidden":
         advice = _advice_for_unknown(place, given, error["input"], model)
@@ -144,7 +151,7 @@ def _pydantic_fault(error: Any, place: Location, given: Any, model: type[BaseMod
 
 
 def _fault_location(loc: Location, given: Any) -> Location:
-    """Return a location without the names that pydantic inserts for alternatives of a union."""
+    """Return pydantic's location of an error without the names that it inserts for the alternatives of a union."""
     place = list(loc[:1])
     inner: Any = given.get(loc[0]) if loc and isinstance(given, Mapping) else None
     for part in loc[1:]:
@@ -167,7 +174,7 @@ def _advice_for_unknown(place: Location, given: Any, value: Any, model: type[Bas
 
 
 def _table_model(model: type[BaseModel], name: str | int) -> type[BaseModel] | None:
-    """Return the model of a field that holds a table, including an optional one."""
+    """Return the model of the table that a field (perhaps optional) holds; None for a field without a table."""
     field = model.model_fields.get(str(name))
     kinds = (field.annotation, *get_args(field.annotation)) if field else ()
     return next((kind for kind in kinds if isinstance(kind, type) and issubclass(kind, BaseModel)), None)
@@ -235,7 +242,7 @@ def whole_number(at: str | Location, value: Any, least: int = 1, most: int | Non
 
 
 def to_plain(value: Any) -> Any:
-    """Return a parameter in the types of pydantic; a masked array is returned unchanged, so that it is refused."""
+    """Return a parameter in types that pydantic accepts; a masked array is returned unchanged, so that it is refused."""
     match value:
         case np.ma.MaskedArray():
             return value

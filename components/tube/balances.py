@@ -10,7 +10,7 @@ import numpy as np
 from ..balances import Amount, Balance
 from ..support.float_arrays import FloatArray
 
-# A shell in a tube has no rigid wall.
+# Entry of the shell's balance that the tube leaves out: a shell in a tube has no rigid wall.
 _ABSENT = ("wall_energy",)
 
 
@@ -37,12 +37,12 @@ def join_momentum(gas: Balance, shell: Balance, leaked_amount: float) -> Balance
 
 
 def vector_along_x(amount: Amount) -> FloatArray:
-    """Return a vector along x with this component."""
+    """Return the vector along x whose x component is `amount`."""
     return np.array([float(amount), 0.0, 0.0])
 
 
 def _summed_entries(parts: Sequence[Mapping[str, Amount]]) -> dict[str, Any]:
-    """Return the entries of all parts; entries of the same name are added."""
+    """Return the balance entries of all parts in one mapping; entries of the same name are added."""
     found: dict[str, Any] = {}
     for part in parts:
         for name, amount in part.items():

@@ -31,9 +31,9 @@ _LARGE_STATE = 100_000
 _WAKING = 1e-9
 # Status offsets of `_advance_state` for failures of the gas, the shell and the exchange; the part's own status is added.
 _GAS, _SHELL, _WALL = 16, 32, 48
-# Change of the cross-section above which a gas in a rigid tube gets a caution.
+# Relative change of the wall's cross-section above which a caution is issued if the gas ignores the change.
 _LARGE_CHANGE = 0.02
-# Growth of the cross-section above which the load of a gas in a rigid tube is no longer valid.
+# Relative growth of the wall's cross-section above which the pressure of a gas that ignores it is no longer valid.
 _LARGEST_GROWTH = 0.5
 _GROWN = "cross_section_grown"
 
@@ -61,7 +61,7 @@ class Tube(Component):
         return DetonationTube.memory_needed(parameters.gas) + Shell.memory_needed(parameters.shell)
 
     def _build_system(self) -> None:
-        # Both parts are first built alone, to obtain their steps and the sizes of their states.
+        # Both parts are first built on their own, to obtain their steps and the sizes of their states.
         gas, shell = make_part(DetonationTube, self, "gas"), make_part(Shell, self, "shell")
         self._choose_steps(gas, shell)
         stations, words = shell.parameters.body.node_counts[0], shell.memory.size
@@ -81,9 +81,9 @@ class Tube(Component):
         self._include_part(self.gas, "gas", self.gas_steps)
         self._include_part(self.shell, "shell", self.shell_steps)
         self.interface: Interface = self._find_interface()
-        # Read from the field, which does not interpolate the parameters of the nodes.
+        # Read from the output: in a meshfree body the displacement of a node differs from the parameter of the node.
         self._rest_radii: FloatArray = self.shell.get("mean_inner_radius")
-        # Step of the gas or the shell that failed, and the cell in which the pressure vanished.
+        # After a failure: the step of the gas or the shell that failed, and the cell in which the pressure vanished.
         self._failed_tick = self._failed_cell = 0
 
     def _choose_steps(self, gas: DetonationTube, shell: Shell) -> None:
@@ -162,7 +162,7 @@ class Tube(Component):
         )  # fmt: skip
 
     def _declare_output(self, variable: Variable) -> Variable:
-        """Return the variable, or an output in place of an input of one part that the other part sets."""
+        """Return the variable of a part; an input that the other part sets is returned as an output."""
         if variable.name not in ("gas_area", "shell_pressure"):
             return variable
         text = (
@@ -399,7 +399,7 @@ class Tube(Component):
         }
 
     def _largest_area_change(self) -> float:
-        """Return the largest present relative change of a station's cross-section."""
+        """Return the relative change of the cross-section at the station where it is largest now."""
         return float(np.abs(self._block["widening"]).max())
 
     def conclusions(self) -> list[str]:

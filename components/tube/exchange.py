@@ -18,7 +18,7 @@ from ..support.jit import internal, jit
 from ..support.powers import power
 from .interface_overlaps import Interface, Overlaps
 
-# Entries of the tally since the reset: leaked mass, momentum and energy, and the work of the shell on the room.
+# Entries of the tally, i.e. sums since the reset: leaked mass, momentum and energy, and the work of the shell on the room.
 LEAKED_MASS, LEAKED_MOMENTUM, LEAKED_ENERGY, ROOM_WORK, TALLY = 0, 1, 2, 3, 4
 
 
@@ -53,7 +53,7 @@ def write_widening(interface: Interface, state: State, out: FloatArray) -> None:
     y, z = (interface.reference + state.displacement[interface.nodes]).T[1:]
     share = np.where((state.area != 0.0).any(axis=1), interface.share, 0.0)
     shares = np.stack([share, share * (np.sqrt(y * y + z * z) / interface.rest)])
-    # Sum around each station in a fixed order.
+    # The nodes around each station are summed in a fixed order.
     total, radius = ordered_sum_of_rows(shares.reshape(2, len(out), -1).transpose(2, 0, 1))
     some = total > 0.0
     ratio = radius[some] / total[some]

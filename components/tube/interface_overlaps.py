@@ -56,11 +56,11 @@ class Interface(NamedTuple):
     area: FloatArray
 
     def to_stations(self, amounts: FloatArray) -> FloatArray:
-        """Return the sums of overlap amounts for each station, shape (stations,)."""
+        """Return for each station the sum of an amount over its overlaps, shape (stations,)."""
         return np.bincount(self.overlaps.station, amounts, minlength=len(self.width)).astype(np.float64)
 
     def to_cells(self, amounts: FloatArray) -> FloatArray:
-        """Return the sums of overlap amounts for each gas cell, shape (cells,)."""
+        """Return for each gas cell the sum of an amount over its overlaps, shape (cells,)."""
         return np.bincount(self.overlaps.cell, amounts, minlength=len(self.area)).astype(np.float64)
 
 

@@ -18,7 +18,7 @@ from ..support.validation import Parameters
 _SAME_AREA = 1e-3
 # Largest number of steps of a part in an internal step.
 MOST_STEPS = 1000
-# Allowed boundaries of a shell in a tube, which neither move nor open.
+# Boundaries that the ends of a shell in a tube may have: those that neither move nor open.
 _ENDS = ("clamped", "symmetry")
 
 

@@ -25,7 +25,7 @@ from .reverse import INVERSE_MASS_SUM, reverse_tick
 
 # Control steps per block if no states are saved for a backward sweep.
 _LONG_BLOCK = 256
-# Rows of a table that a run changes and from which an adjoint starts.
+# Rows of a table with the displacements and velocities: a run changes them, and checkpoints save them.
 _STATE = slice(U, V + 1)
 
 
@@ -34,10 +34,10 @@ class Adjoints:
     """An objective and its derivatives with respect to all numbers of the kernels.
 
     Attributes:
-        value: J.
+        value: the objective J.
         inputs: derivatives with respect to left and right inputs, shape (steps, 2); 0 for an end without input.
-        table: derivatives with respect to the table. Only constants are meaningful: STIFFNESS, REST_OVERLAP, INVERSE_MASS,
-            LAW_CONSTANTS, those that the objective uses (MASS), and LEFT_STATIC, RIGHT_STATIC and GRAVITY of SCALARS.
+        table: derivatives with respect to the chain's table, meaningful in the rows STIFFNESS, REST_OVERLAP, INVERSE_MASS,
+            LAW_CONSTANTS, MASS if the objective uses it, and in LEFT_STATIC, RIGHT_STATIC and GRAVITY of the row SCALARS.
         displacement: derivatives with respect to the start displacement, shape (n,).
         velocity: derivatives with respect to the start velocity, shape (n,).
     """
@@ -122,7 +122,7 @@ class _BlockwiseRun:
         self._objective_loops = compiled_objective(objective, chain)
 
     def forward(self, drive: FloatArray, block: int, saved_states: list[FloatArray] | None = None) -> FloatArray:
-        """Return the sums of the features; append the state at the beginning of each block to `saved_states` if given."""
+        """Run a drive; return the sums of the features, and append the state before each block to `saved_states` if given."""
         sums, tick = np.zeros(self.objective.count), self.chain.tick
         states, nothing = np.empty((block, 2, self.table.shape[1])), self.table[:0]
         for begin in range(0, len(drive), block):
@@ -167,7 +167,7 @@ class _BlockwiseRun:
             if sound > 0:
                 _raise_infinite_derivative(adjoint, begin + sound - 1, self.steps, by_objective=False)
             running[:] = adjoint[_STATE]
-        # The scratch row INVERSE_MASS_SUM holds the derivatives with respect to inverse masses, times the inverse masses.
+        # The scratch row INVERSE_MASS_SUM holds w dJ/dw for each inverse mass w.
         moved = self.table[INVERSE_MASS] > 0.0
         adjoint[INVERSE_MASS, moved] += adjoint[INVERSE_MASS_SUM, moved] / self.table[INVERSE_MASS, moved]
         adjoint[LEFT_DRIVE : LOST + 1] = 0.0
@@ -175,7 +175,7 @@ class _BlockwiseRun:
 
 
 def tape_rows(chain: Chain) -> int:
-    """Return the tape rows per tick: the displacements of each kick, and the velocities before dissipation."""
+    """Return the number of tape rows per tick: displacements at each kick and, with dissipation, the velocities before it."""
     return len(chain.scheme.kicks) + isinstance(chain.scheme, DampedComposition)
 
 

@@ -25,7 +25,7 @@ _LARGEST = np.finfo(np.float64).max
 
 
 class RunLoops(NamedTuple):
-    """The loops of a law and an integrator.
+    """The compiled loops for one contact law and one integrator.
 
     Attributes:
         forward: forward(table, drive, tick, ticks, states, tape) runs a block; returns the number of completed control steps.
@@ -39,7 +39,7 @@ class RunLoops(NamedTuple):
 
 
 class ObjectiveLoops(NamedTuple):
-    """The loops of an objective for a law.
+    """The compiled loops for one objective and one contact law.
 
     Attributes:
         note: note(table, drive, states, span, constants, sums) adds the features of a block; returns the number of control
@@ -55,7 +55,7 @@ class ObjectiveLoops(NamedTuple):
 
 @internal
 def _has_infinity(a):
-    """Return whether a derivative with respect to the state is infinite or NaN."""
+    """Return whether the adjoint table holds an infinite or NaN derivative with respect to the state."""
     found = False
     for i in range(a.shape[1]):
         found |= not (abs(a[U, i]) <= _LARGEST and abs(a[V, i]) <= _LARGEST)
@@ -70,7 +70,7 @@ def _set_state(a, state):
 
 @cache
 def make_run_loops(kind: type, scheme: Any) -> RunLoops:
-    """Return the loops for the class of a law and the numbers of an integrator."""
+    """Return the loops for the class of a law and the coefficients of an integrator."""
 
     @jit
     def forward(table, drive, tick, ticks, states, tape):
@@ -106,7 +106,7 @@ def make_run_loops(kind: type, scheme: Any) -> RunLoops:
 
 @lru_cache(maxsize=64)
 def make_objective_loops(kind: type, note: Callable[..., Any], pullback: Callable[..., Any]) -> ObjectiveLoops:
-    """Return the loops for the class of a law and the functions of an objective."""
+    """Return the loops for the class of a law and two functions of an `Objective`."""
     note, pullback = _compiled_function(note), _compiled_function(pullback)
 
     @jit

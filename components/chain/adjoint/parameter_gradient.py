@@ -1,4 +1,4 @@
-"""Derivatives with respect to parameters, from those with respect to the table: the transpose of `geometry`.
+"""Derivatives with respect to parameters, from those with respect to the chain's table: the transpose of `geometry`.
 
 The internal step is kept constant, whatever the parameters would suggest; so are the start displacements and velocities
 relative to the rest configuration. A gradient has the shape of the parameter as given: one number for all, or one each; radii
@@ -25,7 +25,7 @@ from .gradient import Adjoints
 
 
 def parameter_gradient(chain: Chain, adjoints: Adjoints, name: str) -> float | FloatArray:
-    """Return the derivative with respect to drive (steps, 2), start value (n,) or parameter (in its given shape).
+    """Return the derivative with respect to the drive, shape (steps, 2), a start value (n,) or a parameter (its own shape).
 
     Raises:
         ParameterError: there is no such derivative; the message gives advice.
@@ -36,7 +36,7 @@ def parameter_gradient(chain: Chain, adjoints: Adjoints, name: str) -> float | F
 
 
 class _GeometryDerivatives:
-    """Derivatives with respect to masses, stiffnesses and static forces, including quantities that depend on each."""
+    """Derivatives with respect to masses, stiffnesses and static forces, including their effects on the static overlaps."""
 
     def __init__(self, chain: Chain, adjoints: Adjoints) -> None:
         p, g, n = chain.parameters, chain.geometry, chain.parameters.grains
@@ -85,7 +85,7 @@ def _has_static_weight(chain: Chain) -> bool:
 
 
 def _weight_adjoint(chain: Chain, static: FloatArray) -> FloatArray:
-    """Return the derivative with respect to the weight of each grain, which contacts on one side carry."""
+    """Return the derivative with respect to the weight of each grain, which the contacts on one side of it carry."""
     p = chain.parameters
     carried = np.cumsum(static[::-1])[::-1][1:]
     total = p.gravity * float(chain.table[MASS, 1 : p.grains + 1].sum())
@@ -96,7 +96,7 @@ def _weight_adjoint(chain: Chain, static: FloatArray) -> FloatArray:
 def _refuse_dependent_constants(chain: Chain, name: str) -> None:
     """Refuse a law whose constants depend on stiffness or radius, because the derivative would lack this dependence."""
     g, chosen = chain.geometry, chain.parameters.law
-    # The factors differ, so that k / R* changes too.
+    # Scale k and R* by different factors, so that constants that depend only on k / R* change too.
     moved = chosen.contact_constants(1.5 * g.stiffness, 1.25 * g.reduced_radius, g.yield_strength, g.contact_slice)
     if not np.array_equal(moved, g.law_constants[g.contact_slice, : moved.shape[1]]):
         raise ParameterError(
@@ -209,4 +209,4 @@ KNOWN: dict[str, Callable[[Chain, Adjoints], float | FloatArray]] = {
     "velocity": lambda chain, adjoints: adjoints.velocity,
     "displacement": lambda chain, adjoints: adjoints.displacement,
 }
-"""Parameters, inputs and start values that have gradients."""
+"""Name of each parameter, input or start value that has a gradient -> function that returns the gradient."""

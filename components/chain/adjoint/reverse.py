@@ -88,7 +88,7 @@ def reverse_damped_tick(scheme, chain, adjoint, inputs, input_adjoint, tape):
         if s == stages // 2:
             row -= 1
             _reverse_drift(chain, adjoint, 0.0, scheme.drifts[s + 1] * h)
-            # During the flow the speeds of pistons are the inputs; before and after it they have no effect.
+            # During the dissipative flow the speeds of pistons are the inputs; before and after it they have no effect.
             _clear_piston_speed_adjoints(chain, adjoint)
             _reverse_dissipation(chain, adjoint, tape[row], tape[row + 1])
             _reverse_piston_speeds(chain, adjoint, input_adjoint)
@@ -113,7 +113,7 @@ def _reverse_kick(chain, adjoint, inputs, input_adjoint, u, stage):
 
 @internal_inlined
 def _reverse_drift(chain, adjoint, kick, drift):
-    """Add drift u_adjoint to v_adjoint, and write the adjoint of the force on each grain in the preceding kick."""
+    """Add `drift` times u_adjoint to v_adjoint, and write the adjoint of the force on each grain in the kick before it."""
     a, n = adjoint.rows, chain.settings.grains
     u, v, c, w = a[U, 1 : n + 1], a[V, 1 : n + 1], a[FORCE_ADJOINT, 1 : n + 1], chain.rows[INVERSE_MASS, 1 : n + 1]
     for i in range(n):
@@ -149,7 +149,7 @@ def _reverse_overlaps(n, a):
 
 @internal_inlined
 def _reverse_end_forces(chain, adjoint, inputs, input_adjoint):
-    """Replace the forces of missing contacts at free ends by the forces on these ends."""
+    """At a free end, put the force on the end in the place of a contact force, and pass its adjoint to the input."""
     a, n, left, right = adjoint.rows, chain.settings.grains, chain.settings.left, chain.settings.right
     if left.is_free:
         a[FORCE, 0] = left.static_force + inputs[0]
@@ -243,7 +243,7 @@ def _reverse_dissipation(chain, adjoint, u, v):
 
 @internal_inlined
 def _reverse_half_sweep(a, b, n, approach, parity):
-    """Reverse a half sweep: propagate to velocities, inverse masses, impulses per speed and least impulses."""
+    """Reverse a half sweep: pass its adjoints to velocities, inverse masses, impulses per approach speed and least impulses."""
     for j in range(n + 1):
         acts = j % 2 == parity
         free, least = a[DISSIPATION, j] * approach[j], a[DISSIPATION + 1, j]
@@ -288,7 +288,7 @@ def _reverse_impulse_factors(chain, adjoint, u):
 
 @internal_inlined
 def _impulse_slopes(c, y):
-    """Return the derivatives of c q(y), q = (1 + y) / (1 + 2 y + 2 y^2), with respect to c and to an inverse mass."""
+    """Return the derivatives of the impulse per speed c q(y), q = (1 + y) / (1 + 2 y + 2 y^2), by c and by an inverse mass."""
     below = 1.0 / (1.0 + 2.0 * y * (1.0 + y))
     q, slope = (1.0 + y) * below, -(1.0 + y * (4.0 + 2.0 * y)) * (below * below)
     return q + y * slope, (0.5 * c * c) * slope

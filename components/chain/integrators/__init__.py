@@ -21,10 +21,10 @@ class Scheme:
         damped: coefficients for contacts with dissipation.
         evaluations: force evaluations per step.
         history_rows: rows of state in addition to displacement, velocity and peak.
-        scratch_rows: scratch rows.
-        step_factor: step for the default accuracy divided by that of PEFRL.
-        pressed_angle: largest step x the lattice's highest angular frequency, under a static load.
-        minimum_evaluations: force evaluations per contact for a relative velocity error of about 1e-3.
+        scratch_rows: rows of the table for intermediate results of a step.
+        step_factor: step for the default accuracy, divided by the step that PEFRL needs for it.
+        pressed_angle: largest product of step and highest angular frequency of the lattice under a static load [rad].
+        minimum_evaluations: force evaluations during one contact for a relative velocity error of about 1e-3.
     """
 
     numbers: Any

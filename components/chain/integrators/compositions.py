@@ -113,7 +113,7 @@ def damped_tick(scheme, chain, drive, tick, tape):
             forces.copy_array(u, tape[row])
             row += 1
         if s == middle:
-            # During the flow prescribed grains move at the mid-step speed.
+            # During the dissipative flow prescribed grains move at the speed of the input in the middle of the step.
             forces.set_piston_velocities(chain, v, drive, 0.5)
             if len(tape) > 0:
                 forces.copy_array(v, tape[row])
@@ -126,7 +126,7 @@ def damped_tick(scheme, chain, drive, tick, tape):
             kick(chain, u, next_u, drive, (scheme.kick_times[s], scheme.kicks[s] * h, scheme.drifts[s + 1] * h))
             forces.place_pistons(chain, next_u, drive, base_positions, e)
             u, next_u = next_u, u
-    # A symmetric damped composition has an even number of kicks: the displacements are back in their row.
+    # A symmetric damped composition has an even number of kicks, so after all swaps the displacements are in the row U.
     forces.set_piston_velocities(chain, v, drive, 1.0)
     forces.tally_pistons(chain, before)
     return passed_limit
@@ -134,7 +134,7 @@ def damped_tick(scheme, chain, drive, tick, tape):
 
 @internal
 def drift(u, v, time):
-    """Advance the displacements by a drift."""
+    """Drift: add `time` times the velocities to the displacements."""
     for i in range(len(u)):
         u[i] += time * v[i]
 
@@ -191,7 +191,7 @@ def kick(chain, u, next_u, drive, stage):
 
 @internal_inlined
 def _restore_pistons(chain, velocities):
-    """Restore the velocities of prescribed grains, which gravity and contacts do not change."""
+    """Restore the velocities of prescribed grains, which gravity and contact forces must not change."""
     if chain.settings.left.is_piston:
         chain.rows[V, 1] = velocities[0]
     if chain.settings.right.is_piston:

@@ -60,7 +60,7 @@ def sweep_fraction(j):
 
 @internal
 def prepare_impulses(chain, u):
-    """Write the impulse per approach speed of each contact, and the smallest impulse without attraction."""
+    """Write for each contact G, the impulse per approach speed, and -F_e t, the least impulse without attraction."""
     v, w, h = chain.rows[V], chain.rows[INVERSE_MASS], chain.settings.step
     per_speed, least = chain.rows[DISSIPATION], chain.rows[DISSIPATION + 1]
     for j in range(chain.settings.grains + 1):
@@ -75,7 +75,7 @@ def prepare_impulses(chain, u):
 
 @internal_inlined
 def contact_impulse(rows, j):
-    """Return the impulse in contact j."""
+    """Return the dissipative impulse in contact j, the larger of the two values that `prepare_impulses` provides."""
     free, least = rows[DISSIPATION, j] * (rows[V, j] - rows[V, j + 1]), rows[DISSIPATION + 1, j]
     return free if free > least else least
 

@@ -21,13 +21,22 @@ UNSOUND = 1 << 60
 def advance_tick(scheme, chain, drive, tick, tape):
     """Advance a chain by one tick, with the drive set to it; return whether an overlap passed its limit.
 
+<<<<<<< HEAD
     `tape` receives the data that an adjoint needs of the tick; without rows nothing is recorded.
+=======
+    Args:
+        scheme: the integrator.
+        chain: a `ChainState`.
+        drive: a `Drive`.
+        tick: number of the tick.
+        tape: array that receives the displacements and velocities that the adjoint needs; without rows nothing is recorded.
+>>>>>>> r1
     """
 
 
 @internal_inlined
 def advance(scheme, chain, drive, tick, ticks, tape):
-    """Advance by `ticks` ticks, or until a limit is passed; a tape has the same number of rows for each tick.
+    """Advance by `ticks` ticks, or until a limit is passed; `tape` holds the same number of rows for each of the ticks.
 
     Returns:
         Number of completed ticks, negative if an overlap passed its limit, and minus `UNSOUND` if a velocity did.

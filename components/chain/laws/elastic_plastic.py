@@ -77,7 +77,7 @@ class ElasticPlastic(Law):
         return (math.pi * pressure * reduced_radius[contacts] / (1.5 * stiffness[contacts]))[:, None]
 
     def static_overlap(self, force: FloatArray, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
-        """Return the overlap by Hertz's law, or along the tangent beyond the yield overlap."""
+        """Return the overlap at a force: by Hertz's law, or by its tangent beyond the yield overlap."""
         root = constants[:, 0]
         with np.errstate(divide="ignore", invalid="ignore"):
             tangent = (force / (stiffness * root) + 0.5 * root * root) / 1.5
@@ -91,7 +91,7 @@ class ElasticPlastic(Law):
 
 @functions.contact_law.register(ElasticPlasticContacts)
 def elastic_plastic_contacts(kind, stiffness, constants, history):
-    """Return the law."""
+    """Return the law with these stiffnesses, constants and histories."""
     return ElasticPlasticContacts(stiffness, constants[0], history[0], history[1], history[2])
 
 
@@ -114,7 +114,7 @@ def energy(law, j, d):
 
 @functions.has_history.register(ElasticPlasticContacts)
 def has_history(law):
-    """Return True."""
+    """Return True: the force depends on the deepest overlap so far."""
     return True
 
 
@@ -134,11 +134,11 @@ def update_history(law, j, d):
         return 0.0
     past = before - law.residual[j]
     stored = hertz_energy(law.unloading[j], 0.0 if past < SMALLEST_OVERLAP else past)
-    # Integral of the tangent from the previous deepest overlap.
+    # Work of the tangent force from the previous deepest overlap to d.
     work = k * root * ((0.75 * (d + before) - 0.5 * root * root) * (d - before))
     loaded = k * root * (1.5 * d - 0.5 * root * root)
     unloading = k * sqrt(k * (d * sqrt(d)) / loaded)
-    # (F / k_u)^(2/3); with k_u = k sqrt(k d^1.5 / F) this is a quotient.
+    # d - d_r = (F / k_u)^(2/3); with k_u = k sqrt(k d^1.5 / F) this is a quotient, without a power function.
     elastic = loaded / (k * sqrt(d))
     law.deepest[j], law.unloading[j], law.residual[j] = d, unloading, d - elastic
     return stored + work - hertz_energy(unloading, elastic)

@@ -2,8 +2,8 @@
 
 In a kernel a law is a `NamedTuple` whose fields are arrays with one number per contact: the stiffness, other constants, and the
 history of the contact. The module of a law registers its functions, for example ``force.register(HertzContacts)``. j is a
-contact, d its overlap if it is closed and 0 if it is open. In ``x_pullback(law, adjoint, j, d, slope)``, `adjoint` is a law of
-the same class. Slope times the derivative of x with respect to each constant of contact j is added to its arrays.
+contact, d its overlap if it is closed and 0 if it is open. In ``x_pullback(law, adjoint, j, d, slope)``, `slope` is dJ/dx for
+an objective J, and `adjoint` is a law of the same class; its arrays hold the derivatives of J with respect to the constants.
 """
 
 from __future__ import annotations
@@ -69,17 +69,17 @@ def update_history(law, j, d):
 
 @_required
 def force_pullback(law, adjoint, j, d, slope):
-    """Add slope dF/dc to the adjoint of each constant c; return slope dF/dd, which is 0 for an open contact."""
+    """Add slope * (dF/dc) to the adjoint of each constant c of the force F; return slope * (dF/dd), 0 for an open contact."""
 
 
 @_required
 def energy_pullback(law, adjoint, j, d, slope):
-    """Add slope dE/dc to the adjoint of each constant c."""
+    """Add slope * (dE/dc) to the adjoint of each constant c of the energy E."""
 
 
 @_optional
 def damping_pullback(law, adjoint, j, d, slope):
-    """Add slope d(damping)/dc to the adjoint of each constant c; return slope d(damping)/dd."""
+    """Add slope * d(damping)/dc to the adjoint of each constant c; return slope * d(damping)/dd."""
     return 0.0
 
 
@@ -90,7 +90,7 @@ def energy_root(law, j, d, rest):
 
 @_required
 def energy_root_pullback(law, adjoint, j, d, rest, slope):
-    """Add slope dq/dc to the adjoint of each constant c; return slope dq/dd and slope dq/drest."""
+    """Add slope * (dq/dc) to the adjoint of each constant c of the root q; return slope * (dq/dd) and slope * (dq/drest)."""
 
 
 ELASTIC = (contact_law, force, energy)
@@ -101,4 +101,4 @@ ELASTIC_GRADIENT = (force_pullback, energy_pullback)
 """Additional functions of a law with gradients; a law with a history has none."""
 DISSIPATIVE_GRADIENT = (damping_pullback,)
 ENERGY_ROOT = (energy_root, energy_root_pullback)
-"""Functions for distances in the energy norm."""
+"""Functions for the distance of two states by roots of the energy, see `differentiable_quantities`."""

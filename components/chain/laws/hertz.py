@@ -46,7 +46,7 @@ class Hertz(HertzRest, Law):
 
 @functions.contact_law.register(HertzContacts)
 def hertz_contacts(kind, stiffness, constants, history):
-    """Return the law."""
+    """Return the law with these stiffnesses; it needs no other constants."""
     return HertzContacts(stiffness)
 
 
@@ -73,37 +73,37 @@ def energy(law, j, d):
 
 
 def force_pullback(law, adjoint, j, d, slope):
-    """Add slope d^1.5 to the adjoint of k; return slope 1.5 k d^0.5."""
+    """Add slope * d^1.5 to the adjoint of k; return slope * 1.5 k d^0.5."""
     root = sqrt(d)
     adjoint.stiffness[j] += d * root * slope
     return law.stiffness[j] * (1.5 * root) * slope
 
 
 def energy_pullback(law, adjoint, j, d, slope):
-    """Add slope dE/dk to the adjoint of k."""
+    """Add slope * (dE/dk) to the adjoint of k."""
     adjoint.stiffness[j] += (0.4 * (d * d * sqrt(d))) * slope
 
 
 @internal_inlined
 def _overlap_roots(d, rest):
-    """Return sqrt(d) and sqrt(d0), 0 for a gap."""
+    """Return sqrt(d), 0 for an open contact, and sqrt(d0), 0 for a gap at rest (d0 < 0)."""
     return sqrt(d) if d > SMALLEST_OVERLAP else 0.0, sqrt(max(rest, 0.0))
 
 
 @internal_inlined
 def _energy_quotient(s, s0):
-    """Return the factor Q of the energy, see the module."""
+    """Return the factor Q of the energy above rest, e = k (s - s0)^2 Q."""
     return s * s * (0.4 * s + 0.8 * s0) + s0 * s0 * (1.2 * s + 0.6 * s0)
 
 
 def energy_root(law, j, d, rest):
-    """Return sqrt(k Q) (s - s0)."""
+    """Return the root q = sqrt(k Q) (s - s0) of the energy above rest."""
     s, s0 = _overlap_roots(d, rest)
     return sqrt(law.stiffness[j] * _energy_quotient(s, s0)) * (s - s0)
 
 
 def energy_root_pullback(law, adjoint, j, d, rest, slope):
-    """Add slope dq/dk; return slope dq/dd and slope dq/d(overlap at rest)."""
+    """Add slope * (dq/dk) to the adjoint of k; return slope * (dq/dd) and slope * (dq/d(overlap at rest))."""
     s, s0 = _overlap_roots(d, rest)
     quotient = _energy_quotient(s, s0)
     if quotient <= 0.0 or law.stiffness[j] <= 0.0:
@@ -116,7 +116,7 @@ def energy_root_pullback(law, adjoint, j, d, rest, slope):
 
 
 def register_hertz_spring(kind: type) -> None:
-    """Register Hertz's spring for a law with a field `stiffness`."""
+    """Register the elastic functions of Hertz's law for another law, whose class has a field `stiffness`."""
     for function, implementation in (
         (functions.force, force),
         (functions.energy, energy),

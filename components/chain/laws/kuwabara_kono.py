@@ -33,11 +33,11 @@ class KuwabaraKono(HertzRest, Dissipative):
     dissipation: NotNegative | list[NotNegative] = field(..., "coefficient gamma: one for all or one per place", "N s/m^1.5")
 
     def damping_coefficients(self, constants: FloatArray, overlap: FloatArray) -> FloatArray:
-        """Return gamma sqrt(d)."""
+        """Return gamma sqrt(d), the dissipative force per approach speed."""
         return constants[:, 0] * np.sqrt(overlap)
 
     def overlap_from_coefficient(self, constants: FloatArray, coefficients: FloatArray) -> FloatArray:
-        """Return (coefficient / gamma)^2."""
+        """Return the overlap (coefficient / gamma)^2 at which gamma sqrt(d) equals the coefficient."""
         with np.errstate(divide="ignore", over="ignore"):
             root = coefficients / constants[:, 0]
             return root * root
@@ -45,7 +45,7 @@ class KuwabaraKono(HertzRest, Dissipative):
 
 @functions.contact_law.register(KuwabaraKonoContacts)
 def kuwabara_kono_contacts(kind, stiffness, constants, history):
-    """Return the law."""
+    """Return the law with these stiffnesses and gamma, the first constant."""
     return KuwabaraKonoContacts(stiffness, constants[0])
 
 
@@ -57,7 +57,7 @@ def damping(law, j, d):
 
 @functions.damping_pullback.register(KuwabaraKonoContacts)
 def damping_pullback(law, adjoint, j, d, slope):
-    """Add slope sqrt(d) to the adjoint of gamma; return slope gamma / (2 sqrt(d))."""
+    """Add slope * sqrt(d) to the adjoint of gamma; return slope * gamma / (2 sqrt(d))."""
     root = sqrt(d)
     adjoint.dissipation[j] += slope * root
     return 0.5 * law.dissipation[j] / root * slope if d > 0.0 else 0.0

@@ -29,11 +29,11 @@ class Dashpot(Dissipative):
     has_force_jump: ClassVar[bool] = True
 
     def damping_coefficients(self, constants: FloatArray, overlap: FloatArray) -> FloatArray:
-        """Return the constant c, at any overlap."""
+        """Return c, which does not depend on the overlap."""
         return constants[:, 0]
 
     def overlap_from_coefficient(self, constants: FloatArray, coefficients: FloatArray) -> FloatArray:
-        """Return 0 if c always exceeds the coefficient, or else infinity."""
+        """Return 0 where c exceeds the coefficient (at every overlap), infinity where it does not."""
         return np.where(constants[:, 0] > coefficients, 0.0, np.inf)
 
 
@@ -54,13 +54,13 @@ class Linear(Dashpot):
 
 @functions.contact_law.register(LinearContacts)
 def linear_contacts(kind, stiffness, constants, history):
-    """Return the law."""
+    """Return the law with these stiffnesses k and dashpot constants c."""
     return LinearContacts(stiffness, constants[0])
 
 
 @functions.force.register(LinearContacts)
 def force(law, j, d):
-    """Return k d."""
+    """Return the elastic force k d."""
     return law.stiffness[j] * d
 
 
@@ -72,26 +72,26 @@ def energy(law, j, d):
 
 @functions.damping.register(LinearContacts)
 def damping(law, j, d):
-    """Return c."""
+    """Return c, the dissipative force per approach speed."""
     return law.dissipation[j]
 
 
 @functions.has_force_jump.register(LinearContacts)
 def has_force_jump(law):
-    """Return True: a contact closes at a finite speed."""
+    """Return True: a contact closes at a finite speed, at which the dashpot force begins at once."""
     return True
 
 
 @functions.force_pullback.register(LinearContacts)
 def force_pullback(law, adjoint, j, d, slope):
-    """Add slope d to the adjoint of k; return slope k while the grains touch, else 0."""
+    """Add slope * d to the adjoint of k; return slope * k while the grains touch, else 0."""
     adjoint.stiffness[j] += d * slope
     return (law.stiffness[j] if d > 0.0 else 0.0) * slope
 
 
 @functions.energy_pullback.register(LinearContacts)
 def energy_pullback(law, adjoint, j, d, slope):
-    """Add slope dE/dk to the adjoint of k."""
+    """Add slope * (dE/dk) to the adjoint of k."""
     adjoint.stiffness[j] += 0.5 * (d * d) * slope
 
 

@@ -50,7 +50,7 @@ class Power(Law):
 
 @functions.contact_law.register(PowerContacts)
 def power_contacts(kind, stiffness, constants, history):
-    """Return the law."""
+    """Return the law with these stiffnesses and the exponent, the first constant."""
     return PowerContacts(stiffness, constants[0])
 
 
@@ -76,7 +76,7 @@ def energy(law, j, d):
 
 @functions.force_pullback.register(PowerContacts)
 def force_pullback(law, adjoint, j, d, slope):
-    """Add slope d^p to the adjoint of k; return slope p k d^(p - 1)."""
+    """Add slope * d^p to the adjoint of k; return slope * p k d^(p - 1)."""
     k, p = law.stiffness[j], law.exponent[j]
     adjoint.stiffness[j] += _positive_power(d, p) * slope
     return k * (p * _positive_power(d, p - 1.0)) * slope
@@ -84,6 +84,6 @@ def force_pullback(law, adjoint, j, d, slope):
 
 @functions.energy_pullback.register(PowerContacts)
 def energy_pullback(law, adjoint, j, d, slope):
-    """Add slope dE/dk to the adjoint of k."""
+    """Add slope * (dE/dk) to the adjoint of k."""
     p = law.exponent[j]
     adjoint.stiffness[j] += (d * _positive_power(d, p)) / (p + 1.0) * slope

@@ -32,12 +32,12 @@ class Viscous(HertzRest, linear.Dashpot):
 
 @functions.contact_law.register(ViscousContacts)
 def viscous_contacts(kind, stiffness, constants, history):
-    """Return the law."""
+    """Return the law with these stiffnesses k and dashpot constants c."""
     return ViscousContacts(stiffness, constants[0])
 
 
 register_hertz_spring(ViscousContacts)
-# The dashpot is that of the linear law.
+# The functions of the dashpot are those of the linear law.
 functions.damping.register(ViscousContacts)(linear.damping)
 functions.has_force_jump.register(ViscousContacts)(linear.has_force_jump)
 functions.damping_pullback.register(ViscousContacts)(linear.damping_pullback)

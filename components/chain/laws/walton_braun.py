@@ -55,7 +55,7 @@ class WaltonBraun(Law):
     def contact_constants(
         self, stiffness: FloatArray, reduced_radius: FloatArray, yield_strength: FloatArray, contacts: slice
     ) -> FloatArray:
-        """Return k2 and 1 - k1/k2."""
+        """Return k2 and 1 - k1/k2 for each contact."""
         loading = stiffness[contacts]
         unloading = (np.zeros(len(stiffness)) + np.asarray(self.unloading_stiffness))[contacts]
         soft = unloading < loading
@@ -73,13 +73,13 @@ class WaltonBraun(Law):
         return force / stiffness
 
     def largest_stiffness(self, stiffness: FloatArray, constants: FloatArray) -> FloatArray:
-        """Return k2."""
+        """Return k2, the stiffness in unloading."""
         return constants[:, 0]
 
 
 @functions.contact_law.register(WaltonBraunContacts)
 def walton_braun_contacts(kind, stiffness, constants, history):
-    """Return the law."""
+    """Return the law with these stiffnesses, constants and histories."""
     return WaltonBraunContacts(stiffness, constants[0], constants[1], history[2])
 
 
@@ -102,7 +102,7 @@ def energy(law, j, d):
 
 @functions.has_history.register(WaltonBraunContacts)
 def has_history(law):
-    """Return True."""
+    """Return True: the force depends on the deepest overlap so far."""
     return True
 
 
@@ -114,7 +114,7 @@ def begin_history(law, j):
 
 @functions.update_history.register(WaltonBraunContacts)
 def update_history(law, j, d):
-    """Record a new deepest overlap; return the loss between two depths, the integral of k1 (1 - k1/k2) d."""
+    """Record a new deepest overlap; return the loss from the old to the new one, the integral of k1 (1 - k1/k2) d."""
     deepest = law.deepest[j]
     if not d > deepest:
         return 0.0

@@ -46,7 +46,7 @@ def collision_overlap(reduced_mass: Number, stiffness: Number, speed: Number) ->
 
 
 def duration_from_overlap(reduced_mass: Number, stiffness: Number, overlap: Number) -> Number:
-    """Return the contact time T1 of a collision with the largest overlap `overlap` [s], from both formulas above."""
+    """Return the contact time T1 [s] of a collision with this largest overlap: the formulas above with v eliminated."""
     # No power function, because the report of a run must be bitwise the same on every machine.
     return COLLISION_COEFFICIENT * np.sqrt(1.25 * reduced_mass / (stiffness * np.sqrt(overlap)))
 
@@ -62,7 +62,7 @@ def duration_times_frequency(exponent: float) -> float:
     return duration * math.sqrt(0.5 * exponent * (exponent + 1.0))
 
 
-# 0.8 B(3/5, 3/2) (5/4)^(3/5) and 0.8 B(2/5, 3/2) (5/4)^(2/5), B the beta function.
+# Factors of the losses below: 0.8 B(3/5, 3/2) (5/4)^(3/5) and 0.8 B(2/5, 3/2) (5/4)^(2/5), B the beta function.
 KUWABARA_KONO_COEFFICIENT = 0.8 * math.gamma(0.6) * math.gamma(1.5) / math.gamma(2.1) * 1.25**0.6
 VISCOUS_COEFFICIENT = 0.8 * math.gamma(0.4) * math.gamma(1.5) / math.gamma(1.9) * 1.25**0.4
 

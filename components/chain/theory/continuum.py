@@ -25,19 +25,19 @@ LARGEST_C3 = 5.0 / 27.0
 
 
 class Extremes(NamedTuple):
-    """Positions of W's maximum y1 and its minimum y2."""
+    """Positions of the maximum y1 and the minimum y2 of the potential W."""
 
     y1: float
     y2: float
 
 
 def W(y: Number, c3: float) -> Number:
-    """Return the potential, for y >= 0 and any C3 (the paper's fig. 1: C3 = 4/27 and 0.1)."""
+    """Return the value of the potential W, for y >= 0 and any C3 (the paper's fig. 1: C3 = 4/27 and 0.1)."""
     return -0.625 * y**1.6 + 0.5 * y**2 + c3 * y**0.8
 
 
 def extremes(c3: float) -> Extremes:
-    """Return y1 and y2 for 0 <= C3 < 5/27; at C3 = 0 they are 0 and 1."""
+    """Return the y1 and y2 at which W has its maximum and its minimum, for 0 <= C3 < 5/27; for C3 = 0 they are 0 and 1."""
     low, high = extreme_roots(c3)
     return Extremes(low**2.5, high**2.5)
 
@@ -61,7 +61,7 @@ def c3_from_ratio(ratio: Number) -> Number:
 def ratio_from_c3(c3: float) -> float:
     """Return the ratio r = xi_m/xi_0 of the solitary wave with this C3, 0 < C3 < 5/27; the inverse of `c3_from_ratio`."""
     root = extreme_roots(c3)[0]
-    # From W(y_m) = W(y1), sigma = sqrt r = s_m/s1: s1 (2 sigma^3 + 4 sigma^2 + 6 sigma + 3) = 5/2 (sigma + 1)^2.
+    # W(y_m) = W(y1) at the crest; with sigma = s_m/s1 = sqrt r: s1 (2 sigma^3 + 4 sigma^2 + 6 sigma + 3) = 5/2 (sigma + 1)^2.
     found = np.roots([2.0 * root, 4.0 * root - 2.5, 6.0 * root - 5.0, 3.0 * root - 2.5])
     return float(found.real[np.abs(found.imag) < 1e-9].max()) ** 2
 
@@ -98,7 +98,7 @@ def _maximum_root(ratio: Number) -> Number:
 PERIOD = 5.0 * math.pi / math.sqrt(10.0)
 # Full width of (2.7) at half its height, in diameters.
 HALF_WIDTH = 10.0 / math.sqrt(10.0) * math.acos(0.5**0.25)
-# Peak of a front with weak losses over the state behind it: strain (and velocity) 25/16, pressure 125/64 (paper: 1.56, 1.95).
+# Largest value at a front with weak losses over the value behind it: strain, velocity 25/16, pressure 125/64 (1.56, 1.95).
 STRAIN_OVERSHOOT = 1.5625
 PRESSURE_OVERSHOOT = 1.953125
 # V = (16/25)^(1/5) v_m^(1/5), the paper's 0.915; the chain itself: `SOLITARY_SPEED`.

@@ -57,14 +57,14 @@ def diatomic_frequencies(wave_number: Number, tangent: float, light: float, heav
         cell: L, the distance between equal grains [m].
     """
     half = 0.5 * wave_number * cell
-    # As (1/m1 - 1/m2)^2 + 4 cos^2/(m1 m2), with the acoustic branch as a quotient: no digits are lost when either is small.
+    # The radicand as (1/m1 - 1/m2)^2 + 4 cos^2/(m1 m2), the acoustic branch as a quotient: small values keep all digits.
     root = ((1.0 / light - 1.0 / heavy) ** 2 + 4.0 * np.cos(half) ** 2 / (light * heavy)) ** 0.5
     high = 1.0 / light + 1.0 / heavy + root
     return 2.0 * np.abs(np.sin(half)) * (tangent / (light * heavy * high)) ** 0.5, (tangent * high) ** 0.5
 
 
 def diatomic_band_edges(tangent: float, light: float, heavy: float) -> BandEdges:
-    """Return sqrt(2K/m_heavy), sqrt(2K/m_light), sqrt(2K (1/m1 + 1/m2)) [rad/s]; the gap is between the first two."""
+    """Return the band edges sqrt(2K/m_heavy), sqrt(2K/m_light), sqrt(2K (1/m1 + 1/m2)); the gap is between the first two."""
     light, heavy = min(light, heavy), max(light, heavy)
     return BandEdges(
         math.sqrt(2.0 * tangent / heavy),

@@ -19,23 +19,23 @@ from ...errors import GranularError, ParameterError
 from ...support.elementary_functions import exponential, fourier, root, sine_of_pi
 from ...support.float_arrays import FloatArray
 
-# The uncompressed wave from `lattice_wave(0)`; runs of the chain agree with all values to six digits.
-# Speed in diameters and units of (k/m)^(2/5) v_m^(1/5) (paper: 0.915).
+# Values of the uncompressed wave from `lattice_wave(0)`; runs of the chain agree with all of them to six digits.
+# Speed in diameters times (k/m)^(2/5) v_m^(1/5), v_m the largest velocity of a grain (paper: 0.915).
 SOLITARY_SPEED = 0.9074700784
-# Energy in m v_m^2, momentum in m v_m.
+# Energy of the wave in m v_m^2, and its momentum in m v_m.
 SOLITARY_ENERGY = 1.0693229458
 SOLITARY_MOMENTUM = 1.6699712493
-# Peak of a front with weak losses over the state behind the shock: overlap, pressure (2.7: 1.5625, 1.9531).
+# Largest value at a front with weak losses over the value far behind it: overlap, pressure (by (2.7): 1.5625, 1.9531).
 LATTICE_STRAIN_OVERSHOOT = 1.4873593743
 LATTICE_PRESSURE_OVERSHOOT = 1.8139439880
 # Velocity of the last grain after it leaves a free end, in v_m; from a run of the chain.
 FREE_END_VELOCITY = 1.44606
 
-# Tolerance of the shape: _TOLERANCE, or _ROUNDING / e^2 for a wave with a small rise e, whose accuracy rounding limits.
+# Change of the shape at which the iteration stops: _TOLERANCE, or, for a small rise e, _ROUNDING / e^2 due to rounding.
 _TOLERANCE, _ROUNDING = 1e-13, 5e-13
 _ITERATIONS = 500
 _POINTS_PER_GRAIN = 16
-# Half the box: an uncompressed wave decays doubly exponentially, other waves as exp(-2 sqrt(e/2) |x|) or faster.
+# Half the length computed: an uncompressed wave decays doubly exponentially, others as exp(-2 sqrt(e/2) |x|) or faster.
 _HALF_BOX = 16.0
 _DECADES = 34.0
 _SMALLEST_RISE = 0.005
@@ -79,12 +79,12 @@ class LatticeWave:
 
     @property
     def speed_ratio(self) -> float:
-        """V/c0; infinite without precompression."""
+        """V/c0, the speed over that of long waves in the chain at rest; infinite without precompression."""
         return self.speed / (1.5 * self.rest_overlap**0.5) ** 0.5 if self.rest_overlap else np.inf
 
     @property
     def momentum(self) -> float:
-        """Sum of the grains' velocities, constant in time."""
+        """Total momentum, the sum of the grains' velocities (m = 1); constant in time."""
         return float(self.velocity.sum()) * self._grain_fraction
 
     @property
@@ -148,7 +148,7 @@ def lattice_wave(rest_overlap: float, height: float = 1.0) -> LatticeWave:
     place, waves = steps / _POINTS_PER_GRAIN, steps * (_POINTS_PER_GRAIN / count)
     box = np.where(steps == 0, 1.0, sine_of_pi(waves) / np.where(steps == 0, 1.0, math.pi * waves))
     tent = box * box
-    # Overlaps are in units of the height: the force has the power 1.5, so V scales as the fourth root of the height.
+    # Overlaps are divided by the height of the wave; since F ~ d^1.5, V is proportional to the height's fourth root.
     start = rest / height
     linear = 1.5 * math.sqrt(start)
     rise_of_guess = exponential(np.minimum(rate * np.abs(place), 300.0))
@@ -174,7 +174,7 @@ def lattice_wave(rest_overlap: float, height: float = 1.0) -> LatticeWave:
     pushed = fourier(_force_rise(shape, start), np.zeros(count))[0] * box
     velocity = fourier(pushed, np.zeros(count))[0] / (speed * count)
     place, shape, velocity = (np.roll(values, count // 2) for values in (place, shape, velocity))
-    # Rounding leaves +-1e-16 far from the wave.
+    # Far from the wave rounding leaves overlaps of +-1e-16 instead of 0.
     overlap = np.maximum(shape, 0.0) * height
     fourth_root = math.sqrt(math.sqrt(height))
     return LatticeWave(place, overlap, velocity * (height * fourth_root), rest, speed * fourth_root)

@@ -115,7 +115,7 @@ def korteweg_de_vries_speed_ratio(rise: Number) -> Number:
 
 
 def korteweg_de_vries_shape(position: Number, rise: float) -> Number:
-    """Return (xi - xi0)/(xi_m - xi0) = sech^2(sqrt(e/2) x/a) of that soliton, with `position` x in diameters."""
+    """Return (xi - xi0)/(xi_m - xi0) = sech^2(sqrt(e/2) x/a) of the same soliton, e = `rise`, x = `position` in diameters."""
     rate = (0.5 * rise) ** 0.5
     # In terms of the decaying exponential of -|x|, which cannot overflow.
     decay = np.exp(-np.abs(position) * rate)

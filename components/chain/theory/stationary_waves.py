@@ -1,4 +1,4 @@
-"""The solitary wave of (2.4), by quadrature of W(y). Dimensionless.
+"""The solitary wave of (2.4), by quadrature of the potential W(y) of `continuum`. Dimensionless.
 
 Lengths are in diameters a, speeds in the sound speed c0 of the state ahead, strains in its strain xi_0.
 """
@@ -18,7 +18,7 @@ from .continuum import extreme_roots, ratio_from_c3
 
 # Gauss points on each piece of a profile; for these smooth integrands eight points leave only rounding errors.
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(8)
-# A solitary wave extends until its strain above xi_0 has decayed by cosh^2 of this: to 6e-11 of its height.
+# A solitary wave is computed until its strain above xi_0 has fallen by the factor cosh^2 of this, to 6e-11 of its height.
 _TAIL = 13.0
 
 
@@ -27,7 +27,7 @@ class StationaryWave:
     """A solitary wave u(x - Vt) of (2.4) as arrays; it travels towards larger x, with its crest at x = 0.
 
     Attributes:
-        c3: C3 of W.
+        c3: constant C3 of the potential W.
         energy: energy of the particle in W, i.e. W(y1).
         position: x/a, increasing, not equidistant, shape (n,).
         y: y of (2.6), shape (n,).
@@ -47,12 +47,12 @@ class StationaryWave:
 
     @property
     def strain_ratio(self) -> FloatArray:
-        """xi/xi_0, xi_0 the strain of the maximum y1 of W, shape (n,)."""
+        """xi/xi_0, xi_0 the strain ahead of the wave, at the maximum y1 of W; shape (n,)."""
         return self.strain / extreme_roots(self.c3)[0] ** 2
 
     @property
     def amplitude_ratio(self) -> float:
-        """Largest xi/xi_0."""
+        """Largest strain of the wave over the strain xi_0 ahead of it."""
         return float(self.strain_ratio.max())
 
     @property
@@ -75,7 +75,7 @@ def solitary_wave(c3: float, samples: int = 401) -> StationaryWave:
     high, rest = _solitary_factors(c3, low)
     depth = high - low
 
-    # s - s1 = depth sech^2(angle): the infinite time near the hilltop becomes an infinite angle, and all functions are smooth.
+    # With s - s1 = depth sech^2(angle), the infinite time at the maximum of W becomes an infinite angle, and all is smooth.
     def root(angle: FloatArray) -> FloatArray:
         return low + depth / np.cosh(angle) ** 2
 
@@ -87,7 +87,7 @@ def solitary_wave(c3: float, samples: int = 401) -> StationaryWave:
     middle = (0.5 * (low**2 + high**2)) ** 0.5
     at_half = float(np.arccosh((depth / (middle - low)) ** 0.5))
     width = 2.0 * _antiderivative(rate, np.linspace(0.0, at_half, 33))[-1]
-    # Both halves from the one right of the crest; eta in diameters.
+    # The half left of the crest is the mirror image of the right one; scale converts eta to diameters.
     eta, crest, scale = _antiderivative(rate, angles), root(angles), 10.0**-0.5
     position, y = np.concatenate((-eta[:0:-1], eta)) * scale, np.concatenate((crest[:0:-1], crest)) ** 2.5
     return StationaryWave(c3, energy, position, y, float(width) * scale)

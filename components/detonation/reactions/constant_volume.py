@@ -25,7 +25,7 @@ _NOTHING = 1e-8
 
 
 class ConstantVolumeConstants(NamedTuple):
-    """V0 and V_CJ [m^3/kg], and P_CJ [Pa]."""
+    """Volume per mass V0 of fresh and V_CJ of burnt gas [m^3/kg], and pressure P_CJ of burnt gas [Pa]."""
 
     initial_volume: float
     burnt_volume: float

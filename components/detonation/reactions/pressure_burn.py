@@ -17,7 +17,7 @@ from ..chapman_jouguet import Detonation
 from ..gases import Gas
 from .reaction import Reaction, ReactionResult, advance_reaction
 
-# Measured at triggers of 0.1 to 0.3: from this product on the speed is that of Chapman and Jouguet within 0.4 %.
+# Measured at triggers of 0.1 to 0.3: if trigger x width is at least this, the speed is that of Chapman-Jouguet within 0.4 %.
 _LEAST_PRODUCT = 0.3
 
 
@@ -47,7 +47,7 @@ class PressureBurn(Reaction):
         ]
 
     def constants(self, gas: Gas, front: Detonation, ahead: tuple[float, float], cell_size: float) -> PressureBurnConstants:
-        """Return the trigger [Pa] and the rate [1/s]; `ParameterError` if the gas ahead of the front would burn at once."""
+        """Return the starting pressure [Pa] and the rate [1/s]; `ParameterError` if the gas ahead would burn at once."""
         if ahead[0] >= self.trigger * front.burnt.pressure:
             part = ahead[0] / front.burnt.pressure
             raise ParameterError(
@@ -60,7 +60,7 @@ class PressureBurn(Reaction):
         return PressureBurnConstants(self.trigger * front.burnt.pressure, front.speed / (self.width * cell_size))
 
     def ignition_pressure(self, front: Detonation, ahead: tuple[float, float]) -> float:
-        """Return the trigger [Pa]."""
+        """Return the pressure that starts the burn, trigger x P_CJ [Pa]."""
         return self.trigger * front.burnt.pressure
 
 

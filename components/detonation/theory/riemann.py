@@ -47,7 +47,7 @@ class RiemannSolution:
 
 
 def riemann_problem(left: Flow, right: Flow, gamma: float) -> RiemannSolution:
-    """Return the solution for two states.
+    """Return the `RiemannSolution` for two uniform states that meet at x = 0.
 
     Raises:
         ValueError: the states separate so fast that a vacuum opens.
@@ -70,7 +70,7 @@ def riemann_problem(left: Flow, right: Flow, gamma: float) -> RiemannSolution:
 
 
 def _velocity_change(state: Flow, gamma: float, pressure: float) -> float:
-    """Return the decrease of the gas velocity through a wave to this pressure [m/s]."""
+    """Return the velocity that gas loses through a wave from `state` to this pressure; negative in a rarefaction [m/s]."""
     density, _, ahead = state
     if pressure > ahead:
         return (pressure - ahead) * math.sqrt(2.0 / density / ((gamma + 1.0) * pressure + (gamma - 1.0) * ahead))

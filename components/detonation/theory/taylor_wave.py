@@ -59,7 +59,7 @@ class TaylorWave:
     def decay_time(self, x: float) -> float:
         """Return the decay time of the pressure at a position, about x / 3 D [s].
 
-        It is the T for which P3 + (P2 - P3) exp(-(t - x / D) / T) best fits the wave from its front until the gas is at rest.
+        P3 + (P2 - P3) exp(-(t - x / D) / T) with this T best fits p(t) from the front (P2) until the gas is at rest (P3).
         """
         front, rest = x / self.front.speed, x / self.resting_sound_speed
         times = np.linspace(front, rest, 2001)[1:]

@@ -37,7 +37,7 @@ class ReactionZone:
 
     @property
     def front(self) -> Detonation:
-        """The Chapman-Jouguet detonation."""
+        """The Chapman-Jouguet detonation of this gas into the state `ahead`."""
         return chapman_jouguet(self.gas, self.ahead.pressure, self.ahead.density)
 
     def state(self, progress: FloatArray) -> FloatArray:
