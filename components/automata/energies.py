@@ -1,4 +1,4 @@
-"""Compute the energy of a single link, volume or contact, from the strains in the scratch; for the symbols see `links`."""
+"""The energies of single links, volumes and contacts, for the strains in the scratch; see `links`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def condensation_factor(body, h, p):
     """Return 1 + a of an automaton, the effect of free and released faces on volumetric strain; `h` are `Histories`."""
     free, shares = body.cells[MISSING, p], body.links
     for q in range(body.layout.offset.size):
-        # A released face keeps the remaining stiffness fraction g of its link.
+        # A released face keeps the remaining stiffness of the link.
         b = p - body.layout.offset[q]
         free += (1.0 - h.weight[q, p]) * shares[FIRST_SHARE, q, p] / (1.0 + h.stiffness[q, p])
         free += (1.0 - h.weight[q, b]) * shares[SECOND_SHARE, q, b] / (1.0 + h.stiffness[q, b])
@@ -28,7 +28,7 @@ def _counted_link_strain(h, links, q, p):
 
 @internal
 def dilation(body, h, links, p):
-    """Return the volume strain of automaton p before the strains of links between two materials are divided."""
+    """Return the volumetric strain of an automaton, with equal strains in both halves of its links."""
     total = 0.0
     for q in range(body.layout.offset.size - 1, -1, -1):
         b = p - body.layout.offset[q]
@@ -39,7 +39,7 @@ def dilation(body, h, links, p):
 
 @internal
 def link_energy(medium, links, q, p):
-    """Return the energy of link q at p for a weight of 1, without the energy of volumes [J]."""
+    """Return the energy of a link alone, for a weight of 1 [J]."""
     body, h, moduli = medium.body, medium.histories, medium.link_moduli.moduli
     eps = (links[EPS, q, p] - h.origin_eps[q, p]) - h.plastic_eps[q, p]
     gamma = (links[GAMMA, q, p] - h.origin_gamma[q, p]) - h.plastic_gamma[q, p]
@@ -49,14 +49,14 @@ def link_energy(medium, links, q, p):
 
 @internal
 def volume_energy(body, h, links, p):
-    """Return the energy of the volume strain of automaton p [J]."""
+    """Return the energy of the volumetric strain of an automaton [J]."""
     theta = dilation(body, h, links, p)
     return 0.5 * body.cells[VOLUME, p] * body.cells[LAME, p] * condensation_factor(body, h, p) * theta * theta
 
 
 @dispatch_by_class
 def division_energy(link_moduli, body, h, links, q, p):
-    """Return how much the division of a link's strain between two materials lowers its energy, for a weight of 1 [J]."""
+    """Return the decrease of a link's energy by the division of its strain, for a weight of 1 [J]."""
 
 
 @division_energy.register(UniformModuli)
@@ -78,19 +78,9 @@ def _division_energy(link_moduli, body, h, links, q, p):
 
 @dispatch_by_class
 def neighbour_division_energy(link_moduli, body, h, links, ends, link):
-    """Return how much the divisions of strain lower the energies of all links of two neighbours [J].
+    """Return the decrease of the energies of all links of two neighbours by the divisions of strains [J].
 
-<<<<<<< HEAD
-    Args:
-        link_moduli: those of the `links.Medium`.
-        body: a `lattice.Body`.
-        h: `links.Histories`.
-        links: `links` of a `lattice.Scratch`.
-        ends: indices of the two automata in the fields.
-        link: direction of their link, and the index where it begins.
-=======
     `ends` are the places of the two automata; `link` is the direction of their link, and where it begins.
->>>>>>> l1
     """
 
 
@@ -101,7 +91,7 @@ def _no_neighbour_division_energy(link_moduli, body, h, links, ends, link):
 
 @neighbour_division_energy.register(MixedModuli)
 def _neighbour_division_energy(link_moduli, body, h, links, ends, link):
-    # The link between the two was counted at both ends; subtract it once.
+    # Both ends count the link between them; subtract it once.
     total = -_weighted_division_energy(link_moduli, body, h, links, link[0], link[1])
     for end in ends:
         for q in range(body.layout.offset.size):
@@ -117,7 +107,7 @@ def _weighted_division_energy(link_moduli, body, h, links, q, p):
 
 @internal
 def _source_place(ghosts, p):
-    """Return the index of the automaton that a ghost copies; for any other index the index itself."""
+    """Return the place of the automaton that a ghost copies; for other places the place itself."""
     for row in range(ghosts.shape[0]):
         if ghosts[row, 0] == p:
             return ghosts[row, 1]
@@ -126,9 +116,9 @@ def _source_place(ghosts, p):
 
 @jit
 def stored_energies(medium, motion, links, contacts, slip_time):
-    """Return the energy of links and volumes, and the energy of contacts [J]; `links` are those of a `lattice.Scratch`.
+    """Return the energy of links and volumes, and the energy of contacts [J]; `links` of a `lattice.Scratch`.
 
-    `slip_time` is the time for which contacts have slid since `slid` was recorded [s].
+    `slip_time` is the time of slip since `slid` was recorded [s].
     """
     total, of_contacts, body, h = 0.0, 0.0, medium.body, medium.histories
     for i in range(body.layout.place.size):

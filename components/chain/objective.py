@@ -82,12 +82,5 @@ class Objective:
                 at="objective",
             )
         if steps < self.fewest_steps:
-<<<<<<< HEAD
-            raise ParameterError(
-                f"it reads control step {self.fewest_steps - 1}, counted from 0, but the drive has {steps} control steps",
-                at="objective",
-            )
-=======
             text = f"the objective reads control step {self.fewest_steps - 1}, but the drive has {steps} steps, counted from 0"
             raise ParameterError(text, hint="give a longer drive", at="objective")
->>>>>>> r1

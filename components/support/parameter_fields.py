@@ -59,25 +59,14 @@ def field(default: Any, description: str, unit: str, *, absent: str | None = Non
 
 def field_unit(field: FieldInfo) -> str:
     """Return the unit that a parameter declares."""
-<<<<<<< HEAD
-    return _schema_extra(field, "unit", "")
-=======
     return _declared_text(field, "unit", "")
->>>>>>> r1
 
 
 def absent_meaning(field: FieldInfo) -> str:
     """Return the meaning of an omitted value: "automatic" if it is computed, or the declared text."""
-<<<<<<< HEAD
-    return _schema_extra(field, "left_out", "automatic")
-
-
-def _schema_extra(field: FieldInfo, key: str, default: str) -> str:
-=======
     return _declared_text(field, "left_out", "automatic")
 
 
 def _declared_text(field: FieldInfo, key: str, default: str) -> str:
->>>>>>> r1
     extra = field.json_schema_extra
     return str(extra.get(key, default)) if isinstance(extra, dict) else default

@@ -120,17 +120,10 @@ def _error_faults(error: Any, given: Any, model: type[BaseModel]) -> list[Fault]
     raised, place = error.get("ctx", {}).get("error"), _fault_location(error["loc"], given)
     if isinstance(raised, GranularError):  # raised by our own validator
         return [replace(fault, location=(*place, *fault.location), source="") for fault in raised.faults]
-<<<<<<< HEAD
-    return [_pydantic_fault(error, place, given, model)]
-
-
-def _pydantic_fault(error: Any, place: Location, given: Any, model: type[BaseModel]) -> Fault:
-=======
     return [_fault_from_error(error, place, given, model)]
 
 
 def _fault_from_error(error: Any, place: Location, given: Any, model: type[BaseModel]) -> Fault:
->>>>>>> r1
     kind = error["type"]
     if kind == "extra_forbidden":
         advice = _advice_for_unknown(place, given, error["input"], model)
