@@ -33,16 +33,16 @@ from .stability import ALLOWED_PART, DEFAULT_PART, highest_frequency, step_limit
 
 # Largest displacement of an automaton in an internal step, as a fraction of its diameter.
 _LARGEST_MOVE = 0.1
-# Distance of linked automata, in diameters, below which there is a caution.
+# A caution is issued if two linked automata come closer than this distance, in diameters.
 _NEAREST = 0.9
-# Bytes per automaton: state, its copy, fields, packing and temporary arrays of the build; and the histories.
+# Memory per automaton [bytes]: its state with a copy, fields, packing and temporary arrays of the build; and its histories.
 _BYTES, _HISTORY_BYTES = 1100, 1400
 
 
 class Automata(Component):
-    """Movable cellular automata: equal discs in a packing, which act on pairs and on volume (Psakhie 2003).
+    """Movable cellular automata: equal discs whose pair forces depend on pair and volume strains (Psakhie 2003).
 
-    m u'' = sum of F_n n + F_t t over the pairs, J w'' = (r / 2) F_t; bulk and shear modulus are exact for both packings. See
+    m u'' = sum of F_n n + F_t t over the pairs, J w'' = sum of (r / 2) F_t; K and G are exact for both packings. See
     `AutomataParameters`, `pair_strains` and `linked_specimen`.
     """
 
@@ -72,7 +72,7 @@ class Automata(Component):
         self.step_size = self._choose_step_size()
         self._pairs = self.packing.pairs()
         self.specimen = self._make_specimen()
-        # Events depend on the breaking criterion of this specimen.
+        # The kinds of events depend on the breaking criterion of this specimen.
         self._declare_events(self.specimen.event_kinds, self.specimen.event_details)
         n = self.count
         self._define_state(
@@ -98,7 +98,7 @@ class Automata(Component):
         self.body: Body = make_body(self.packing, density[numbers], constants[numbers], p.thickness)
 
     def _compute_frequency(self) -> float:
-        # The steps of this specimen use the same kernels, so that none is compiled for the frequency alone.
+        # The frequency is computed with the kernels that the steps use, so that numba need not compile others.
         update = partial(linked_specimen.update_forces, self.body)
         if self._medium is not None:
             medium, contacts = self._medium, empty_contacts()
@@ -226,12 +226,12 @@ class Automata(Component):
     # -- reading ----------------------------------------------------------------------------------------------------
 
     def _reaction(self, edge: str) -> FloatArray:
-        """Return minus the forces on the automata of an edge, along prescribed components, shape (2,) [N]."""
+        """Return the reaction of an edge, shape (2,) [N]: minus the forces on its automata along prescribed components."""
         automata, own = self.conditions.held_edges[edge]
         return 0.0 - np.where(own, self.specimen.forces()[automata], 0.0).sum(axis=0)
 
     def _stored_energies(self) -> dict[str, float]:
-        """Return the energies of links and contacts [J]; forces belong to the middle of internal steps."""
+        """Return the energies of links and contacts [J], and `leapfrog_energy`; forces are those of mid-step positions."""
         half = 0.5 * self.step_size
         mean, found = self.specimen.mean_energy(half), self.specimen.stored_energies(half)
         return {**found, "leapfrog_energy": ordered_sum(*found.values()) - mean}
@@ -239,7 +239,7 @@ class Automata(Component):
     def balances(self) -> tuple[Balance, ...]:
         """Return balances since the reset: energy, momentum, mass and, unless periodic, angular momentum about the origin.
 
-        `leapfrog_energy` is -h^2/8 times v K v, where K is the stiffness of links and contacts. With it, the scheme conserves
+        `leapfrog_energy` is -h^2/8 times v K v, where K is the stiffness of links and contacts. With it the scheme conserves
         the energy to rounding if strains are small.
         """
         sums, start, (load, grip) = (
@@ -269,7 +269,7 @@ class Automata(Component):
         return (*found, Balance("mass", "kg", {"mass": mass}, initial=mass))
 
     def report(self) -> dict[str, float]:
-        """Return the step over the largest stable one, the strains of links, and the fraction of broken links."""
+        """Return figures for the report: the ratio of the step to the largest stable one, link strains, broken fraction."""
         part = 0.5 * self.highest_frequency * self.step_size
         return {"step over the largest stable one, at rest": part, **self.specimen.report()}
 
@@ -289,22 +289,22 @@ class Automata(Component):
         ]
 
     def nearest_kind(self, ratio: str, index: int) -> str:
-        """Return the kind of event that a link is closest to."""
+        """Return the kind of event (the cause of breaking) that the link with number `index` is closest to."""
         return self.specimen.nearest_event_kind(index) if isinstance(self.specimen, CrackingSpecimen) else ""
 
     def has_limit(self, ratio: str, index: int) -> bool:
-        """Return whether a link can break."""
+        """Return whether the link with number `index` can break."""
         return not isinstance(self.specimen, CrackingSpecimen) or self.specimen.can_break(index)
 
     def conclusions(self) -> list[str]:
-        """Return the number of broken links and the first of them, or the link closest to breaking; and the pieces."""
+        """Return sentences on the broken links, or on the link closest to breaking, and on the number of pieces."""
         if not isinstance(self.specimen, CrackingSpecimen) or not self.parameters.breakable:
             return []
         said = [self.describe_links(self.packing.reference, self.step_size)]
         return said + ([describe_pieces(self.specimen.linked_pairs(), self.mass)] if len(self.specimen.break_events()) else [])
 
     def describe_links(self, reference: FloatArray, step_size: float, micro_steps: int = 1) -> str:
-        """Return the state of breakable links, with automata at these positions; see `conclusions.describe_links`."""
+        """Return a sentence on the links that can break, with the automata at `reference`; see `conclusions.describe_links`."""
         assert isinstance(self.specimen, CrackingSpecimen)
         points = dataclasses.replace(self._drawable_points(), reference=reference)
         return describe_links(self.specimen, points, self._pairs[:, :2], step_size, micro_steps)

@@ -11,14 +11,14 @@ from .materials import IntArray
 
 
 def describe_links(specimen: CrackingSpecimen, points: Points, pairs: IntArray, step_size: float, micro_steps: int = 1) -> str:
-    """Return the number of broken links and the first of them, or the link that is closest to breaking.
+    """Return a sentence: the number of broken links and the first of them, or the link that is closest to breaking.
 
     Args:
-        specimen: its links can break.
-        points: the automata as they are drawn.
-        pairs: of all links, shape (links, 2).
-        step_size: internal step of the component that has the events [s].
-        micro_steps: steps of the automata per internal step.
+        specimen: a `CrackingSpecimen`.
+        points: positions that identify the automata in the sentence, shape (n, 2) [m].
+        pairs: the two automata of each link, shape (links, 2).
+        step_size: internal step [s] of the component whose ticks the events record.
+        micro_steps: number of steps of the automata per internal step.
     """
     breaks, count = specimen.break_events(), len(pairs)
     if not len(breaks):
@@ -41,11 +41,11 @@ def describe_links(specimen: CrackingSpecimen, points: Points, pairs: IntArray, 
 
 
 def describe_pieces(linked_pairs: IntArray, mass: FloatArray) -> str:
-    """Return the number of pieces of a body, and the mass fraction of the largest piece.
+    """Return a sentence on the number of pieces of a body, and on the fraction of the mass in the largest piece.
 
     Args:
-        linked_pairs: connected bodies, by pairs, shape (m, 2).
-        mass: of each body, shape (n,) [kg].
+        linked_pairs: pairs of automata (or nodes) that are connected, shape (m, 2).
+        mass: of each automaton or node, shape (n,) [kg].
     """
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
@@ -54,12 +54,12 @@ def describe_pieces(linked_pairs: IntArray, mass: FloatArray) -> str:
         (np.ones(len(linked_pairs), np.int8), (linked_pairs[:, 0], linked_pairs[:, 1])), shape=(len(mass), len(mass))
     )
     pieces, piece = connected_components(joins, directed=False)
-    # Rounded down, so that one of several pieces never has 100 %.
+    # The percentage is rounded down, so that the largest of several pieces never has 100 %.
     largest = np.floor(1e4 * np.bincount(piece, mass).max() / mass.sum()) / 100.0
     return "1 piece" if pieces == 1 else f"{pieces} pieces; the largest has {largest:g} % of the mass"
 
 
 def _describe_link(points: Points, pair: IntArray) -> str:
-    """Return the automata that a link joins, and the initial position of its middle."""
+    """Return a text that names the two automata of a link, and the initial position of the middle between them."""
     middle = points.reference[pair[0]] + 0.5 * points.shortest_vectors(pair[None])[0]
     return f"{points.name} {pair[0]} and {pair[1]} at ({', '.join(f'{one:.4g}' for one in middle)}) m"

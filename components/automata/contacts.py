@@ -4,10 +4,10 @@
     T = k_t xi, at most mu N,                        k_t = S' 2 G / D
     U = (1/2) k_n (R - r)^2 + (1/2) k_t xi^2
 
-R is the rest distance: the diameter D, or less for automata already closer when their contact began. It grows with r up to D,
+R is the rest distance: the diameter D, or less if the automata were closer when their contact began. It grows with r up to D,
 so that no contact begins with spurious energy. xi is the slip since the contact closed, minus the part that friction has
-released; friction dissipates the energy of that part. S' is the face of a whole cell (less for parts of cells), c the share of
-one pair in the volume: a contact is as stiff as the link was. While a link is released, its contact acts with the weight 1 - w.
+released; friction dissipates the energy of that part. S' is the face area of a whole cell (less for a part), c the share of
+one link in the volume strain: a contact is as stiff as the link was. A link of weight w has a contact of weight 1 - w.
 
 A dashpot may act in addition to the spring: N_d = -c dr/dt, c = 2 zeta sqrt(k_n m), 1/m = 1/m_i + 1/m_j. It is at least -N,
 so that the sum is never attractive. Its force follows from the velocities before a kick; its dissipation is computed from the
@@ -18,7 +18,7 @@ length c in which a pair closes, this is too large by k_n o (c - o) / 2, with o 
 opens, it is too small by as much. Without a dashpot both errors cancel on average. With a dashpot the pair separates more
 slowly than it met, and the remainder counts as dissipation of the dashpot.
 
-The search visits pairs in the order of their automata. It omits automata inside a whole piece while its strains are small,
+The search visits pairs in the order of their automata. It omits automata inside an intact piece while its strains are small,
 because they touch only their neighbours.
 """
 
@@ -35,24 +35,24 @@ from .lattice import FORCE_X, FORCE_Y, MASS, SPIN, TORQUE, VX, VY, X, Y
 
 # Columns of `Contacts.pairs`.
 FIRST, SECOND, SLOT, START = 0, 1, 2, 3
-# Search distance beyond contact, in diameters; the list remains valid until an automaton has moved half of this.
+# The search finds pairs up to this distance beyond contact [diameters]; it is valid until an automaton has moved half of it.
 SKIN = 0.3
-# Positions beyond this multiple of the search distance are refused.
+# The search refuses positions whose coordinates exceed this multiple of the search distance.
 _FARTHEST = 2.0**30
 
 
 class ContactConstants(NamedTuple):
-    """Constants of contacts. Positions are integers, so that differences are exact, and mirrored for mirrored pairs.
+    """Constants of contacts. Initial positions are integers, so that differences are exact, and equal for mirrored pairs.
 
     Attributes:
-        places: in multiples of `unit`, shape (n, 2), int32.
-        unit: along x and y [m].
+        places: initial positions of the automata in multiples of `unit`, shape (n, 2), int32.
+        unit: length of one step of `places` along x and y [m].
         period: length of a periodic specimen along x and y, 0 if not periodic [m].
         normal: stiffness k_n between whole automata of the material of each automaton, shape (n,) [N/m].
-        tangential: stiffness k_t between the same, shape (n,) [N/m].
+        tangential: stiffness k_t, likewise, shape (n,) [N/m].
         part: fraction of a whole cell that each automaton has, shape (n,).
         friction: coefficient mu.
-        damping: zeta, as a fraction of critical damping.
+        damping: damping ratio zeta of the dashpots.
     """
 
     places: npt.NDArray[np.int32]
@@ -66,15 +66,15 @@ class ContactConstants(NamedTuple):
 
 
 class Contacts(NamedTuple):
-    """Pairs that may touch, ordered by automata at the time of the search.
+    """Pairs of automata that may touch, in the order of their numbers at the time of the search.
 
     Attributes:
-        pairs: first automaton, second one, slot of the first if they were once linked (or -1), internal step t in which the
-            link broke, or -1 - t if it was formed again; shape (m, 4), int64.
+        pairs: columns: first automaton; second one; slot (direction) of their link at the first one, -1 if never linked; tick
+            t in which the link broke, or -1 - t if it was formed again in tick t; shape (m, 4), int64.
         slid: slip xi of each pair, shape (m,) [m].
         rest: rest distance R of each pair, 0 for a new pair until `add_contact_forces` writes it, shape (m,) [m].
-        dashpot: force of the dashpot on the first automaton, for the next kick, shape (m, 2) [N]; scratch.
-        used: number of contacts; the lists may be longer.
+        dashpot: scratch: force of the dashpot on the first automaton in the next kick, shape (m, 2) [N].
+        used: number of pairs in use; the arrays can be longer.
     """
 
     pairs: npt.NDArray[np.int64]
@@ -91,9 +91,9 @@ def empty_contacts() -> Contacts:
 
 @internal_inlined
 def contact_link(layout, pairs, row):
-    """Return the direction of the link of a contact, and the place where the link begins.
+    """Return the direction of the link that a contact once was, and the index in the fields where this link begins.
 
-    In a periodic specimen a link may begin both at an automaton and at its ghost; this is the place of the automaton.
+    In a periodic specimen a link can be stored at an automaton and at its ghost; the index is that of the automaton.
     """
     directions, slot = layout.offset.size, pairs[row, SLOT]
     if slot < directions:
@@ -103,7 +103,7 @@ def contact_link(layout, pairs, row):
 
 @internal
 def write_link_value(field, layout, pairs, row, value):
-    """Write a value of the link of a contact, in a periodic specimen also at the ghost where it begins."""
+    """Write `value` to a field at the link that a contact once was; in a periodic specimen also if it begins at a ghost."""
     q, p = contact_link(layout, pairs, row)
     field[q, p] = value
     end = layout.place[pairs[row, SECOND if pairs[row, SLOT] < layout.offset.size else FIRST]]
@@ -112,7 +112,7 @@ def write_link_value(field, layout, pairs, row, value):
 
 @internal_inlined
 def link_weight(layout, weight, pairs, row):
-    """Return the weight of the link of a contact, 0 for a pair that was never linked; `weight` is that of `links.Histories`."""
+    """Return the weight of the link between the pair of a contact, 0 if never linked; `weight` is that of `links.Histories`."""
     if pairs[row, SLOT] < 0:
         return 0.0
     q, p = contact_link(layout, pairs, row)
@@ -121,7 +121,7 @@ def link_weight(layout, weight, pairs, row):
 
 @internal_inlined
 def separation(constants, place, motion, i, j):
-    """Return the vector from one automaton to another, x and y, and its length [m]."""
+    """Return the vector from automaton i to automaton j: x, y, and its length [m]."""
     p, q = place[i], place[j]
     x = constants.unit[0] * (constants.places[j, 0] - constants.places[i, 0]) + (motion[X, q] - motion[X, p])
     y = constants.unit[1] * (constants.places[j, 1] - constants.places[i, 1]) + (motion[Y, q] - motion[Y, p])
@@ -134,7 +134,7 @@ def separation(constants, place, motion, i, j):
 
 @internal_inlined
 def contact_stiffnesses(constants, i, j):
-    """Return the stiffness of a contact along and across its line of centres, as two halves in series [N/m]."""
+    """Return the normal and the tangential stiffness of a contact [N/m], from its two automata as springs in series."""
     part = min(constants.part[i], constants.part[j])
     return part * _series_stiffness(constants.normal, i, j), part * _series_stiffness(constants.tangential, i, j)
 
@@ -148,14 +148,14 @@ def _series_stiffness(stiffness, i, j):
 
 @internal_inlined
 def _weight_before_kick(release_ticks, start, weight):
-    """Return the weight of a contact before the present kick; its link may have the mean weight of this step."""
+    """Return the weight of a contact before the present kick; its link may already have the mean weight of this step."""
     if 0.0 < weight < 1.0:
         return weight - 0.5 / release_ticks if start >= 0 else weight + 0.5 / release_ticks
     return weight
 
 
 class RelativeMotion(NamedTuple):
-    """Velocity of the second automaton of a pair relative to the first, and half of the sum of both spins."""
+    """Velocity of the second automaton of a pair relative to the first [m/s], and the mean of both spins [rad/s]."""
 
     vx: float
     vy: float
@@ -181,7 +181,7 @@ def sliding_speed(relative, nx, ny, r):
 def _slip_increment(relative, x, y, r, time):
     """Return the slip of the second automaton over the first in a straight drift of `time` [s] to the present position [m].
 
-    It is the mean along the directions before and after the drift, because the kicks work along both. Sums are second order.
+    It is the mean of the slips across the lines of centres before and after the drift, because the kicks do work along both.
     """
     old_x, old_y = x - time * relative.vx, y - time * relative.vy
     old_r = np.sqrt(old_x * old_x + old_y * old_y)
@@ -191,16 +191,16 @@ def _slip_increment(relative, x, y, r, time):
 
 @internal_inlined
 def _closure_work_error(relative, x, y, r, rest_before, overlap_after, time):
-    """Return the work of kicks of a unit spring minus its energy change, in a drift in which a pair closes or opens [m^2].
+    """Return the work of kicks on a spring of stiffness 1 minus its energy change, if a pair closes or opens in a drift [m^2].
 
     Args:
         relative: the `RelativeMotion` in the drift.
-        x: component of the vector from the first automaton to the second after the drift [m].
-        y: second component [m].
+        x: x component of the vector from the first automaton to the second after the drift [m].
+        y: its y component [m].
         r: its length [m].
         rest_before: rest distance before the drift [m].
-        overlap_after: overlap after it [m].
-        time: of the drift [s].
+        overlap_after: overlap after the drift [m].
+        time: length of the drift [s].
     """
     old_x, old_y = x - time * relative.vx, y - time * relative.vy
     old_r = np.sqrt(old_x * old_x + old_y * old_y)
@@ -214,7 +214,7 @@ def _closure_work_error(relative, x, y, r, rest_before, overlap_after, time):
 
 @internal
 def contact_energy(medium, motion, contacts, row, slip_time):
-    """Return the energy of a contact; `slip_time` is the time of slip since `slid` was recorded [s]."""
+    """Return the energy of a contact [J]; `slip_time` is the time for which it has slid since `slid` was recorded [s]."""
     layout, i, j = medium.body.layout, contacts.pairs[row, FIRST], contacts.pairs[row, SECOND]
     x, y, r = separation(medium.contact_constants, layout.place, motion, i, j)
     overlap = contacts.rest[row] - r
@@ -224,20 +224,20 @@ def contact_energy(medium, motion, contacts, row, slip_time):
     if slip_time > 0.0:
         slid += slip_time * sliding_speed(relative_motion(layout.place, motion, i, j), x / r, y / r, r)
     normal, tangential = contact_stiffnesses(medium.contact_constants, i, j)
-    # The contact acts with the released fraction of its link.
+    # A contact acts with the weight 1 - w, where w is the weight of its link.
     weight = 1.0 - link_weight(layout, medium.histories.weight, contacts.pairs, row)
     return 0.5 * weight * (normal * overlap * overlap + tangential * slid * slid)
 
 
 @internal
 def add_contact_forces(medium, motion, contacts, time, cells):
-    """Add the forces of contacts in order, and update their slip; forces on the two automata are bitwise opposite.
+    """Add the forces of contacts to the automata, and update the slip; the forces on both automata are bitwise opposite.
 
     Args:
         medium: a `links.Medium`.
         motion: a `lattice.Motion`, with the velocities since the last force evaluation.
         contacts: `Contacts`, updated in place.
-        time: since the last force evaluation [s]; 0 to compute outputs.
+        time: since the last force evaluation [s]; 0 if forces are computed for outputs only.
         cells: of a `lattice.Scratch`; forces and torques are updated.
 
     Returns:
@@ -264,10 +264,10 @@ def add_contact_forces(medium, motion, contacts, time, cells):
         if before == 0.0 and not overlap > 0.0:
             continue
         slid = before + _slip_increment(relative, x, y, r, time)
-        # A separated pair keeps no slip.
+        # A pair that has separated starts its next contact without slip.
         most = constants.friction * normal * max(overlap, 0.0) / tangential
         kept = min(max(slid, -most), most)
-        # The kicks before and after have the mean of both forces: this mean times the released slip is dissipated.
+        # The kicks before and after the drift apply the mean of both forces; this mean times the released slip is dissipated.
         earlier = _weight_before_kick(medium.law.release, contacts.pairs[row, START], weight)
         rubbed += 0.5 * earlier * tangential * (before + kept) * (slid - kept)
         contacts.slid[row] = kept
@@ -294,7 +294,7 @@ def add_contact_forces(medium, motion, contacts, time, cells):
 
 @internal
 def dashpot_power(place, contacts, motion):
-    """Return the dissipation of the dashpots at these velocities, with their current forces [W]; `place` is of a `Layout`."""
+    """Return the power that dashpots dissipate [W] at these velocities with their current forces; `place` as in `Layout`."""
     power = 0.0
     for row in range(contacts.used):
         relative = relative_motion(place, motion, contacts.pairs[row, FIRST], contacts.pairs[row, SECOND])
@@ -314,7 +314,7 @@ def find_pairs(
     Args:
         positions: of all automata, shape (n, 2) [m]; finite, and at most 2^30 `reach` from the origin.
         automata: automata to include, in increasing order, shape (k,).
-        reach: [m].
+        reach: search distance [m].
         period: of a periodic specimen along x and y, 0 if not periodic [m].
     """
     from scipy.spatial import cKDTree  # type: ignore[attr-defined]
@@ -342,12 +342,12 @@ def merge_contacts(
     present_pairs: npt.NDArray[np.int64],
     count: int,
 ) -> tuple[npt.NDArray[np.int64], FloatArray, FloatArray]:
-    """Return the present contacts: pairs found, and pairs whose link is being released, with their histories.
+    """Return the new contacts: pairs found by a search, and pairs whose link is being released; known pairs keep their slip.
 
     Args:
-        known_contacts: pairs, slid and rest, see `Contacts`, shapes (m, 4), (m,) and (m,).
-        is_releasing: mask of old pairs that are being released, shape (m,).
-        present_pairs: present pairs, see `Contacts`, sorted, shape (k, 4).
+        known_contacts: `pairs`, `slid` and `rest` before the search, see `Contacts`, shapes (m, 4), (m,) and (m,).
+        is_releasing: whether the link of each known pair is being released, shape (m,).
+        present_pairs: pairs found by the search, as in `Contacts.pairs`, sorted, shape (k, 4).
         count: number of automata.
     """
     old_pairs, old_slid, old_rest = known_contacts

@@ -35,22 +35,22 @@ from .parameters import AutomataParameters
 from .relinking import raise_link_weights, write_linking_pressures
 from .stability import ALLOWED_PART, damping_limit
 
-# Status of `advance` in addition to that of an automaton that is too fast.
+# A result of `advance`, in addition to those of `linked_specimen`.
 TOO_FAR = 2
 # Distance that the fastest automaton may move before the next search for contacts, in diameters.
 _MOST_TRAVEL = 0.5 * SKIN
-# The search includes automata inside a body that have a link with a larger strain. Below it, second neighbours are at least
+# The search also includes inner automata with a link strained more than this. Below this strain, second neighbours are at least
 # 2 (1 - 0.05) sin(45 degrees - 0.05) = 1.28 diameters apart, and the next search comes before they can touch.
 _STRAINED = 0.05
-# State variables of each link that yields, and of each link that may be formed again.
+# Names of the state variables per link: for links that yield, and for links that may be formed again.
 _FLOWING = "plastic_eps", "plastic_gamma", "stiffness", "inelastic"
 _WELDED = "origin_eps", "origin_gamma"
-# Entries of `losses` in the state, in order.
+# Names of the entries of the state variable `losses`, in order.
 _LOSSES = "fracture_energy", "friction_energy", "inelastic_energy", "damping_energy", "linking_energy"
 
 
 def intact_medium(packing: Packing, body: Body, parameters: AutomataParameters, material_numbers: IntArray) -> Medium:
-    """Return the medium of a specimen with all links intact; `material_numbers` are the material numbers of the automata."""
+    """Return the `Medium` of a specimen whose links are all intact; `material_numbers` has one number per automaton."""
     p, layout = parameters, body.layout
     directions = len(layout.offset)
     histories = Histories(*(np.zeros(body.links.shape[1:]) for _ in Histories._fields))
@@ -73,7 +73,7 @@ def intact_medium(packing: Packing, body: Body, parameters: AutomataParameters, 
 
 
 class CrackingSpecimen(LinkedSpecimen):
-    """A specimen with histories: links that weaken, yield and break, and contacts with friction."""
+    """A specimen whose links have histories (they weaken, yield and break), and whose contacts have friction."""
 
     has_histories = True
 
@@ -102,9 +102,9 @@ class CrackingSpecimen(LinkedSpecimen):
         self._surface = (self.packing.face == 0.0).any(axis=1)
 
     def _refuse_unstable_damping(self, parameters: AutomataParameters) -> None:
-        """Refuse dashpots that are unstable with this step."""
+        """Refuse a contact damping so large that the scheme would be unstable with this step."""
         given = parameters.contact_damping
-        # For several materials, use the stiffest contact and the lightest whole automaton: a safe estimate.
+        # For several materials, the stiffest contact and the lightest whole automaton give a safe estimate.
         whole = min(solid.density for solid in chosen_materials(parameters)) * float(self.body.cells[VOLUME, self.place].max())
         stiffest = float(self.medium.contact_constants.normal.max())
         limit = max(ALLOWED_PART * damping_limit(self.packing.lattice.slots, stiffest, whole, self.step_size), 0.0)
@@ -113,7 +113,7 @@ class CrackingSpecimen(LinkedSpecimen):
             raise ParameterError(f"got {given:g}", expected=expected, hint="use a smaller step_size", at="contact_damping")
 
     def attach_state(self, block: Block) -> None:
-        """Attach the state."""
+        """Attach the arrays of the state."""
         super().attach_state(block)
         histories = self.medium.histories._replace(**{name: block[name] for name in self._histories})
         self.medium = self.medium._replace(histories=histories)
@@ -128,7 +128,7 @@ class CrackingSpecimen(LinkedSpecimen):
     # -- steps ------------------------------------------------------------------------------------------------------
 
     def advance(self, tick: int, ticks: int) -> int:
-        """Advance the fields from a tick with the current loads and velocities of the conditions; return a status."""
+        """Advance the motion by `ticks` steps from `tick` on, with the current loads and grips; return a status."""
         last, is_checked = tick + ticks, False
         while tick < last:
             step_limits = StepLimits(self.step_size, self.speed_limit, self.travel_limit)
@@ -148,7 +148,7 @@ class CrackingSpecimen(LinkedSpecimen):
         return _MOST_TRAVEL * self.packing.diameter
 
     def update_links(self, tick: int) -> None:
-        """Break links that meet their criterion in the step `tick`, and form links again that are due."""
+        """Break the links that meet their criterion in the step `tick`, and link again the pairs that meet its condition."""
         self._break_links(tick)
         if self.medium.law.linking_ticks:
             if tick % self.medium.law.linking_ticks == 0:
@@ -157,7 +157,7 @@ class CrackingSpecimen(LinkedSpecimen):
                 self._measure_links()
 
     def _break_links(self, tick: int) -> None:
-        """Turn each link that meets its criterion into a contact and an event, ordered by automata and directions."""
+        """Turn each link that meets its criterion into a contact, and record an event; ordered by automata and directions."""
         value, limit, cause = self._criterion_values()
         failing = np.flatnonzero((self.link_weights() == 1.0) & (value >= limit))
         if not len(failing):
@@ -171,7 +171,7 @@ class CrackingSpecimen(LinkedSpecimen):
         contacts.slid[known : contacts.used] = 0.0
         write_rest_distances(self.medium, self.motion, self.scratch, contacts, known)
         self._set_contact_count(contacts.used)
-        # Mean weight in the first step of the release.
+        # The weight of a link in the first step of its release: the mean of the values before and after the step.
         weight = 0.5 * (1.0 + max(0.0, 1.0 - 1 / self.medium.law.release))
         self.medium.histories.weight[q, self.place[first]] = weight
         self.medium.histories.weight[q, self.place[second] - self.body.layout.offset[q]] = weight
@@ -179,11 +179,11 @@ class CrackingSpecimen(LinkedSpecimen):
         self._measure_links()
 
     def _measure_links(self) -> None:
-        """Write the strains, stresses and forces of links."""
+        """Write the present strains, stresses and forces of all links."""
         write_current_fields(self.medium, self.motion, self.scratch, self.contacts()._replace(used=0))
 
     def _add_events(self, tick: int, *columns: npt.ArrayLike) -> None:
-        """Append events: kind number, link, value and limit of each."""
+        """Append events to the state; for each the number of its kind, the link, the decisive value, and its limit."""
         rows = np.column_stack(np.broadcast_arrays(tick + 1, *columns))
         known = self._block.count("events")
         self._block.reserve_rows("events", len(rows))[known : known + len(rows)] = rows
@@ -229,7 +229,7 @@ class CrackingSpecimen(LinkedSpecimen):
         return 0
 
     def _contact_links(self, contacts: IntArray) -> tuple[IntArray, IntArray]:
-        """Return the directions of the links of contacts, and the places where they begin, both of shape (k,)."""
+        """Return for each contact the direction of its link, and the place where the link begins, both of shape (k,)."""
         directions, slot = len(self.body.normal), contacts[:, SLOT]
         return slot % directions, self.place[np.where(slot < directions, contacts[:, FIRST], contacts[:, SECOND])]
 
@@ -238,26 +238,26 @@ class CrackingSpecimen(LinkedSpecimen):
         return np.where(contacts[:, SLOT] >= 0, self.medium.histories.weight[self._contact_links(contacts)], 0.0)
 
     def exposed_automata(self) -> IntArray:
-        """Return the automata with a free face or a broken link, shape (k,)."""
+        """Return the automata at a surface, i.e. with a free face or a broken link, shape (k,)."""
         broken = self._pairs[self.link_weights() < 1.0, :2]
         return np.union1d(np.flatnonzero(self._surface), broken.reshape(-1))
 
     def _strained_automata(self) -> IntArray:
-        """Return the automata with a strained link, shape (k,)."""
+        """Return the automata with a link strained so much that second neighbours could touch, shape (k,)."""
         forces = self.scratch.cells[: TORQUE + 1].copy()
         self._measure_links()
-        # A coupled body still needs the forces of the last step for its next kick.
+        # The copy is restored, because a coupled body still needs the forces of the last step for its next kick.
         self.scratch.cells[: TORQUE + 1] = forces
         eps, gamma = self.scratch.links[EPS : GAMMA + 1, *self._at]
         strained = ~((np.abs(eps) <= _STRAINED) & (np.abs(gamma) <= _STRAINED))
         return np.unique(self._pairs[strained, :2])
 
     def contact_stiffness(self) -> FloatArray:
-        """Return the contact stiffness of each automaton along the line of centres, shape (n,) [N/m]."""
+        """Return for each automaton the normal stiffness of a contact between two automata like it, shape (n,) [N/m]."""
         return self.medium.contact_constants.part * self.medium.contact_constants.normal
 
     def contacts(self, spare_rows: int = 0) -> Contacts:
-        """Return the lists of contacts, with room for `spare_rows` of them."""
+        """Return the `Contacts` of the state, with room for `spare_rows` more pairs."""
         pairs, slid, rest = (self._block.reserve_rows(name, spare_rows) for name in ("contacts", "slid", "rest"))
         if len(self._dashpot) < len(pairs):
             self._dashpot = np.zeros((len(pairs), 2))
@@ -270,10 +270,10 @@ class CrackingSpecimen(LinkedSpecimen):
     # -- readings ---------------------------------------------------------------------------------------------------
 
     def update_forces(self, *, at_start: bool = False) -> None:
-        """Write strains, stresses, and the forces of links and contacts for the present fields.
+        """Write strains, stresses, and the forces of links and contacts for the present motion.
 
-        The evaluation of forces sets the rest distances of new contacts. They are part of the state at the start of a coupled
-        body; outputs are computed on copies.
+        It also sets the rest distances of new contacts: in the state at the start of a coupled
+        body, otherwise in copies, so that reading outputs does not change the state.
         """
         contacts = self.contacts()
         if not at_start:
@@ -281,7 +281,7 @@ class CrackingSpecimen(LinkedSpecimen):
         write_current_fields(self.medium, self.motion, self.scratch, contacts)
 
     def stress(self) -> FloatArray:
-        """Return the stresses that the links carry, for each automaton, shape (n, 3) [Pa]."""
+        """Return the stress of each automaton due to its links: xx, yy and xy, shape (n, 3) [Pa]."""
         self._measure_fields()
         return np.ascontiguousarray(self.scratch.cells[STRESS_XX:, self.place].T)
 
@@ -294,7 +294,7 @@ class CrackingSpecimen(LinkedSpecimen):
         return float(np.count_nonzero(self.link_weights() < 1.0))
 
     def criterion_ratio(self) -> FloatArray:
-        """Return the ratio of the decisive quantity to its limit for each link, shape (links,)."""
+        """Return for each link the ratio of the quantity that its breaking criterion tests to the limit, shape (links,)."""
         return self._ratios_and_causes()[0]
 
     def nearest_event_kind(self, link: int) -> str:
@@ -311,7 +311,7 @@ class CrackingSpecimen(LinkedSpecimen):
         return any(np.isfinite(criterion.laws[row][0]) for row in rows.tolist())
 
     def _ratios_and_causes(self) -> tuple[FloatArray, IntArray]:
-        """Return, for each link, the decisive quantity over its limit, and the number of the cause, both of shape (links,)."""
+        """Return for each link the ratio of its criterion's quantity to the limit, and the cause number, both (links,)."""
         self._measure_fields()
         value, limit, cause = self._criterion_values()
         held = self.link_weights() == 1.0
@@ -319,7 +319,7 @@ class CrackingSpecimen(LinkedSpecimen):
         return ratio, np.where(held, cause, 0.0).astype(np.int64)
 
     def _criterion_values(self) -> FloatArray:
-        """Return the decisive quantity, its limit and the cause number of each link, for the present scratch, (3, links)."""
+        """Return for each link its criterion's quantity, the limit and the cause number, for the scratch, (3, links)."""
         found = np.zeros((3, *self.body.links.shape[1:]))
         write_criterion_values(self.medium, self.scratch, found)
         return found[:, *self._at]
@@ -334,15 +334,15 @@ class CrackingSpecimen(LinkedSpecimen):
         return self._pairs[self.link_weights() == 1.0, :2]
 
     def damage(self) -> FloatArray:
-        """Return the broken fraction of the faces of each automaton, shape (n,)."""
+        """Return for each automaton the fraction of the area of its faces whose links are broken, shape (n,)."""
         return 1.0 - self._link_means(self.link_weights())
 
     def inelastic_strain(self) -> FloatArray:
-        """Return the mean inelastic strain of the pairs of each automaton, shape (n,)."""
+        """Return for each automaton the mean accumulated inelastic strain of its links, shape (n,)."""
         return self._link_means(self.medium.histories.inelastic[self._at])
 
     def _link_means(self, values: FloatArray) -> FloatArray:
-        """Return the means of link values, shape (links,), over the links of each automaton, weighted by shares, shape (n,)."""
+        """Average link values, shape (links,), over the links of each automaton, weighted by `Packing.share`; shape (n,)."""
         total, shares = np.zeros((2, self.count))
         for column, share in enumerate(self.body.links[FIRST_SHARE : SECOND_SHARE + 1, *self._at]):
             np.add.at(total, self._pairs[:, column], share * values)
@@ -364,14 +364,14 @@ class CrackingSpecimen(LinkedSpecimen):
         return (self._block["rest"] - norms(way))[self._contact_weights(rows) < 1.0]
 
     def field_energies(self, slip_time: float) -> dict[str, float]:
-        """Return the energies stored in the present fields with the present histories [J]."""
-        # The slip of contacts was updated with the forces.
+        """Return the energies stored at the present motion [J]; contacts have slid for `slip_time` since `slid` was set."""
+        # The slip of contacts is already that of the present positions.
         self._measure_links()
         elastic, contact = stored_energies(self.medium, self.motion, self.scratch.links, self.contacts(), slip_time)
         return {"elastic_energy": float(elastic), "contact_energy": float(contact)}
 
     def report(self) -> dict[str, float]:
-        """Return the strains and inelastic strains of links, the fraction of broken links, and the largest overlap."""
+        """Return figures for the report: largest strains and inelastic strain, fraction of broken links, largest overlap."""
         found = super().report()
         overlap = float(self._overlaps().max(initial=0.0))
         found |= {
@@ -388,12 +388,12 @@ class CrackingSpecimen(LinkedSpecimen):
         return float(np.abs(strains[:, held]).max(initial=0.0))
 
     def dissipated_energies(self) -> dict[str, float]:
-        """Return the dissipated energies [J]."""
+        """Return the energies dissipated since the reset, by name [J]."""
         return dict(zip(_LOSSES, self.losses[:TRAVEL].tolist(), strict=True))
 
 
 def _refuse_double_links(packing: Packing) -> None:
-    """Refuse a periodic packing so narrow that two automata are neighbours on two sides."""
+    """Refuse a periodic packing so narrow that two automata are neighbours on both sides, i.e. have two common links."""
     ends = np.sort(packing.pairs()[:, :2], axis=1)
     if len(np.unique(ends, axis=0)) < len(ends):
         raise ParameterError(
@@ -404,7 +404,7 @@ def _refuse_double_links(packing: Packing) -> None:
 
 
 def _regional_strengths(packing: Packing, parameters: AutomataParameters) -> FloatArray:
-    """Return the regional strength factor of each pair, shape (n, slots / 2)."""
+    """Return the factor by which strength regions multiply the strength of each pair, shape (n, slots / 2)."""
     half = packing.lattice.slots // 2
     middles = packing.reference[:, np.newaxis] + 0.5 * packing.diameter * packing.lattice.directions[:half]
     factors = np.ones(middles.shape[:2])

@@ -1,4 +1,4 @@
-"""The four edges of a specimen: the automata of each edge, and its inputs as loads (`Load`) and grips (`Grip`)."""
+"""The four edges of a specimen: their automata, and the inputs that act on them as forces (`Load`) or velocities (`Grip`)."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from .packing import Packing
 from .parameters import AutomataParameters, Fixed, Place, PrescribedVelocity
 from .shapes import ON_THE_OUTLINE, Rectangle
 
-# Edge -> axis normal to it, and whether it is at the upper end of the axis.
+# Name of an edge -> the axis normal to it (0 or 1), and whether the edge lies at the upper end of this axis.
 EDGES = {"left": (0, False), "right": (0, True), "bottom": (1, False), "top": (1, True)}
 
 
 def edge_automata(packing: Packing, name: str, depth: float = 0.0) -> npt.NDArray[np.int64]:
-    """Return the automata within a depth [m] of the outermost one of an edge, shape (m,); both rows of a zigzag."""
+    """Return the automata within `depth` [m] of the outermost automaton of an edge, shape (m,); on a zigzag edge both rows."""
     axis, far = EDGES[name]
     place = packing.reference[:, axis] * (1.0 if far else -1.0)
     zigzag = 0.5 * packing.diameter if packing.lattice.name == "hexagonal" and axis == 0 else 0.0
@@ -33,9 +33,9 @@ def edge_automata(packing: Packing, name: str, depth: float = 0.0) -> npt.NDArra
 
 
 def area_shares(packing: Packing, name: str, automata: npt.NDArray[np.int64], area: float) -> FloatArray:
-    """Return the share of each automaton in the area of a straight edge, shape (m,) [m^2].
+    """Return the part of the area of a straight edge that each of its automata represents, shape (m,) [m^2].
 
-    On a zigzag the outer half cells have twice the length of the whole cells between them.
+    On a zigzag edge the outer row consists of half cells, which take twice the length of the whole cells between them.
     """
     part = packing.volume[automata]
     if packing.lattice.name == "hexagonal" and EDGES[name][0] == 0:
@@ -67,16 +67,16 @@ class Conditions:
     """The inputs of a specimen, and the loads and grips that they fill.
 
     Attributes:
-        load: forces, with the values of the last applied inputs.
-        grip: prescribed velocities, likewise.
-        held_edges: edge that prescribes motion -> its automata, shape (m,), and a mask of the components that this edge
+        load: the automata with forces, and the forces by the last applied inputs.
+        grip: the automata with prescribed velocities, and these velocities, likewise.
+        held_edges: name of an edge that prescribes motion -> its automata, shape (m,), and a mask of the components that it
             prescribes, shape (m, 2).
     """
 
     def __init__(self, parameters: AutomataParameters, packing: Packing, layout: Layout) -> None:
-        """Find the automata that inputs act on; raise `ParameterError` if one is unknown or cannot move."""
+        """Find the automata on which inputs act; raise `ParameterError` if one does not exist or cannot move."""
         self._parameters, self._packing, self._place = parameters, packing, layout.place
-        # A fixed order, independent of the order in the table, so that sums are bitwise reproducible.
+        # Edges in a fixed order, independent of the order in the table of boundaries, so that sums are bitwise reproducible.
         self._boundaries = {name: parameters.boundaries[name] for name in EDGES if name in parameters.boundaries}
         self._forced = _forced_automata(parameters.forced_automata, packing)
         self._edges = {
@@ -89,7 +89,7 @@ class Conditions:
     def _fill_load(self) -> None:
         p, start = self._parameters, len(self._forced)
         groups, levers = [self._forced], [np.zeros((start, 2))]
-        # For each traction: input, rows of the load and their areas [m^2].
+        # For each traction: its input, the rows of `load` on which it acts, and the area of each row [m^2].
         self._pulls: list[tuple[str, slice, FloatArray]] = []
         for name in self._edges_with_boundary(Traction):
             assert isinstance(p.shape, Rectangle)
@@ -122,7 +122,7 @@ class Conditions:
             if own.any():
                 there = own.any(axis=1)
                 self.held_edges[name] = automata[there], own[there]
-        # For each velocity component: input, component and rows of the grip.
+        # For each prescribed velocity component: its input, the component, and the rows of `grip` on which it acts.
         self._drives: list[tuple[str, int, list[int]]] = []
         for name in self._edges_with_boundary(PrescribedVelocity):
             for axis in (0, 1):
@@ -160,7 +160,7 @@ class Conditions:
     def apply_inputs(self, inputs: Mapping[str, Held], tick: int, *, has_central_kick: bool = True) -> None:
         """Fill loads and grips for the internal step that begins at a tick, with the mean of each input over its duration.
 
-        Forces act over the step. Velocities are constant from one kick to the next, i.e. between the middles or ends of steps.
+        Forces act over the step. Prescribed velocities are constant between kicks, i.e. between the middles or ends of steps.
         """
         velocity = _mid_tick_mean if has_central_kick else input_mean
         if self._forced.size:
@@ -184,13 +184,13 @@ def _prescribed_axes(edge: str, boundary: Boundary) -> tuple[int, ...]:
 
 
 def _is_rotation_held(edge: str, boundary: Boundary) -> bool:
-    """Return whether automata of an edge cannot rotate: smooth plates are planes of symmetry, and glued ones act alike."""
+    """Return whether an edge prevents rotation: smooth plates do, as planes of symmetry, and glued plates too."""
     plate = isinstance(boundary, PrescribedVelocity) and EDGES[edge][0] in boundary.prescribed_axes
     return plate or isinstance(boundary, (Fixed, Symmetry))
 
 
 def _forced_automata(places: list[Place] | str, packing: Packing) -> npt.NDArray[np.int64]:
-    """Return the automata given by numbers, points, or "all"."""
+    """Return the numbers of the automata that `places` selects by numbers, by points, or by "all"."""
     count = len(packing.places)
     if isinstance(places, str):
         return np.arange(count)
@@ -203,7 +203,7 @@ def _forced_automata(places: list[Place] | str, packing: Packing) -> npt.NDArray
 
 
 def _nearest_automaton(where: str, point: Sequence[float], packing: Packing) -> int:
-    """Return the automaton nearest to a point, at most a diameter away."""
+    """Return the automaton nearest to a point; raise an error if it is more than a diameter away."""
     automaton = packing.nearest_automaton(point[0], point[1])
     x, y = packing.reference[automaton].tolist()
     if math.hypot(point[0] - x, point[1] - y) > packing.diameter:

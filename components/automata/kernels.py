@@ -1,6 +1,6 @@
 """Internal steps of a specimen whose links may yield and break, and whose pieces touch.
 
-The forces at a position are computed in two parts, `yield_and_check_links` and `write_forces`. In between, lists may have to
+The forces at new positions are computed in two parts, `yield_and_check_links` and `write_forces`. In between, lists may have to
 grow for links that break or are formed again (`CrackingSpecimen.update_links`). A parent that moves the automata calls these
 parts directly. `advance` calls them between the halves of a drift, as `linked_specimen.advance` does with the forces of linked
 automata.
@@ -37,7 +37,7 @@ class Specimen(NamedTuple):
         medium: a `links.Medium`.
         motion: a `lattice.Motion`.
         scratch: a `lattice.Scratch`.
-        losses: see `link_release.FRACTURE`.
+        losses: energies dissipated since the reset, see `link_release.FRACTURE`.
     """
 
     medium: Medium
@@ -47,7 +47,7 @@ class Specimen(NamedTuple):
 
 
 class StepLimits(NamedTuple):
-    """The length of a step, and limits on the motion of automata.
+    """The length of a step, and limits of the motion of automata.
 
     Attributes:
         time: length of a step [s].
@@ -87,7 +87,7 @@ def yield_and_check_links(specimen, contacts, time, tick):
 
 @spliced
 def write_forces(specimen, contacts, time, tick):
-    """Write the forces and torques of links and contacts, and complete the step of `yield_and_check_links`; same arguments."""
+    """Write the forces and torques of links and contacts after `yield_and_check_links` in the same step; same arguments."""
     medium, motion, scratch, losses = specimen.medium, specimen.motion, specimen.scratch, specimen.losses
     write_medium_forces(medium, scratch)
     rubbed, damped = add_contact_forces(medium, motion, contacts, time, scratch.cells)
@@ -98,7 +98,7 @@ def write_forces(specimen, contacts, time, tick):
 
 @jit
 def write_current_fields(medium, motion, scratch, contacts):
-    """Write strains, stresses and forces at the present positions with the present histories; contacts do not slide."""
+    """Write strains, stresses and forces at the present positions without changing histories; contacts do not slide."""
     write_medium_strains(medium, motion, scratch)
     write_medium_tractions(medium, scratch)
     write_medium_stresses(medium, scratch)
@@ -108,7 +108,7 @@ def write_current_fields(medium, motion, scratch, contacts):
 
 @jit
 def advance(specimen, inputs, contacts, step_limits, tick, ticks, is_checked):
-    """Advance by internal steps, until links break or are formed again, or contacts have to be searched again.
+    """Advance by internal steps; stop if links break or are formed again, or if a new search for contacts is due.
 
     Args:
         specimen: a `Specimen`, updated in place; the distance of the fastest automaton is added to `losses[TRAVEL]`.

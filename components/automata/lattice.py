@@ -1,9 +1,9 @@
 """Automata as fields on a lattice: each neighbour lies at a constant offset in memory.
 
 The rows of the packing follow each other in memory. A link belongs to the automaton where it begins and has one of two
-directions (square: along x and y) or three (hexagonal: along x, to the upper right, to the upper left). It ends `offset` places
-further on. A place without a link has a face of area 0, a place without an automaton has infinite mass. Loops over links and
-automata are therefore plain slices, without tables of neighbours.
+directions (square: along x and y) or three (hexagonal: along x, to the upper right, to the upper left). A place is an index
+of a field; a link ends `offset` places after its beginning. Without a link the face has area 0, without an automaton the mass
+is infinite. Loops over links and automata are therefore plain slices, without tables of neighbours.
 
 A periodic specimen has ghosts, copies of the automata on the opposite side, at the places next to its ends.
 """
@@ -24,14 +24,14 @@ IntArray = npt.NDArray[np.int64]
 
 
 class Layout(NamedTuple):
-    """Places of automata and links in the fields.
+    """Places (indices) of automata and links in the fields.
 
     Attributes:
         place: of each automaton, shape (n,).
-        offset: from the beginning to the end of a link, shape (directions,).
-        ghosts: places of ghosts and of the automata that they copy, shape (g, 2).
+        offset: from the place where a link begins to that where it ends, shape (directions,).
+        ghosts: place of each ghost, and place of the automaton that it copies, shape (g, 2).
         begin: first place that may have an automaton.
-        end: one past the last such place; fields have `begin` more places.
+        end: one past the last such place; a field has `end + begin` places.
     """
 
     place: IntArray
@@ -46,22 +46,22 @@ class Layout(NamedTuple):
         return self.end + self.begin
 
 
-# Rows of `Motion`: displacements [m], angle (counter-clockwise) [rad], and their rates.
+# Rows of `Motion`: displacement along x and y [m], angle (counter-clockwise) [rad], and their time derivatives.
 X, Y, ANGLE, VX, VY, SPIN = range(6)
 # Rows of `Body.cells`: initial centres [m], X and Y; mass (infinite without an automaton) [kg], moment of inertia about the
-# centre, m D^2 / 8 [kg m^2], volume [m^3], G and lambda = K - 2 G / 3 [Pa], and the share of the free faces of a whole cell.
+# centre, m D^2 / 8 [kg m^2], volume [m^3], G and lambda = K - 2 G / 3 [Pa], and the share c* of free faces (`Packing.missing`).
 MASS, INERTIA, VOLUME, SHEAR, LAME, MISSING = range(2, 8)
-# Fields of `Body.links`: area, 0 without a link [m^2]; contributions of its strain to the volumetric strains of the automata
-# where it begins and where it ends.
+# Fields of `Body.links`: face area, 0 without a link [m^2]; contribution of the link's strain to the volume strain of the
+# automaton where it begins, and to that of the automaton where it ends.
 FACE, FIRST_SHARE, SECOND_SHARE = range(3)
-# Fields of `Scratch.links`: strains along and across a link, its present direction; terms of sums over links, e.g. the force
-# on the automaton where it begins [N], and the torque on both over the radius [N].
+# Fields of `Scratch.links`: strains along and across a link, its present direction; terms that are then summed over links, e.g.
+# the force on the automaton where the link begins [N], and the torque on both automata divided by the radius [N].
 EPS, GAMMA, EX, EY, FIRST_TERM, SECOND_TERM, TURNING = range(7)
-# Further fields of links with histories: strain that counts in the volumetric strain, tractions along and across [Pa], terms
-# of the stresses xx, yy and xy [Pa], and the division of the strain between two materials.
+# Further fields of links with histories: strain that counts in the volume strain, tractions along and across [Pa], terms of the
+# stresses xx, yy and xy [Pa], and the difference d of the strain between the two halves (materials) of the link.
 COUNTED, NORMAL, TANGENTIAL, VIRIAL_XX, VIRIAL_YY, VIRIAL_XY, DIVISION = range(7, 14)
-# Rows of `Scratch.cells`: force [N] and torque [N m], cos - 1 and sin of half the rotation, the volumetric strain theta, and
-# its factor 1 / (1 + a) for free faces.
+# Rows of `Scratch.cells`: force [N] and torque [N m], cos - 1 and sin of half the rotation angle, the volume strain theta, and
+# its factor 1 / (1 + a), which accounts for free faces.
 FORCE_X, FORCE_Y, TORQUE, COSINE, SINE, DILATION, STIFFENING = range(7)
 # Further rows of automata with histories: lambda theta, G theta, and the stresses xx, yy and xy, tension positive [Pa].
 PRESSURE, DEVIATOR, STRESS_XX, STRESS_YY, STRESS_XY = range(7, 12)
@@ -70,14 +70,14 @@ Motion = FloatArray
 
 
 class Body(NamedTuple):
-    """Constants: geometry, masses and moduli.
+    """The constants of the automata: geometry, masses and moduli.
 
     Attributes:
         layout: a `Layout`.
-        normal: initial directions of links, shape (directions, 2).
+        normal: unit vector of each link direction at the start, shape (directions, 2).
         diameter: distance of neighbours [m].
-        cells: rows of automata, see MASS, shape (8, m).
-        links: fields of links, see FACE, shape (3, directions, m).
+        cells: rows with one value per automaton, see MASS, shape (8, m).
+        links: fields with one value per link, see FACE, shape (3, directions, m).
     """
 
     layout: Layout
@@ -112,7 +112,7 @@ def make_layout(packing: Packing) -> Layout:
         ghosts |= {tuple(where): one for where, one in zip((at + step)[wraps].tolist(), other[wraps].tolist(), strict=True)}
     where = np.concatenate([at, np.array(list(ghosts), np.int64).reshape(-1, 2)])
     row = where[:, 1] - where[:, 1].min()
-    # Position along x, or along the oblique axis of a hexagonal packing, which shifts by half a diameter to the left per row.
+    # Column of each automaton along x, or along the oblique axis of a hexagonal packing, half a diameter further left per row.
     along = (where[:, 0] - where[:, 1]) // 2 if hexagonal else where[:, 0]
     stride = _smallest_row_stride(row, along)
     place = row * stride + along
@@ -133,7 +133,7 @@ def _smallest_row_stride(row: IntArray, along: IntArray) -> int:
 
 
 def make_body(packing: Packing, density: FloatArray, moduli: FloatArray, thickness: float) -> Body:
-    """Return a packing with materials assigned.
+    """Return the `Body` of a packing whose automata have these materials.
 
     Args:
         packing: the automata.
@@ -180,7 +180,7 @@ def make_motion(size: int) -> Motion:
 
 
 def make_scratch(body: Body, *, histories: bool) -> Scratch:
-    """Return scratch for the automata of a body."""
+    """Return a `Scratch` for the automata of a body; `histories` says whether their links have histories."""
     directions, size = body.links.shape[1:]
     links, cells = np.zeros((14 if histories else 7, directions, size)), np.zeros((12 if histories else 7, size))
     cells[STIFFENING] = 1.0 / (1.0 + body.cells[MISSING] * body.cells[LAME] / (2.0 * body.cells[SHEAR]))
@@ -189,7 +189,7 @@ def make_scratch(body: Body, *, histories: bool) -> Scratch:
 
 @jit
 def load_motion(layout, displacement, velocity, rotation, spin, motion):
-    """Write the state of automata, arrays of shapes (n, 2), (n, 2), (n,) and (n,), to the fields of a `Motion`."""
+    """Copy the state of the automata, arrays of shapes (n, 2), (n, 2), (n,) and (n,), to the fields of a `Motion`."""
     for i in range(layout.place.size):
         p = layout.place[i]
         motion[X, p], motion[Y, p], motion[ANGLE, p] = displacement[i, 0], displacement[i, 1], rotation[i]
@@ -200,7 +200,7 @@ def load_motion(layout, displacement, velocity, rotation, spin, motion):
 
 @jit
 def store_motion(layout, displacement, velocity, rotation, spin, motion):
-    """Write the fields of a `Motion` to the state of automata; arguments as in `load_motion`."""
+    """Copy the fields of a `Motion` to the state of the automata; arguments as in `load_motion`."""
     for i in range(layout.place.size):
         p = layout.place[i]
         displacement[i, 0], displacement[i, 1], rotation[i] = motion[X, p], motion[Y, p], motion[ANGLE, p]

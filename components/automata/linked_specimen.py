@@ -4,8 +4,8 @@
     f_n = S (2 G eps + lambda (theta_i + theta_j) / 2),         f_t = S 2 G gamma
     U = sum over pairs S r G (eps^2 + gamma^2) + sum over automata (1/2) V lambda (1 + c* lambda / 2 G) theta^2
 
-c* is the share of the free faces of a whole cell. They carry no traction, 2 G eps* + lambda theta = 0, and deform accordingly.
-K and G are exact for a homogeneous strain, for both packings. See `pair_strains` for the strains and the forces.
+theta is the volume strain, c* the sum of c over the free faces of a cell. These carry no traction: 2 G eps* + lambda theta = 0.
+K and G are exact for a homogeneous strain, for both packings. For eps, gamma and the forces see `pair_strains`.
 """
 
 from __future__ import annotations
@@ -88,14 +88,14 @@ def write_link_forces(body, motion, scratch):
             stiffness, pressing = area * twice_shear, (area * half_lame) * (cells[DILATION, p] + theta_j[p])
             fn, ft = stiffness * eps + pressing, stiffness * gamma
             links[FIRST_TERM, q, p], links[SECOND_TERM, q, p] = fn * ex - ft * ey, fn * ey + ft * ex
-            # (1 + eps) ft - gamma fn, without the terms that cancel.
+            # This is (1 + eps) ft - gamma fn, without the terms that cancel.
             links[TURNING, q, p] = ft - gamma * pressing
     sum_link_forces(body, links, cells)
 
 
 @jit
 def update_forces(body, motion, scratch):
-    """Call `write_link_forces` from Python."""
+    """Call the kernel `write_link_forces` from Python."""
     write_link_forces(body, motion, scratch)
 
 
@@ -138,7 +138,7 @@ def elastic_energy(body: Body, scratch: Scratch) -> float:
 
 @jit
 def write_stresses(body, scratch, out):
-    """Write the stresses xx, yy and xy at all places, tension positive, shape (3, m) [Pa]: sigma = (1 / 2 V) sum r n F."""
+    """Write the stresses xx, yy and xy of all automata, tension positive, shape (3, m) [Pa]: sigma = (1 / 2 V) sum r n F."""
     links, theta, begin = scratch.links, scratch.cells[DILATION], body.layout.begin
     twice, lame, traction = 2.0 * body.cells[SHEAR, begin], body.cells[LAME, begin], np.zeros(links.shape[1:])
     for component in range(3):
@@ -152,14 +152,14 @@ def write_stresses(body, scratch, out):
 
 
 class LinkedSpecimen:
-    """A specimen without histories.
+    """A specimen whose links are elastic and never break, so that they have no histories.
 
     Attributes:
         has_histories: whether links have histories.
-        fields: additional state variables.
-        growing: additional lists of variable length in the state.
-        event_kinds: kinds of events.
-        event_details: units of the events, and what their indices count.
+        fields: declarations of additional state variables.
+        growing: declarations of additional lists of variable length in the state.
+        event_kinds: the kinds of events, by name.
+        event_details: units of the values of events, and what their indices count.
     """
 
     has_histories = False
@@ -169,7 +169,7 @@ class LinkedSpecimen:
     event_details: Mapping[str, EventDetail] = {}
 
     def __init__(self, packing: Packing, body: Body, conditions: Conditions, step_size: float, speed_limit: float) -> None:
-        """Build from the packing, its body, the inputs, the step [s] and the speed limit [m/s]."""
+        """Build from the packing, its `lattice.Body`, its `Conditions`, the internal step [s] and the speed limit [m/s]."""
         self.packing, self.body, self.conditions = packing, body, conditions
         self.scratch: Scratch = make_scratch(body, histories=self.has_histories)
         self.motion: Motion = make_motion(body.layout.size)
@@ -179,7 +179,7 @@ class LinkedSpecimen:
         self._pairs = packing.pairs()
 
     def attach_state(self, block: Block) -> None:
-        """Attach the state."""
+        """Attach the arrays of the state."""
         self._block = block
         self.inputs = Inputs(self.conditions.load, self.conditions.grip, block["tallies"])
 
@@ -187,21 +187,21 @@ class LinkedSpecimen:
         """Write the initial histories."""
 
     def load_motion(self) -> None:
-        """Copy the state to the fields."""
+        """Copy the motion from the state to the fields."""
         block = self._block
         load_motion(self.body.layout, block["displacement"], block["velocity"], block["rotation"], block["spin"], self.motion)
 
     def store_motion(self) -> None:
-        """Copy the fields to the state."""
+        """Copy the motion from the fields to the state."""
         block = self._block
         store_motion(self.body.layout, block["displacement"], block["velocity"], block["rotation"], block["spin"], self.motion)
 
     def advance(self, tick: int, ticks: int) -> int:
-        """Advance the fields from a tick with the current loads and velocities of the conditions; return a status."""
+        """Advance the motion by `ticks` steps from `tick` on, with the current loads and grips; return a status."""
         return advance(self.body, self.motion, self.scratch, self.inputs, self.step_size, ticks, self.speed_limit)
 
     def update_forces(self) -> None:
-        """Write the strains and the forces of links and contacts for the present fields, to compute outputs."""
+        """Write strains and forces of links and contacts for the present motion, so that outputs can be read."""
         update_forces(self.body, self.motion, self.scratch)
 
     def _measure_fields(self) -> None:
@@ -209,22 +209,22 @@ class LinkedSpecimen:
         self.update_forces()
 
     def dilation(self) -> FloatArray:
-        """Return the volumetric strains, shape (n,)."""
+        """Return the volume strain of each automaton, shape (n,)."""
         self._measure_fields()
         return self.scratch.cells[DILATION, self.place]
 
     def forces(self) -> FloatArray:
-        """Return the forces of links and contacts, shape (n, 2) [N]."""
+        """Return the sum of the forces of links and contacts on each automaton, shape (n, 2) [N]."""
         self._measure_fields()
         return np.ascontiguousarray(self.scratch.cells[FORCE_X : FORCE_Y + 1, self.place].T)
 
     def torques(self) -> FloatArray:
-        """Return the torques of links and contacts, shape (n,) [N m]."""
+        """Return the sum of the torques of links and contacts on each automaton, shape (n,) [N m]."""
         self._measure_fields()
         return self.scratch.cells[TORQUE, self.place]
 
     def stress(self) -> FloatArray:
-        """Return the stresses of the automata, shape (n, 3) [Pa]."""
+        """Return the stress of each automaton: xx, yy and xy, shape (n, 3) [Pa]."""
         self._measure_fields()
         found = np.zeros((3, self.body.layout.size))
         write_stresses(self.body, self.scratch, found)
@@ -241,7 +241,7 @@ class LinkedSpecimen:
         return np.stack([mass * vx, mass * vy, turning, *energies]).cumsum(axis=1)[:, -1]
 
     def link_weights(self) -> FloatArray:
-        """Return the weight of each link."""
+        """Return the weight of each link: 1 for an intact link, 0 for a released one."""
         return np.ones(len(self._pairs))
 
     def broken_link_count(self) -> float:
@@ -253,7 +253,7 @@ class LinkedSpecimen:
         return 0.0
 
     def damage(self) -> FloatArray:
-        """Return the broken fraction of the faces of each automaton, shape (n,)."""
+        """Return for each automaton the fraction of the area of its faces whose links are broken, shape (n,)."""
         return np.zeros(self.count)
 
     def stored_energies(self, slip_time: float) -> dict[str, float]:
@@ -274,12 +274,12 @@ class LinkedSpecimen:
         return 0.5 * total
 
     def field_energies(self, slip_time: float) -> dict[str, float]:
-        """Return the energies stored in the present fields [J]; contacts have slid for a time [s] since `slid` was recorded."""
+        """Return the energies stored at the present motion [J]; contacts have slid for `slip_time` since `slid` was set."""
         update_forces(self.body, self.motion, self.scratch)
         return {"elastic_energy": elastic_energy(self.body, self.scratch)}
 
     def report(self) -> dict[str, float]:
-        """Return the largest strain of the links."""
+        """Return figures for the report: the largest strain of the links."""
         self._measure_fields()
         return {"largest strain of a link now": self._largest_strain()}
 
@@ -288,5 +288,5 @@ class LinkedSpecimen:
         return float(np.abs(strains).max(initial=0.0))
 
     def dissipated_energies(self) -> dict[str, float]:
-        """Return the dissipated energies [J]."""
+        """Return the energies dissipated since the reset, by name [J]."""
         return {}

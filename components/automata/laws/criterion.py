@@ -1,4 +1,4 @@
-"""The base class of breaking criteria, and the failure measure of a link, dispatched on the class of the law."""
+"""The base class of breaking criteria, and the function `failure_measure`, which each criterion registers for its constants."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from ...support.tagged_union import Named
 
 
 class LinkStress(NamedTuple):
-    """The quantities that a criterion uses.
+    """The quantities of a link that a breaking criterion uses.
 
     Attributes:
         eps: strain along the link.
         gamma: shear angle of the link.
         normal: traction along the link, tension positive [Pa].
         tangential: traction across the link [Pa].
-        equivalent: von Mises' equivalent stress [Pa].
+        equivalent: von Mises equivalent stress [Pa].
         mean: mean stress, tension positive [Pa].
-        factor: of the strength of this link.
-        number: of the link in the fields.
+        factor: factor of the strength of this link.
+        number: number of the link in the fields.
     """
 
     eps: float
@@ -41,10 +41,10 @@ class LinkStress(NamedTuple):
 
 @dispatch_by_class
 def failure_measure(law, link):
-    """Return the decisive quantity of a link, its limit, and the number of the cause.
+    """Return the quantity of a link that its criterion tests, the limit, and the number of the cause of breaking.
 
     Args:
-        law: constants of the criterion; a criterion registers its function for their class.
+        law: constants of the criterion, whose class selects the function.
         link: a `LinkStress`.
     """
 
@@ -53,16 +53,16 @@ class Criterion(Named):
     """A condition under which a linked pair breaks."""
 
     causes: ClassVar[Mapping[str, str]]
-    """Kinds of events, in the order in which `failure_measure` numbers its causes -> description."""
+    """The causes of breaking, in the order in which `failure_measure` numbers them: kind of event -> description."""
     unit: ClassVar[str] = "Pa"
-    """Unit of the decisive quantity and its limit."""
+    """Unit of the quantity that the criterion tests, and of its limit."""
 
     @abstractmethod
     def constants(self) -> Any:
-        """Return the constants: a `NamedTuple`, for whose class `failure_measure` is registered."""
+        """Return the constants of the criterion, in a `NamedTuple` for whose class `failure_measure` is registered."""
 
     def unbreakable_constants(self) -> Any:
-        """Return the constants of links that never break."""
+        """Return constants of the same class with which links never break."""
         kind = type(self.constants())
         return kind(*(math.inf for _ in kind._fields))
 
@@ -90,11 +90,11 @@ def _unbreakable_measure(law, link):
 
 
 class WeakerLaw(NamedTuple):
-    """The law of links between several materials: the weaker of two laws breaks a link.
+    """The law if there are several materials: each link has two laws, and breaks if one of them is met.
 
     Attributes:
-        laws: constants of one criterion.
-        rows: indices of the two laws of each link, shape (links, 2).
+        laws: constants of all laws, which belong to one criterion.
+        rows: for each link the indices of its two laws in `laws`, shape (links, 2).
     """
 
     laws: tuple[Any, ...]

@@ -18,7 +18,7 @@ from .criterion import Criterion, failure_measure
 
 
 class DruckerPragerLaw(NamedTuple):
-    """The strength sigma_c [Pa], and the factors of the equivalent and of the mean stress."""
+    """The strength sigma_c [Pa], and the factors of sigma_eq and of sigma_m in the criterion."""
 
     strength: float
     of_equivalent: float
@@ -42,12 +42,12 @@ class DruckerPrager(Criterion):
         return self
 
     def constants(self) -> DruckerPragerLaw:
-        """Return sigma_c and both factors."""
+        """Return sigma_c and the factors of sigma_eq and sigma_m."""
         a = self.compressive / self.tensile
         return DruckerPragerLaw(self.compressive, 0.5 * (a + 1.0), 1.5 * (a - 1.0))
 
     def unbreakable_constants(self) -> DruckerPragerLaw:
-        """Return an infinite strength, and factors of 0 for the stress."""
+        """Return an infinite strength, and factors 0 for both stresses."""
         return DruckerPragerLaw(math.inf, 0.0, 0.0)
 
 

@@ -40,13 +40,13 @@ class MohrCoulomb(Criterion):
         return MohrCoulombLaw(self.cohesion, self.internal_friction, self.tensile)
 
     def unbreakable_constants(self) -> MohrCoulombLaw:
-        """Return infinite strengths, and no effect of the normal traction."""
+        """Return infinite strengths and tan(phi) = 0."""
         return MohrCoulombLaw(math.inf, 0.0, math.inf)
 
 
 @failure_measure.register(MohrCoulombLaw)
 def _mohr_coulomb_measure(law, link):
-    """Choose the cause with the larger ratio to its limit."""
+    """Return the quantity, limit and number of the cause that is closer to its limit: shear or tension."""
     shear = abs(link.tangential) + law.internal_friction * link.normal
     if link.normal * law.cohesion >= shear * law.tensile:
         return link.normal, link.factor * law.tensile, 1

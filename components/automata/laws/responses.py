@@ -1,8 +1,8 @@
 """Response functions of a pair: the four of Psakhie et al. (2003), figure 3.
 
-Beyond an onset the equivalent stress follows a line of smaller slope. The responses differ in unloading: (b) returns to the
-origin with a reduced modulus, (c) is elastic and leaves a permanent strain, (d) combines both. They differ in the fraction
-beta of the excess that degrades the modulus.
+(a) is linear. Beyond an onset stress the others follow a line of smaller slope, and differ in unloading: (b) returns to the
+origin with a reduced modulus, (c) is elastic and leaves a permanent strain, (d) combines both. beta is the fraction
+of the excess stress that reduces the modulus: 1 in (b), 0 in (c).
 
 With the equivalent stress s above the limit s_l = onset + H q, where q is the accumulated inelastic strain, the stress deviator
 of the pair is multiplied by M = s_new / s, s_new = s_l + H dq, dq = (s - s_l) / (g (3 G + H)) (Wilkins 1964). The fraction beta
@@ -24,13 +24,13 @@ from ...support.jit import internal_inlined
 from ...support.parameter_fields import Magnitude, NotNegativeMagnitude, field
 from ...support.tagged_union import Named, OneOrEach
 
-# Smallest remaining fraction of the shear modulus, kept by a worn-out pair. The decisive stress is the mean of both automata,
-# and their other pairs may keep it above the limit forever.
+# Smallest fraction g of the shear modulus that a degraded pair keeps. Its decisive stress is the mean of both automata, and the
+# other pairs may keep this mean above the limit forever.
 WORN_OUT = 1e-6
 
 
 class ResponseConstants(NamedTuple):
-    """Onset [Pa], slope H over the inelastic strain [Pa], and the fraction of the excess that degrades the modulus."""
+    """Onset stress [Pa], slope H of the stress over the inelastic strain [Pa], and the fraction beta, see above."""
 
     onset: float
     hardening: float
@@ -38,11 +38,11 @@ class ResponseConstants(NamedTuple):
 
 
 class LinkResponses(NamedTuple):
-    """The responses of links.
+    """The response laws of links.
 
     Attributes:
-        constants: fields of `ResponseConstants`, shape (laws, 3).
-        rows: the law of each link, shape (links,).
+        constants: the `ResponseConstants` of each law, shape (laws, 3).
+        rows: index of the law of each link, shape (links,).
     """
 
     constants: FloatArray
@@ -50,13 +50,13 @@ class LinkResponses(NamedTuple):
 
 
 class ElasticResponses(NamedTuple):
-    """Elastic links: no history."""
+    """The responses of links that are all elastic and have no history."""
 
     onset: float = np.inf
 
 
 class Response(Named):
-    """A law for the forces of a pair as functions of its strains."""
+    """A law for the forces of a linked pair as functions of its strains."""
 
     elastic: ClassVar[bool] = False
     """True for a law without history."""
@@ -84,7 +84,7 @@ class Degrading(Response):
     hardening: NotNegativeMagnitude = field(0.0, "slope of the equivalent stress against the inelastic strain", "Pa")
 
     def constants(self) -> ResponseConstants:
-        """Return onset, slope, and a fraction of 1."""
+        """Return onset stress, slope H, and beta = 1."""
         return ResponseConstants(self.onset, self.hardening, 1.0)
 
 
@@ -96,7 +96,7 @@ class Plastic(Response):
     hardening: NotNegativeMagnitude = field(0.0, "slope of the yield stress against the plastic strain", "Pa")
 
     def constants(self) -> ResponseConstants:
-        """Return yield stress, slope, and a fraction of 0."""
+        """Return yield stress, slope H, and beta = 0."""
         return ResponseConstants(self.yield_stress, self.hardening, 0.0)
 
 
@@ -109,7 +109,7 @@ class PlasticDegrading(Response):
     degradation: float = field(0.5, "fraction of the excess that degrades the modulus; the rest is flow", "1", ge=0.0, le=1.0)
 
     def constants(self) -> ResponseConstants:
-        """Return yield stress, slope, and fraction."""
+        """Return yield stress, slope H, and beta."""
         return ResponseConstants(self.yield_stress, self.hardening, self.degradation)
 
 
@@ -125,13 +125,13 @@ ChosenResponses = Annotated[SerializeAsAny[Response] | list[SerializeAsAny[Respo
 
 @internal_inlined
 def link_response_constants(responses, number):
-    """Return the `ResponseConstants` of a link, by its number."""
+    """Return the `ResponseConstants` of the link with this number."""
     row = responses.rows[number]
     return ResponseConstants(responses.constants[row, 0], responses.constants[row, 1], responses.constants[row, 2])
 
 
 class History(NamedTuple):
-    """Plastic strains along and across a pair, the remaining fraction of its stiffness, and its inelastic strain."""
+    """Plastic strains along and across a pair, the remaining fraction of its stiffness, and its total inelastic strain."""
 
     eps: float
     gamma: float
@@ -146,7 +146,7 @@ def updated_history(law, history, equivalent, eps, gamma, dilation, shear):
     Args:
         law: a `ResponseConstants`.
         history: a `History`.
-        equivalent: stress of the pair with the present history [Pa].
+        equivalent: equivalent stress of the pair, computed with the history before the step [Pa].
         eps: strain along the pair.
         gamma: shear angle.
         dilation: mean volumetric strain of both automata.

@@ -34,7 +34,7 @@ class Strain(Criterion):
 
 @failure_measure.register(StrainLaw)
 def _strain_measure(law, link):
-    """Choose the cause with the larger ratio to its limit."""
+    """Return the quantity, limit and number of the cause that is closer to its limit: strain or shear angle."""
     if abs(link.gamma) / law.shear > link.eps / law.tensile:
         return abs(link.gamma), link.factor * law.shear, 1
     return link.eps, link.factor * law.tensile, 0
