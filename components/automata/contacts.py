@@ -103,7 +103,7 @@ def contact_link(layout, pairs, row):
 
 @internal
 def write_link_value(field, layout, pairs, row, value):
-    """Write `value` to a field at the link that a contact once was; in a periodic specimen also if it begins at a ghost."""
+    """Write `value` at the link that a contact once was; in a periodic specimen also at the ghost where the link begins."""
     q, p = contact_link(layout, pairs, row)
     field[q, p] = value
     end = layout.place[pairs[row, SECOND if pairs[row, SLOT] < layout.offset.size else FIRST]]

@@ -4,8 +4,9 @@
     f_n = S (2 G eps + lambda (theta_i + theta_j) / 2),         f_t = S 2 G gamma
     U = sum over pairs S r G (eps^2 + gamma^2) + sum over automata (1/2) V lambda (1 + c* lambda / 2 G) theta^2
 
-theta is the volume strain, c* the sum of c over the free faces of a cell. These carry no traction: 2 G eps* + lambda theta = 0.
-K and G are exact for a homogeneous strain, for both packings. For eps, gamma and the forces see `pair_strains`.
+eps and gamma are the strains of a pair (`pair_strains`), theta volume strains, S face areas, r the distance of centres, V cell
+volumes. c* is the sum of c over the free faces of a whole cell, which carry no traction: 2 G eps* + lambda theta = 0. K and G
+are exact for a homogeneous strain, for both packings.
 """
 
 from __future__ import annotations
@@ -262,7 +263,7 @@ class LinkedSpecimen:
         return self.field_energies(slip_time)
 
     def mean_energy(self, time: float) -> float:
-        """Return the mean of the energies stored a time [s] before and after the present, at the present velocities [J].
+        """Return the mean of the stored energies [J] a time [s] before and after the present, moved at present velocities.
 
         The last force evaluation was at that time before the present.
         """
