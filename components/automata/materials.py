@@ -50,7 +50,7 @@ def lame_constants(solid: Material) -> tuple[float, float]:
 
 
 def make_response(parameters: AutomataParameters, law_numbers: IntArray) -> LinkResponses | ElasticResponses:
-    """Return the response of links for kernels; `law_numbers` as in `link_law_numbers`. Links of two materials do not yield."""
+    """Return the responses of links for kernels; `law_numbers` as in `link_law_numbers`. Links of two materials are elastic."""
     p, count = parameters, len(parameters.materials)
     if not p.can_yield:
         return ElasticResponses()

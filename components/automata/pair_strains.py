@@ -108,14 +108,14 @@ def pair_strain(offset, first, second, nx, ny):
 
 @internal
 def sum_over_links(layout, first, second, sign, out):
-    """Write sums over the links of all automata: `first` where links begin plus `sign` times `second` where they end.
+    """Write for each automaton a sum over its links: `first` of those that begin, `sign` times `second` of those that end.
 
     Args:
         layout: a `lattice.Layout`.
-        first: shape (directions, m).
-        second: shape (directions, m).
+        first: value of each link for the automaton where it begins, shape (directions, m).
+        second: value of each link for the automaton where it ends, shape (directions, m).
         sign: 1 or -1.
-        out: shape (m,).
+        out: written, shape (m,).
     """
     begin, end, offset, sums = layout.begin, layout.end, layout.offset, out[layout.begin : layout.end]
     right, left = first[0, begin:end], second[0, begin - offset[0] : end - offset[0]]
@@ -133,7 +133,7 @@ def sum_over_links(layout, first, second, sign, out):
 
 @internal
 def sum_by_shares(body, values, links, out):
-    """Write the sums of link values, shape (directions, m), weighted by their shares in both automata, shape (m,)."""
+    """Write for each automaton, shape (m,), the sum of its links' values, shape (directions, m), times the links' shares."""
     for q in range(values.shape[0]):
         for p in range(values.shape[1]):
             links[FIRST_TERM, q, p] = body.links[FIRST_SHARE, q, p] * values[q, p]

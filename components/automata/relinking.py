@@ -191,8 +191,8 @@ def raise_link_weights(specimen, contacts, tick, time, places):
 def _raise_link_weight(medium, motion, scratch, contacts, pair, fraction, extra_strain):
     """Raise the weight of a link, strain it as `_strain_link` does, and return the dissipated energy [J].
 
-    The strains of the previous drift are released, so that the kick does not include them. The work that forces would have done
-    in that drift in addition to their actual work is no loss.
+    The link is strained only after the previous drift, so the kick must not include the strains of that drift. Work that it
+    would have done in the drift in addition to the actual work is not counted as a loss.
 
     Args:
         medium: a `links.Medium`; its histories are updated.
@@ -200,8 +200,8 @@ def _raise_link_weight(medium, motion, scratch, contacts, pair, fraction, extra_
         scratch: a `lattice.Scratch`.
         contacts: `contacts.Contacts`.
         pair: a `_RelinkedPair`.
-        fraction: see `_strain_link`.
-        extra_strain: see `_strain_link`.
+        fraction: fraction of the strains, see `_strain_link`.
+        extra_strain: additional strain along the link, see `_strain_link`.
     """
     _strain_link(medium, motion, scratch, contacts, pair, fraction, extra_strain)
     taken = pair.energy - pair_energy(medium, motion, scratch.links, contacts, pair.row)

@@ -22,7 +22,7 @@ _TOUCHING = 1e-9
 
 
 class StraightSide(NamedTuple):
-    """A side along x or y: its name in messages, the axis normal to it (0 or 1), its position [m], its multiple of rows."""
+    """A side along x or y: its name in messages, axis normal to it (0 or 1), position [m], whole multiple of `rows` rows."""
 
     name: str
     axis: int

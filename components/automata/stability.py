@@ -66,7 +66,7 @@ def step_limit(frequency: float) -> float:
 
 
 def damping_limit(slots: int, stiffness: float, mass: float, step: float) -> float:
-    """Return the largest damping ratio of contacts for which a packing of automata in contact is stable.
+    """Return the largest damping ratio zeta of contacts for which the scheme is stable in a packing of touching automata.
 
     With the velocities before a kick, leapfrog is stable for (w h)^2 + 2 h c w^2 / k < 4. The stiffest frictionless motion has
     w^2 = s w_0^2 with w_0^2 = 2 k / m for two automata and s half the number of neighbours: zeta < 1 / (s w_0 h) - w_0 h / 4.

@@ -20,12 +20,12 @@ from .exchange import Exchange, copy_interface_rows, gather_forces
 from .interface import Interface
 from .side_contacts import Sides
 
-# A literal 0 has another numba type and would compile the grid kernels a second time.
+# numba gives a literal 0 another type, and would compile the grid kernels a second time for it.
 _ZERO = np.int64(0)
 
 
 class GridPart(NamedTuple):
-    """The grid, its state, nodes with conditions, scratch, tally, and the buffer of yield events."""
+    """The grid, its state, its nodes with conditions, scratch, the tally of their work, and the buffer of yield events."""
 
     grid: Grid
     state: State
@@ -41,9 +41,9 @@ class AutomataPart(NamedTuple):
     Attributes:
         body: centres in the coordinates of the grid. Interface automata have infinite mass, because they
             follow their nodes instead of forces; they rotate freely.
-        motion: displacements, velocities and rotations, as fields.
-        scratch: fields.
-        edges: loads and grips.
+        motion: displacements, velocities and rotations, see `lattice.Motion`.
+        scratch: results of a force evaluation, see `lattice.Scratch`.
+        edges: loads and grips, see `edge_loads.EdgeLoads`.
     """
 
     body: Body
@@ -57,7 +57,7 @@ class CrackingPart(NamedTuple):
 
     Attributes:
         specimen: an `automata.kernels.Specimen` with the same motion and scratch.
-        contacts: part of the state.
+        contacts: the `contacts.Contacts` of the state.
         travel_limit: distance that the fastest automaton may move before contacts are searched again [m].
         sides: free sides of the grid that automata can touch; None without side contacts.
     """
@@ -69,7 +69,7 @@ class CrackingPart(NamedTuple):
 
 
 class Seam(NamedTuple):
-    """The interface, for kernels."""
+    """The interface for kernels: which nodes move with which automata, and the forces and work that they exchange."""
 
     interface: Interface
     exchange: Exchange
@@ -84,10 +84,10 @@ def update_automata_forces(automata, linked_body, cracking, seam, time, tick):
 
     Args:
         automata: an `AutomataPart`.
-        linked_body: body of automata that stay linked and elastic; None for others.
-        cracking: a `CrackingPart`, its links checked; None for automata that stay linked and elastic.
+        linked_body: `lattice.Body` of automata whose links stay intact and elastic; None for others.
+        cracking: a `CrackingPart` whose links have been checked for breaking; None for automata whose links stay intact.
         seam: a `Seam`.
-        time: since the forces were last computed [s].
+        time: time since the forces were last computed [s].
         tick: number of the step of the automata.
     """
     if linked_body is not None:
@@ -126,7 +126,7 @@ def finish_cells(grid, seam, step, tick, has_next_tick):
         grid: a `GridPart`.
         seam: a `Seam`.
         step: internal step [s].
-        tick: number at the end of this tick.
+        tick: number of the tick that ends.
         has_next_tick: whether another tick follows in this call: nodes without conditions then begin it at once.
 
     Returns:
