@@ -154,10 +154,10 @@ class EdgeInputs:
         self.edges.load.force[:] = np.where(self._acts, self._conditions.load.force[self._loads], 0.0)
 
     def loads_on_nodes(self, conditions: kernel_arrays.Conditions, places: IntArray) -> FloatArray | None:
-        """Return nodal forces of loads on interface automata, shape (nodes with conditions, 2) [N]; None without such loads.
+        """Return the forces on nodes by loads on interface automata, shape (nodes with conditions, 2) [N]; None without loads.
 
         Args:
-            conditions: of the grid.
+            conditions: the `Conditions` of the grid.
             places: row of each interface node in `conditions`.
         """
         load, interface = self._conditions.load, self._interface

@@ -44,7 +44,7 @@ class Exchange(NamedTuple):
 
 @internal
 def gather_forces(interface, place, forces, out):
-    """Write the force of the automata on each interface node, W^T F, shape (s, 2) [N]; `place` are their field indices."""
+    """Write the force of the automata on each interface node, shape (s, 2) [N]; `place`: their rows in the fields `forces`."""
     for row in range(interface.nodes.size):
         fx = fy = 0.0
         for acting in range(interface.first[row], interface.first[row + 1]):

@@ -24,7 +24,7 @@ class Fields:
     def __init__(
         self, assembly: Assembly, intact_tables: Tables, breaking_body: BreakingBody | None, temperature: float
     ) -> None:
-        """Build from the tables of the body without cracks, its cracks if it can break, and its initial temperature [K]."""
+        """Build from the tables of the intact body, its cracks (None if it cannot break), and its initial temperature [K]."""
         self._assembly, self._breaking, self._temperature_at_start = assembly, breaking_body, temperature
         self._solid, self._state = intact_tables.solid, intact_tables.state
         self._lattice, self._point_count = assembly.lattice, len(assembly.points.volume)
@@ -98,7 +98,7 @@ class Fields:
         )  # fmt: skip
 
     def lattice_values(self, parameters: FloatArray) -> FloatArray:
-        """Return the values of a field at the positions of the nodes, from its parameters, shape (n, 3)."""
+        """Return the values of a field at the nodes' positions from its moving-least-squares parameters, shape (n, 3)."""
         if self._breaking is not None:
             return self._breaking.node_values(parameters)
         out = np.zeros_like(parameters)
@@ -113,7 +113,7 @@ class Fields:
         return np.divide(sums[:, 1], sums[:, 0], out=np.zeros(len(sums)), where=sums[:, 0] > 0.0)
 
     def _surface_means(self, values: Callable[[], FloatArray]) -> FloatArray:
-        """Return means of a field of the points around the nodes of the outer surface, shape (s,)."""
+        """Return for each node of the outer surface the mean of a field over the points around it, shape (s,)."""
         return self.node_means(values())[self._lattice.top_nodes]
 
     def mean_stress(self) -> FloatArray:
@@ -141,11 +141,11 @@ class Fields:
 
     @property
     def has_fracture_ratio(self) -> bool:
-        """True with a fracture law, or with a yield stress for comparison."""
+        """True if there is a fracture law, or a yield stress with which to compare stresses."""
         return self._solid.plastic or self._breaking is not None
 
     def fracture_ratio(self) -> FloatArray:
-        """Return the fracture ratio of each point, by the fracture law or, without one, by that of the paper, shape (m,)."""
+        """Return the fracture ratio (value over limit) of each point by its fracture law, or that of the paper, shape (m,)."""
         if self._breaking is not None:
             return self._breaking.fracture_ratios()
         out = np.zeros(self._point_count)
@@ -168,7 +168,7 @@ class Fields:
         return (radius * ring.widths).sum(axis=1) / ring.widths.sum()
 
     def _gauge_strain(self) -> FloatArray:
-        """Return E = (F^T F - 1) / 2 along the first two directions of the surface, shape (gauges, 2)."""
+        """Return Green's strain E = (F^T F - 1) / 2 at the gauges along both directions of the surface, shape (gauges, 2)."""
         found = np.zeros((len(self._assembly.gauges), 2))
         for row, gauge in enumerate(self._assembly.gauges):
             u = self._state.displacement[gauge.neighbours]
