@@ -20,7 +20,7 @@ from .kernel_arrays import IntArray
 
 EdgeName = Literal["start", "end", "left", "right", "bottom", "top"]
 BoundaryName = Literal["clamped", "symmetry", "moved", "platen", "wall"]
-# Value of `kernel_arrays.Nodes.prescribed` for a component at rest; smaller numbers refer to columns of the signals.
+# Value of `Nodes.prescribed` for a component at rest; smaller values refer to columns of the signals (velocities by inputs).
 AT_REST = 255
 
 

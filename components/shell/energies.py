@@ -20,7 +20,7 @@ STORED = ("kinetic_energy", "elastic_energy", "hourglass_energy", "wall_energy",
 
 @jit
 def write_elastic_densities(law, stress, temperature, out):
-    """Write the elastic energy per volume of points [J/m^3]; `temperature` has the shape (0,) if it has no effect."""
+    """Write the elastic energy per volume of points [J/m^3]; `temperature` has the shape (0,) without thermal expansion."""
     moduli = elastic_moduli(law, law.reference_temperature)
     for p in range(out.size):
         if temperature.size > 0:
@@ -59,7 +59,7 @@ def smallest_stretch(gradient: FloatArray) -> float:
 
 
 def energies_and_momentum(tables: Tables) -> dict[str, Any]:
-    """Return the energies of `STORED` and the plastic work [J], their sum `energy` without the latter, and the momentum."""
+    """Return a dictionary: the energies in `STORED`, plastic work, `energy` (sum of the stored ones) [J], and momentum."""
     solid, state, _, _ = tables
     mass, (x, y, z) = solid.nodes.mass, state.velocity.T
     depth = wall_depths(solid, state)

@@ -106,7 +106,7 @@ class Fields:
         return out
 
     def node_means(self, values: FloatArray) -> FloatArray:
-        """Return means around each node of a field of the points, shape (n,); 0 for a node in no point's support."""
+        """Return for each node the mean of a field over the points with the node in their support, shape (n,); else 0."""
         sums, assembly = np.zeros((len(self._lattice.nodes), 2)), self._assembly
         seen = assembly.stencils if self._breaking is None else self._breaking.cracked_stencils
         kernels.weigh_points(seen, assembly.solid.nodes, assembly.points.volume, np.arange(len(sums)), values, sums)
@@ -117,7 +117,7 @@ class Fields:
         return self.node_means(values())[self._lattice.top_nodes]
 
     def mean_stress(self) -> FloatArray:
-        """Return the mean stress over neighbouring columns, shape (m, 6); see `column_means`."""
+        """Return for each of m points the stress averaged over neighbouring columns, shape (m, 6); see `column_means`."""
         if self._breaking is not None:
             return self._breaking.mean_stress()
         write_column_means(self._state.stress, self._column_means)
@@ -161,7 +161,7 @@ class Fields:
         return self._state.temperature if self._solid.plastic else np.full(self._point_count, self._temperature_at_start)
 
     def _mean_inner_radius(self) -> FloatArray:
-        """Return the mean distance of the inner surface from the axis at each station, weighted by the arcs at rest."""
+        """Return the mean distance of the inner surface from the axis at each station along the body, weighted by arcs."""
         ring = self._lattice.axes[1]
         place = (self._lattice.nodes + self.lattice_values(self._state.displacement))[self._solid.surface.nodes]
         radius = np.sqrt(place[:, 1] * place[:, 1] + place[:, 2] * place[:, 2]).reshape(-1, ring.count)

@@ -356,7 +356,7 @@ class BreakingBody:
         return ~cut.along[:-1] & borne[:-1] & borne[1:], across[:, : self._cells_across]
 
     def _surface_links(self) -> FloatArray:
-        """Return 1 for each intact link of `surface_pairs`, 0 for one cut by a crack or at a column without any support."""
+        """Return 1 for each intact link of `surface_pairs`, 0 for one cut by a crack, or at a column in no point's support."""
         return np.concatenate([sides.ravel() for sides in self._intact_sides()]).astype(np.float64)
 
     def _surface_cells(self) -> FloatArray:
@@ -377,7 +377,7 @@ class BreakingBody:
         return self._neighbour_sides(self.cracks.severed)
 
     def _neighbour_sides(self, is_cut: Marks) -> CutSides:
-        """Return as `CutSides` those cut links, shape (columns, 4), that are not diagonal."""
+        """Return as `CutSides` the cut links, shape (columns, 4), along and across, where there is a next column."""
         around, (n, m, _) = self._assembly.solid.surface.around, self._assembly.lattice.shape
         own = np.arange(len(around))
         return CutSides(*((is_cut[:, way] & (around[:, side] != own)).reshape(n, m) for way, side in ((ALONG, 1), (ACROSS, 3))))

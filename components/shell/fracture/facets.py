@@ -25,10 +25,12 @@ _WAYS = ((1, 0), (0, 1), (1, 1), (1, -1))
 
 
 def facet_declaration(points: int, shape: tuple[int, int, int]) -> Field:
-    """Return the declaration of facets in the state: point, middle, normal in index space, half thickness extent, tick.
+    """Return the declaration of facets in the state: point, middle, normal, half the extent along the thickness, tick.
+
+    Middle, normal and extent are in index space.
 
     Args:
-        points: number of points; each parts at most twice.
+        points: number of points; each cracks at most twice.
         shape: numbers of planes of nodes along the axes.
     """
     high = (points - 1, *shape, 1.0, 1.0, 1.0, shape[2], MOST_INDEX)
@@ -49,7 +51,7 @@ def crosses_facet(facet: FloatArray, period: int, a: FloatArray, b: FloatArray) 
         shift = np.zeros_like(a)
         shift[:, 1] = nearest_period_multiple(middle[1] - a[:, 1], period)
         a, b = a + shift, b + shift
-    # Term by term, because a sum along an axis has no fixed order.
+    # Summed term by term, because a sum along an array axis has no fixed order.
     first, second = (
         (one[:, 0] - middle[0]) * normal[0] + (one[:, 1] - middle[1]) * normal[1] + (one[:, 2] - middle[2]) * normal[2]
         for one in (a, b)
@@ -62,7 +64,7 @@ def crosses_facet(facet: FloatArray, period: int, a: FloatArray, b: FloatArray) 
 
 
 def nearest_period_multiple(distance: FloatArray, period: int) -> FloatArray:
-    """Return the multiples of the period nearest to the distances."""
+    """Return the multiple of the period nearest to each distance."""
     return period * np.floor(distance / period + 0.5)
 
 
