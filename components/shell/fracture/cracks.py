@@ -1,4 +1,4 @@
-"""The cracks of a body: facets in the state, and the kernel tables derived from them."""
+"""The cracks of a body: facets (plane pieces of crack surface, see `facets`) in the state, and the kernel tables for them."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _EQUAL = 1e-9
 _ASIDE = 0.3
 # A point at a crack is eroded if its part in the squared highest frequency exceeds this multiple of the largest initial part.
 _STIFFEST = 2.0
-# A node is loosened, i.e. removed from all supports, if its weight in points falls below this fraction of the initial one.
+# A node is loosened, i.e. removed from all supports, if its total weight at points falls below this part of the initial one.
 _LOOSE = 0.2
 # The stiffness is computed for this many points at a time, to limit memory.
 _AT_A_TIME = 4096
@@ -107,7 +107,7 @@ class Cracks:
         self.clear()
 
     def _ticks_to_unload(self, solid: Solid) -> int:
-        """Return the number of ticks in which sound travels the distance for unloading, see `_UNLOADING`."""
+        """Return the number of ticks in which sound travels `_SPACINGS_TO_UNLOAD` of the longest node distances."""
         axes, density = self._lattice.axes, float(solid.nodes.mass[0] / self._lattice.volumes[0])
         radius = axes[2].positions[-1] if self._lattice.bent else 1.0
         longest = max(float(np.diff(axes[0].positions).max()), float(np.diff(axes[1].positions).max()) * radius)
@@ -143,10 +143,10 @@ class Cracks:
     # -- adding cracks ----------------------------------------------------------------------------------------------
 
     def add_cracks(self, state: State, points: IntArray, tick: int) -> NewCracks:
-        """Part the body at points beyond their limit, beginning with the one whose own stress exceeds it most.
+        """Add a facet at each of the points beyond their limit, beginning with the one whose own stress exceeds it most.
 
-        Several points may pass it together, because stresses are means over columns. A point that loses neighbours to a crack
-        of this tick waits for the next tick. A parted point that has had time to unload is eroded: its remaining links are
+        Several points may pass it together, because stresses are means over columns. A point that loses neighbours by a crack
+        of this tick waits for the next tick. A cracked point that has had time to unload is eroded: its remaining links are
         bridges that the lattice leaves between cracks.
         """
         limit, check = self.check.limit, self.check
@@ -323,7 +323,7 @@ class Cracks:
         return around[around != column] * self._through + layer
 
     def _point_stiffness(self, points: IntArray) -> FloatArray:
-        """Return V sum |grad N_J|^2 / m_J of points: their share of the squared frequency, over the squared speed of sound."""
+        """Return V sum_J |grad N_J|^2 / m_J of points: their part in the squared frequency over the squared sound speed."""
         table = self.points
         owner, nodes, rows = support_entries(table, points)
         gradients = table.gradients[rows]
@@ -375,7 +375,7 @@ class Cracks:
         return np.stack([one.ravel() for one in sides], axis=1)
 
     def _uncut_ties(self) -> ColumnArray:
-        """Return the partners of hourglass control: none across a crack, and none for a column with an eroded point."""
+        """Return the partners of each column in hourglass control: none across a crack or at a column with an eroded point."""
         partner = self._whole.hourglass.partner
         if len(partner) == 0:
             return partner

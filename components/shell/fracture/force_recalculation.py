@@ -13,7 +13,7 @@ from ..kernels import write_point_pull
 
 
 def displacement_gradients(points: Points, displacement: FloatArray, numbers: IntArray) -> FloatArray:
-    """Return the displacement gradients of k points with their present neighbours, shape (k, 9); bitwise as in a tick."""
+    """Return the displacement gradients of the points `numbers` with their present neighbours, (k, 9); bitwise as in a tick."""
     owner, neighbours, rows = support_entries(points, numbers)
     local = points.gradients[rows]
     terms = displacement[neighbours][:, :, None] * local[:, None, :]
@@ -41,7 +41,7 @@ def half_kick_work(solid: Solid, state: State, point: int) -> float:
 
 @jit
 def write_pulls(gradient, stress, volume, cosine, sine, along, numbers, pull):
-    """Write the pull (nominal stress times volume) of some points, without ties, from present stresses and gradients."""
+    """Write the pull (nominal stress times volume) of the points `numbers` from their stress and gradient, without ties."""
     for p in numbers:
         nominal = nominal_stress(load_deformation_gradient(gradient, p), load_symmetric_tensor(stress, p))
         write_point_pull(pull, p, nominal, volume[p], cosine[p], sine[p], along[p])

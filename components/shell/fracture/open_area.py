@@ -33,7 +33,7 @@ def crack_length(assembly: Assembly, cracks: Cracks) -> float:
 def open_areas(lattice: Lattice, cracks: Cracks, displacement: FloatArray) -> FloatArray:
     """Return the open area of the cracks through the wall at each station, on the inner surface, shape (stations,) [m^2].
 
-    It is the increase of the distance between the columns on both sides, times the width of the edge. Columns severed from both
+    It is the increase of the distance between the columns on both sides, times the width of a column. Columns severed from both
     neighbours, or in no point's support, do not bound a gap: it is measured across them and shared by the cracks there.
     """
     n, m, layers = lattice.shape

@@ -15,7 +15,7 @@ from .pieces import Marks
 
 OUTCOMES = ("whole", "bulged", "axial crack", "hoop crack", "severed")
 WHOLE, BULGED, AXIAL, HOOP, SEVERED = range(5)
-# Mean plastic strain over a station above which a wall has bulged: its circumference has grown permanently.
+# A wall has bulged, i.e. its girth has grown for good, if the mean plastic strain over a station (points around) exceeds this.
 BULGED_STRAIN = 0.002
 # A crack that covers a smaller fraction of the circumference at a station, or fewer sides of columns, is no hoop crack: a crack
 # along the body may be offset by a column or two.

@@ -33,7 +33,7 @@ class Visibility:
     def __init__(
         self, lattice: Lattice, places: Callable[[IntArray], FloatArray], stencils: Stencils, radius: float, basis: BasisName
     ) -> None:
-        """Build from a function for the fractional indices of points, shape (k, 3), and their stencils without cracks."""
+        """Build from the points' fractional indices, a function with the result (k, 3), and their stencils without cracks."""
         self._lattice, self._places, self._even, self._radius, self._basis = lattice, places, stencils, radius, basis
         self._order = _column_bins(lattice, places(np.arange(len(stencils.kind))))
         self._period = lattice.shape[1] if lattice.axes[1].is_closed else 0
@@ -61,7 +61,7 @@ class Visibility:
         return self._mark_hidden(facet, self.nearby_points(facet[1:4]))
 
     def is_spanned_behind(self, facet: FloatArray, point: int) -> bool:
-        """Return whether the remaining neighbours of a point would span the basis after one more facet."""
+        """Return whether the neighbours that a point would keep after one more facet still span the basis of its functions."""
         begin, end = (int(one) for one in self._even.begin[point : point + 2])
         before = self.hidden[begin:end].copy()
         own = np.array([point])

@@ -52,7 +52,7 @@ class Lattice:
     hollow: Hollow | None = None
 
     def describe_position(self, place: Sequence[float]) -> str:
-        """Return coordinates along the axes in words, with their names and units."""
+        """Return a text with the coordinates of a place along the axes, their names and units."""
         x, y, z = place
         if self.bent:
             return f"x = {x:.4g} m, angle {y:.3g} rad, radius {z:.4g} m"
@@ -78,7 +78,7 @@ class Lattice:
 
     @property
     def volumes(self) -> FloatArray:
-        """Volume of each node, shape (n,) [m^3]."""
+        """Volume that each node represents, shape (n,) [m^3]."""
         along, across, _ = (axis.widths for axis in self.axes)
         through = self._thickness_weights(self.axes[2].bounds)
         volumes = along[:, None, None] * across[:, None] * through
@@ -140,7 +140,7 @@ class Lattice:
         return np.stack([along, through * sine, through * cosine], axis=-1)
 
     def frame_rotation(self, across: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return sine and cosine of the rotation angle of a point's frame about -x; 0 and 1 for a straight body."""
+        """Return sine and cosine of the angle by which the frame of a point is rotated about -x; 0, 1 for a straight body."""
         if not self.bent:
             return np.zeros_like(across), np.ones_like(across)
         return sine_of_pi(across / np.pi), sine_of_pi(0.5 - across / np.pi)
@@ -155,8 +155,8 @@ def column_neighbours(n: int, m: int, is_closed: bool) -> IntArray:
     """Return the columns before and after each one along and across, itself if there is none, shape (n m, 4).
 
     Args:
-        n: columns along the body.
-        m: columns across it.
+        n: number of columns along the body.
+        m: number of columns across it.
         is_closed: whether the first column across follows the last one.
     """
     along, across = np.meshgrid(np.arange(n), np.arange(m), indexing="ij")
