@@ -1,13 +1,13 @@
-"""Hourglass control: ties between neighbouring columns against modes that integration points at the columns do not resolve.
+"""Hourglass control: ties (springs) between neighbouring columns against modes that integration points at columns miss.
 
 The derivative in the middle of three columns vanishes for displacements that alternate from column to column. Between columns
-C and D at a distance X the mean displacements through the thickness must follow the mean of both gradients,
+C and D at a distance X the mean displacements through the thickness must follow the mean of both gradients H,
 
     r = (u_D - u_C) - (H_C + H_D) X / 2,    energy k r^2 / 2,    k = alpha E A / |X|.
 
-r vanishes to third order for a smooth field, so that bending is not stiffened; for an alternating field it is twice the
-amplitude. All forces derive from the energy, so momentum and angular momentum are conserved. The force is limited to the flow
-stress times A. Source: the idea of G. C. Ganzenmüller, Comput. Methods Appl. Mech. Eng. 286 (2015) 87, with both gradients.
+A is the section between the columns. r vanishes to third order for a smooth field, so that bending is not stiffened, and is
+twice the amplitude of an alternating one. Forces derive from the energy: momentum and angular momentum are conserved. They are
+at most the flow stress times A. Source: idea of G. C. Ganzenmüller, Comput. Methods Appl. Mech. Eng. 286 (2015) 87.
 """
 
 from __future__ import annotations

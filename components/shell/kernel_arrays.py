@@ -48,9 +48,9 @@ class Nodes(NamedTuple):
     """The constant arrays of nodes.
 
     Attributes:
-        mass: shape (n,) [kg].
+        mass: mass of each node, shape (n,) [kg].
         prescribed: 0 for a free velocity component, otherwise 1 + the first column of its signal, shape (n, 3).
-        begin: start of the points with each node in their supports in `points`, and the end of the last one, shape (n + 1,).
+        begin: where the points with each node in their support begin in `points`, and the end of the last ones, shape (n + 1,).
         points: points with the node in their supports, in ascending order for each node, shape (entries,).
         slot: index of the node among the neighbours of this point, shape (entries,).
     """
@@ -66,13 +66,13 @@ class Hourglass(NamedTuple):
     """Springs between columns against modes that points at the columns do not resolve; see `hourglass`.
 
     Attributes:
-        layers: nodes of a column.
-        points: integration points of a column.
+        layers: number of nodes of a column.
+        points: number of integration points of a column.
         shares: weight of each node in the mean displacement of its column, shape (n,).
         place: mean position of each column, shape (c, 3) [m].
         partner: columns tied to each column, -1 for none, shape (c, 4).
         stiffness: of these ties, shape (c, 4) [N/m].
-        section: area of these ties; times the flow stress it limits their force, shape (c, 4) [m^2].
+        section: area that each tie represents; times the flow stress it is the largest force, shape (c, 4) [m^2].
     """
 
     layers: int

@@ -75,7 +75,7 @@ class Assembly:
         return self.lattice.describe_position(self.coordinates(point))
 
 
-# The assemblies in use, by the parameters that determine the tables.
+# The parameters that determine the tables of a body; and the assemblies in use, by the values of these parameters.
 _SOURCES = ("body", "material", "boundaries", "basis", "radius", "integration", "hourglass", "gauges")
 _in_use: WeakValueDictionary[str, Assembly] = WeakValueDictionary()
 

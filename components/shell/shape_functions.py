@@ -46,7 +46,7 @@ def quartic_spline(s: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def basis_values(offsets: FloatArray, basis: BasisName) -> list[FloatArray]:
-    """Return the basis at offsets (..., 3): 1, the three coordinates, and their six products for a quadratic basis."""
+    """Return the basis at offsets from a point, (..., 3): 1, the coordinates, and for a quadratic basis their products."""
     x, y, z = offsets[..., 0], offsets[..., 1], offsets[..., 2]
     linear = [np.ones_like(x), x, y, z]
     return linear if basis == "linear" else [*linear, x * x, y * y, z * z, y * z, z * x, x * y]

@@ -1,8 +1,8 @@
-"""Facets: pieces of crack surface, one for each parted point, and the lines that they cross.
+"""Facets: plane pieces of crack surface, one for each cracked point, and the lines that they cross.
 
-A facet is the part of a plane, in the index space of the lattice, that lies in the cell of its point: half a spacing to each
-side in the surface, and its share of the thickness. It runs between the columns of nodes, not through them. A node is hidden
-from a point if the straight line between them crosses a facet.
+A facet is the part of a plane in index space (node numbers as coordinates) that lies in the cell of its point: half a spacing
+to each side in the surface, and its share of the thickness. It runs between the columns of nodes, not through them. A node is
+hidden from a point if the straight line between them crosses a facet.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ from .axis import Axis, IntArray
 
 
 class Hollow(NamedTuple):
-    """The part of a lattice that a notch removes.
+    """The part of a lattice that a notch removes. A column is a row of nodes through the wall.
 
     Columns below a notch have the same number of nodes as all others, closer together: with two planes of nodes a ligament
     could not get thinner on one side alone, and would lock under plastic flow.
@@ -30,7 +30,7 @@ class Hollow(NamedTuple):
     bottom: int
 
     def layer_step(self, layers: int) -> float:
-        """Return the distance of nodes in columns below the notch, in planes of the lattice; each column has `layers` nodes."""
+        """Return the distance of nodes in columns below the notch, in planes of the lattice; columns have `layers` nodes."""
         return self.bottom / (layers - 1)
 
 
@@ -108,11 +108,11 @@ class Lattice:
     def support_radius(self, index: FloatArray, radius: float) -> FloatArray:
         """Return the support radius of points through the thickness, shape (m,) [planes].
 
-        Below a notch a point has close nodes in its column and distant ones in the next; their mean distance is used.
+        Below a notch nodes are close in the column of the point and distant in the next one; a mean distance is used.
 
         Args:
             index: fractional indices of the points, shape (m, 3).
-            radius: in node distances, of which the geometric mean is used.
+            radius: support radius in node distances; the geometric mean of both distances is used.
         """
         return radius * np.sqrt(self.layer_steps[self.nearest_columns(index)])
 
