@@ -4,9 +4,8 @@
     f_n = S (2 G eps + lambda (theta_i + theta_j) / 2),         f_t = S 2 G gamma
     U = sum over pairs S r G (eps^2 + gamma^2) + sum over automata (1/2) V lambda (1 + c* lambda / 2 G) theta^2
 
-eps and gamma are the strains of a pair (`pair_strains`), theta volume strains, S face areas, r the distance of centres, V cell
-volumes. c* is the sum of c over the free faces of a whole cell, which carry no traction: 2 G eps* + lambda theta = 0. K and G
-are exact for a homogeneous strain, for both packings.
+eps, gamma: see `pair_strains`; theta: volume strain; S: face area; r: distance of centres; V: cell volume; c*: sum of c over
+the free faces of a cell, which carry no traction: 2 G eps* + lambda theta = 0. K and G are exact for a homogeneous strain.
 """
 
 from __future__ import annotations

@@ -6,8 +6,8 @@ C and D at a distance X the mean displacements through the thickness must follow
     r = (u_D - u_C) - (H_C + H_D) X / 2,    energy k r^2 / 2,    k = alpha E A / |X|.
 
 A is the section between the columns. r vanishes to third order for a smooth field, so that bending is not stiffened, and is
-twice the amplitude of an alternating one. Forces derive from the energy: momentum and angular momentum are conserved. They are
-at most the flow stress times A. Source: idea of G. C. Ganzenmüller, Comput. Methods Appl. Mech. Eng. 286 (2015) 87.
+twice the amplitude of an alternating one. Forces derive from the energy, which conserves momentum and angular momentum, up to
+flow stress times A. Source: idea of G. C. Ganzenmüller, Comput. Methods Appl. Mech. Eng. 286 (2015) 87, with both gradients.
 """
 
 from __future__ import annotations
