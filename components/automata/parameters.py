@@ -227,7 +227,7 @@ class AutomataParameters(Parameters):
 
     @property
     def materials(self) -> list[str | Material]:
-        """The materials, by number; names of presets are replaced by their materials."""
+        """The materials by number, each the name of a preset or a material."""
         return self.material if isinstance(self.material, list) else [self.material]
 
     @property

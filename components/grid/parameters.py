@@ -55,7 +55,7 @@ class GridParameters(Parameters):
 
     @property
     def materials(self) -> list[Any]:
-        """The materials, by number; names of presets are replaced by their materials."""
+        """The materials by number, each the name of a preset or a material."""
         return self.material if isinstance(self.material, list) else [self.material]
 
     @property

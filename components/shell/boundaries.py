@@ -91,7 +91,7 @@ def tick_signals(inputs: Mapping[str, Held], moved_edges: Mapping[str, int], tic
 
 
 def signal_pattern(value: Held) -> FloatArray:
-    """Return a copy of the array that the signal of an array input multiplies.
+    """Return a copy of the array that the profile of an input multiplies; for an input without profile, of its value.
 
     The copy is always writable. Held arrays are read-only and arrays of some profiles are not: numba would compile twice.
     """

@@ -6,7 +6,7 @@ C and D at a distance X the mean displacements through the thickness must follow
     r = (u_D - u_C) - (H_C + H_D) X / 2,    energy k r^2 / 2,    k = alpha E A / |X|.
 
 A is the section between the columns. r vanishes to third order for a smooth field, so that bending is not stiffened, and is
-twice the amplitude of an alternating one. Forces derive from the energy, which conserves momentum and angular momentum, up to
+twice the amplitude of an alternating one. All forces derive from the energy and conserve (angular) momentum; their limit is the
 flow stress times A. Source: idea of G. C. Ganzenmüller, Comput. Methods Appl. Mech. Eng. 286 (2015) 87, with both gradients.
 """
 
