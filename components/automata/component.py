@@ -35,7 +35,7 @@ from .stability import ALLOWED_PART, DEFAULT_PART, highest_frequency, step_limit
 _LARGEST_MOVE = 0.1
 # A caution is issued if two linked automata come closer than this distance, in diameters.
 _NEAREST = 0.9
-# Bytes per automaton: state, its copy, fields, packing and temporary arrays of the build; and the histories.
+# Memory per automaton [bytes]: its state with a copy, fields, packing and temporary arrays of the build; and its histories.
 _BYTES, _HISTORY_BYTES = 1100, 1400
 
 
@@ -226,12 +226,12 @@ class Automata(Component):
     # -- reading ----------------------------------------------------------------------------------------------------
 
     def _reaction(self, edge: str) -> FloatArray:
-        """Return minus the forces on the automata of an edge, along prescribed components, shape (2,) [N]."""
+        """Return the reaction of an edge, shape (2,) [N]: minus the forces on its automata along prescribed components."""
         automata, own = self.conditions.held_edges[edge]
         return 0.0 - np.where(own, self.specimen.forces()[automata], 0.0).sum(axis=0)
 
     def _stored_energies(self) -> dict[str, float]:
-        """Return the energies of links and contacts [J]; forces belong to the middle of internal steps."""
+        """Return the energies of links and contacts [J], and `leapfrog_energy`; forces are those of mid-step positions."""
         half = 0.5 * self.step_size
         mean, found = self.specimen.mean_energy(half), self.specimen.stored_energies(half)
         return {**found, "leapfrog_energy": ordered_sum(*found.values()) - mean}
@@ -239,7 +239,7 @@ class Automata(Component):
     def balances(self) -> tuple[Balance, ...]:
         """Return balances since the reset: energy, momentum, mass and, unless periodic, angular momentum about the origin.
 
-        `leapfrog_energy` is -h^2/8 times v K v, where K is the stiffness of links and contacts. With it, the scheme conserves
+        `leapfrog_energy` is -h^2/8 times v K v, where K is the stiffness of links and contacts. With it the scheme conserves
         the energy to rounding if strains are small.
         """
         sums, start, (load, grip) = (
@@ -269,7 +269,7 @@ class Automata(Component):
         return (*found, Balance("mass", "kg", {"mass": mass}, initial=mass))
 
     def report(self) -> dict[str, float]:
-        """Return the step over the largest stable one, the strains of links, and the fraction of broken links."""
+        """Return figures for the report: the ratio of the step to the largest stable one, link strains, broken fraction."""
         part = 0.5 * self.highest_frequency * self.step_size
         return {"step over the largest stable one, at rest": part, **self.specimen.report()}
 
@@ -304,7 +304,7 @@ class Automata(Component):
         return said + ([describe_pieces(self.specimen.linked_pairs(), self.mass)] if len(self.specimen.break_events()) else [])
 
     def describe_links(self, reference: FloatArray, step_size: float, micro_steps: int = 1) -> str:
-        """Return the state of breakable links, with automata at these positions; see `conclusions.describe_links`."""
+        """Return a sentence on the links that can break, with the automata at `reference`; see `conclusions.describe_links`."""
         assert isinstance(self.specimen, CrackingSpecimen)
         points = dataclasses.replace(self._drawable_points(), reference=reference)
         return describe_links(self.specimen, points, self._pairs[:, :2], step_size, micro_steps)

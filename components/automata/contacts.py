@@ -6,8 +6,8 @@
 
 R is the rest distance: the diameter D, or less if the automata were closer when their contact began. It grows with r up to D,
 so that no contact begins with spurious energy. xi is the slip since the contact closed, minus the part that friction has
-released; friction dissipates the energy of that part. S' is the area of the face between two cells, c the contribution of
-one pair strain to the volume strain: a contact is as stiff as the link was. A link of weight w has a contact of weight 1 - w.
+released; friction dissipates the energy of that part. S' is the area area of the face a part), c the contribution of
+one link strain to the volume strain: a contact is as stiff as the link was. A link of weight w has a contact of weight 1 - w.
 
 A dashpot may act in addition to the spring: N_d = -c dr/dt, c = 2 zeta sqrt(k_n m), 1/m = 1/m_i + 1/m_j. It is at least -N,
 so that the sum is never attractive. Its force follows from the velocities before a kick; its dissipation is computed from the
@@ -35,7 +35,7 @@ from .lattice import FORCE_X, FORCE_Y, MASS, SPIN, TORQUE, VX, VY, X, Y
 
 # Columns of `Contacts.pairs`.
 FIRST, SECOND, SLOT, START = 0, 1, 2, 3
-# Search distance beyond contact, in diameters; the list remains valid until an automaton has moved half of this.
+# The search finds pairs up to this distance beyond contact [diameters]; it is valid until an automaton has moved half of it.
 SKIN = 0.3
 # The search refuses positions whose coordinates exceed this multiple of the search distance.
 _FARTHEST = 2.0**30
@@ -66,15 +66,15 @@ class ContactConstants(NamedTuple):
 
 
 class Contacts(NamedTuple):
-    """Pairs that may touch, ordered by automata at the time of the search.
+    """Pairs of automata that may touch, in the order of their numbers at the time of the search.
 
     Attributes:
-        pairs: first automaton, second one, slot of the first if they were once linked (or -1), internal step t in which the
-            link broke, or -1 - t if it was formed again; shape (m, 4), int64.
+        pairs: columns: first automaton; second one; slot (direction) of their link at the first one, -1 if never linked; tick
+            t in which the link broke, or -1 - t if it was formed again in tick t; shape (m, 4), int64.
         slid: slip xi of each pair, shape (m,) [m].
         rest: rest distance R of each pair, 0 for a new pair until `add_contact_forces` writes it, shape (m,) [m].
-        dashpot: force of the dashpot on the first automaton, for the next kick, shape (m, 2) [N]; scratch.
-        used: number of contacts; the lists may be longer.
+        dashpot: scratch: force of the dashpot on the first automaton in the next kick, shape (m, 2) [N].
+        used: number of pairs in use; the arrays can be longer.
     """
 
     pairs: npt.NDArray[np.int64]
@@ -103,7 +103,7 @@ def contact_link(layout, pairs, row):
 
 @internal
 def write_link_value(field, layout, pairs, row, value):
-    """Write a value of the link of a contact, in a periodic specimen also at the ghost where it begins."""
+    """Write `value` at the link that a contact once was; in a periodic specimen also at the ghost where the link begins."""
     q, p = contact_link(layout, pairs, row)
     field[q, p] = value
     end = layout.place[pairs[row, SECOND if pairs[row, SLOT] < layout.offset.size else FIRST]]
@@ -191,10 +191,11 @@ def _slip_increment(relative, x, y, r, time):
 
 @internal_inlined
 def _closure_work_error(relative, x, y, r, rest_before, overlap_after, time):
-    """Return the work of kicks of a unit spring minus its energy change, in a drift in which a pair closes or opens [m^2].
+    """Return the work of kicks on a spring of stiffness 1 minus its energy change, if a pair closes or opens in a drift [m^2].
 
-    The vector (x, y) from the first automaton to the second, its length `r` and `overlap_after` are those after the drift [m],
-    which takes `time` [s].
+    The vector (x: x component of the y) from the first automaton to the second, after the drift [m].
+        y: its y length `r` and `overlap_after` are those after the drift [m],
+    which the drift `time: length of the drift [s].
     """
     old_x, old_y = x - time * relative.vx, y - time * relative.vy
     old_r = np.sqrt(old_x * old_x + old_y * old_y)
@@ -261,7 +262,7 @@ def add_contact_forces(medium, motion, contacts, time, cells):
         # A pair that has separated starts its next contact without slip.
         most = constants.friction * normal * max(overlap, 0.0) / tangential
         kept = min(max(slid, -most), most)
-        # The kicks before and after have the mean of both forces: this mean times the released slip is dissipated.
+        # The kicks before and after the drift apply the mean of both forces; this mean times the released slip is dissipated.
         earlier = _weight_before_kick(medium.law.release, contacts.pairs[row, START], weight)
         rubbed += 0.5 * earlier * tangential * (before + kept) * (slid - kept)
         contacts.slid[row] = kept
@@ -288,7 +289,7 @@ def add_contact_forces(medium, motion, contacts, time, cells):
 
 @internal
 def dashpot_power(place, contacts, motion):
-    """Return the dissipation of the dashpots at these velocities, with their current forces [W]; `place` is of a `Layout`."""
+    """Return the power that dashpots dissipate [W] at these velocities with their current forces; `place` as in `Layout`."""
     power = 0.0
     for row in range(contacts.used):
         relative = relative_motion(place, motion, contacts.pairs[row, FIRST], contacts.pairs[row, SECOND])
@@ -336,12 +337,12 @@ def merge_contacts(
     present_pairs: npt.NDArray[np.int64],
     count: int,
 ) -> tuple[npt.NDArray[np.int64], FloatArray, FloatArray]:
-    """Return the present contacts: pairs found, and pairs whose link is being released, with their histories.
+    """Return the new contacts: pairs found by a search, and pairs whose link is being released; known pairs keep their slip.
 
     Args:
-        known_contacts: pairs, slid and rest, see `Contacts`, shapes (m, 4), (m,) and (m,).
-        is_releasing: mask of old pairs that are being released, shape (m,).
-        present_pairs: present pairs, see `Contacts`, sorted, shape (k, 4).
+        known_contacts: `pairs`, `slid` and `rest` before the search, see `Contacts`, shapes (m, 4), (m,) and (m,).
+        is_releasing: whether the link of each known pair is being released, shape (m,).
+        present_pairs: pairs found by the search, as in `Contacts.pairs`, sorted, shape (k, 4).
         count: number of automata.
     """
     old_pairs, old_slid, old_rest = known_contacts

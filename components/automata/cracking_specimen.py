@@ -50,7 +50,7 @@ _LOSSES = "fracture_energy", "friction_energy", "inelastic_energy", "damping_ene
 
 
 def intact_medium(packing: Packing, body: Body, parameters: AutomataParameters, material_numbers: IntArray) -> Medium:
-    """Return the medium of a specimen with all links intact; `material_numbers` are the material numbers of the automata."""
+    """Return the `Medium` of a specimen whose links are all intact; `material_numbers` has one number per automaton."""
     p, layout = parameters, body.layout
     directions = len(layout.offset)
     histories = Histories(*(np.zeros(body.links.shape[1:]) for _ in Histories._fields))
@@ -148,7 +148,7 @@ class CrackingSpecimen(LinkedSpecimen):
         return _MOST_TRAVEL * self.packing.diameter
 
     def update_links(self, tick: int) -> None:
-        """Break links that meet their criterion in the step `tick`, and form links again that are due."""
+        """Break the links that meet their criterion in the step `tick`, and link again the pairs that meet its condition."""
         self._break_links(tick)
         if self.medium.law.linking_ticks:
             if tick % self.medium.law.linking_ticks == 0:
@@ -157,7 +157,7 @@ class CrackingSpecimen(LinkedSpecimen):
                 self._measure_links()
 
     def _break_links(self, tick: int) -> None:
-        """Turn each link that meets its criterion into a contact and an event, ordered by automata and directions."""
+        """Turn each link that meets its criterion into a contact, and record an event; ordered by automata and directions."""
         value, limit, cause = self._criterion_values()
         failing = np.flatnonzero((self.link_weights() == 1.0) & (value >= limit))
         if not len(failing):
@@ -229,7 +229,7 @@ class CrackingSpecimen(LinkedSpecimen):
         return 0
 
     def _contact_links(self, contacts: IntArray) -> tuple[IntArray, IntArray]:
-        """Return the directions of the links of contacts, and the places where they begin, both of shape (k,)."""
+        """Return for each contact the direction of its link, and the place where the link begins, both of shape (k,)."""
         directions, slot = len(self.body.normal), contacts[:, SLOT]
         return slot % directions, self.place[np.where(slot < directions, contacts[:, FIRST], contacts[:, SECOND])]
 
@@ -252,7 +252,7 @@ class CrackingSpecimen(LinkedSpecimen):
         return np.unique(self._pairs[strained, :2])
 
     def contact_stiffness(self) -> FloatArray:
-        """Return the contact stiffness of each automaton along the line of centres, shape (n,) [N/m]."""
+        """Return for each automaton the normal stiffness of a contact between two automata like it, shape (n,) [N/m]."""
         return self.medium.contact_constants.part * self.medium.contact_constants.normal
 
     def contacts(self, spare_rows: int = 0) -> Contacts:
@@ -310,7 +310,7 @@ class CrackingSpecimen(LinkedSpecimen):
         return any(np.isfinite(criterion.laws[row][0]) for row in rows.tolist())
 
     def _ratios_and_causes(self) -> tuple[FloatArray, IntArray]:
-        """Return, for each link, the decisive quantity over its limit, and the number of the cause, both of shape (links,)."""
+        """Return for each link the ratio of its criterion's quantity to the limit, and the cause number, both (links,)."""
         self._measure_fields()
         value, limit, cause = self._criterion_values()
         held = self.link_weights() == 1.0
@@ -318,7 +318,7 @@ class CrackingSpecimen(LinkedSpecimen):
         return ratio, np.where(held, cause, 0.0).astype(np.int64)
 
     def _criterion_values(self) -> FloatArray:
-        """Return the decisive quantity, its limit and the cause number of each link, for the present scratch, (3, links)."""
+        """Return for each link its criterion's quantity, the limit and the cause number, for the scratch, (3, links)."""
         found = np.zeros((3, *self.body.links.shape[1:]))
         write_criterion_values(self.medium, self.scratch, found)
         return found[:, *self._at]
@@ -363,14 +363,14 @@ class CrackingSpecimen(LinkedSpecimen):
         return (self._block["rest"] - norms(way))[self._contact_weights(rows) < 1.0]
 
     def field_energies(self, slip_time: float) -> dict[str, float]:
-        """Return the energies stored in the present fields with the present histories [J]."""
+        """Return the energies stored at the present motion [J]; contacts have slid for `slip_time` since `slid` was set."""
         # The slip of contacts is already that of the present positions.
         self._measure_links()
         elastic, contact = stored_energies(self.medium, self.motion, self.scratch.links, self.contacts(), slip_time)
         return {"elastic_energy": float(elastic), "contact_energy": float(contact)}
 
     def report(self) -> dict[str, float]:
-        """Return the strains and inelastic strains of links, the fraction of broken links, and the largest overlap."""
+        """Return figures for the report: largest strains and inelastic strain, fraction of broken links, largest overlap."""
         found = super().report()
         overlap = float(self._overlaps().max(initial=0.0))
         found |= {

@@ -159,7 +159,7 @@ class Conditions:
     def apply_inputs(self, inputs: Mapping[str, Held], tick: int, *, has_central_kick: bool = True) -> None:
         """Fill loads and grips for the internal step that begins at a tick, with the mean of each input over its duration.
 
-        Forces act over the step. Velocities are constant from one kick to the next, i.e. between the middles or ends of steps.
+        Forces act over the step. Prescribed velocities are constant between kicks, i.e. between the middles or ends of steps.
         """
         velocity = _mid_tick_mean if has_central_kick else input_mean
         if self._forced.size:

@@ -1,4 +1,4 @@
-"""The energies of single links, volumes and contacts, for the strains in the scratch; see `links`."""
+"""Compute the energy of a single link, volume or contact, from the strains in the scratch; for the symbols see `links`."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from .links import ACROSS, ALONG, MixedModuli, UniformModuli
 
 @internal
 def condensation_factor(body, h, p):
-    """Return 1 + a of an automaton, the effect of free and released faces on volumetric strain; `h` are `Histories`."""
+    """Return the factor 1 + a of an automaton; free and released faces divide its volume strain by it; `h` are `Histories`."""
     free, shares = body.cells[MISSING, p], body.links
     for q in range(body.layout.offset.size):
-        # A released face keeps the remaining stiffness of the link.
+        # A released face keeps the remaining stiffness fraction g of its link.
         b = p - body.layout.offset[q]
         free += (1.0 - h.weight[q, p]) * shares[FIRST_SHARE, q, p] / (1.0 + h.stiffness[q, p])
         free += (1.0 - h.weight[q, b]) * shares[SECOND_SHARE, q, b] / (1.0 + h.stiffness[q, b])
@@ -28,7 +28,7 @@ def _counted_link_strain(h, links, q, p):
 
 @internal
 def dilation(body, h, links, p):
-    """Return the volumetric strain of an automaton, with equal strains in both halves of its links."""
+    """Return the volume strain of automaton p before the strains of links between two materials are divided."""
     total = 0.0
     for q in range(body.layout.offset.size - 1, -1, -1):
         b = p - body.layout.offset[q]
@@ -39,7 +39,7 @@ def dilation(body, h, links, p):
 
 @internal
 def link_energy(medium, links, q, p):
-    """Return the energy of a link alone, for a weight of 1 [J]."""
+    """Return the energy of link q at p for a weight of 1, without the energy of volumes [J]."""
     body, h, moduli = medium.body, medium.histories, medium.link_moduli.moduli
     eps = (links[EPS, q, p] - h.origin_eps[q, p]) - h.plastic_eps[q, p]
     gamma = (links[GAMMA, q, p] - h.origin_gamma[q, p]) - h.plastic_gamma[q, p]
@@ -49,14 +49,14 @@ def link_energy(medium, links, q, p):
 
 @internal
 def volume_energy(body, h, links, p):
-    """Return the energy of the volumetric strain of an automaton [J]."""
+    """Return the energy of the volume strain of automaton p [J]."""
     theta = dilation(body, h, links, p)
     return 0.5 * body.cells[VOLUME, p] * body.cells[LAME, p] * condensation_factor(body, h, p) * theta * theta
 
 
 @dispatch_by_class
 def division_energy(link_moduli, body, h, links, q, p):
-    """Return the decrease of a link's energy by the division of its strain, for a weight of 1 [J]."""
+    """Return how much the division of a link's strain between two materials lowers its energy, for a weight of 1 [J]."""
 
 
 @division_energy.register(UniformModuli)
@@ -78,9 +78,13 @@ def _division_energy(link_moduli, body, h, links, q, p):
 
 @dispatch_by_class
 def neighbour_division_energy(link_moduli, body, h, links, ends, link):
-    """Return the decrease of the energies of all links of two neighbours by the divisions of strains [J].
+    """Return how much the divisions of strain lower the energies of all links of two neighbours [J].
 
-    `ends` are the places of the two automata; `link` is the direction of their link, and where it begins.
+    Args:
+        link_moduli: those of the `links.Medium`.
+        body: a `ends` `links.Histories`.
+        links: `links` of a the indices of the two automata in the fields.
+        link` is the direction of their link, and the index where it begins.
     """
 
 
@@ -91,7 +95,7 @@ def _no_neighbour_division_energy(link_moduli, body, h, links, ends, link):
 
 @neighbour_division_energy.register(MixedModuli)
 def _neighbour_division_energy(link_moduli, body, h, links, ends, link):
-    # Both ends count the link between them; subtract it once.
+    # The link between the two was counted at both ends; subtract it once.
     total = -_weighted_division_energy(link_moduli, body, h, links, link[0], link[1])
     for end in ends:
         for q in range(body.layout.offset.size):
@@ -107,7 +111,7 @@ def _weighted_division_energy(link_moduli, body, h, links, q, p):
 
 @internal
 def _source_place(ghosts, p):
-    """Return the place of the automaton that a ghost copies; for other places the place itself."""
+    """Return the index of the automaton that a ghost copies; for any other index the index itself."""
     for row in range(ghosts.shape[0]):
         if ghosts[row, 0] == p:
             return ghosts[row, 1]
@@ -116,9 +120,9 @@ def _source_place(ghosts, p):
 
 @jit
 def stored_energies(medium, motion, links, contacts, slip_time):
-    """Return the energy of links and volumes, and the energy of contacts [J]; `links` of a `lattice.Scratch`.
+    """Return the energy of links and volumes, and the energy of contacts [J]; `links` are those of a `lattice.Scratch`.
 
-    `slip_time` is the time of slip since `slid` was recorded [s].
+    `slip_time` is the time for which contacts have slid since `slid` was recorded [s].
     """
     total, of_contacts, body, h = 0.0, 0.0, medium.body, medium.histories
     for i in range(body.layout.place.size):
@@ -135,7 +139,7 @@ def stored_energies(medium, motion, links, contacts, slip_time):
 
 @internal
 def pair_energy(medium, motion, links, contacts, row):
-    """Return the energy of a contact, its link and both volumes, minus the divisions of their links [J]."""
+    """Return the energy of the pair of a contact [J]: contact, link, and both volumes, lowered by the strain divisions."""
     body, h = medium.body, medium.histories
     i, j = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND]
     first, second = body.layout.place[i], body.layout.place[j]

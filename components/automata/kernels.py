@@ -1,6 +1,6 @@
 """Internal steps of a specimen whose links may yield and break, and whose pieces touch.
 
-The forces at a position are computed in two parts, `yield_and_check_links` and `write_forces`. In between, lists may have to
+The forces at new positions are computed in two parts, `yield_and_check_links` and `write_forces`. In between, lists may have to
 grow for links that break or are formed again (`CrackingSpecimen.update_links`). A parent that moves the automata calls these
 parts directly. `advance` calls them between the halves of a drift, as `linked_specimen.advance` does with the forces of linked
 automata.
@@ -83,7 +83,7 @@ def yield_and_check_links(specimen, contacts, time, tick):
 
 @spliced
 def write_forces(specimen, contacts, time, tick):
-    """Write the forces and torques of links and contacts, and complete the step of `yield_and_check_links`; same arguments."""
+    """Write the forces and torques of links and contacts after `yield_and_check_links` in the same step; same arguments."""
     medium, motion, scratch, losses = specimen.medium, specimen.motion, specimen.scratch, specimen.losses
     write_medium_forces(medium, scratch)
     rubbed, damped = add_contact_forces(medium, motion, contacts, time, scratch.cells)

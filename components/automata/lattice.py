@@ -49,10 +49,10 @@ class Layout(NamedTuple):
 # Rows of `Motion`: displacement along x and y [m], angle (counter-clockwise) [rad], and their time derivatives.
 X, Y, ANGLE, VX, VY, SPIN = range(6)
 # Rows of `Body.cells`: initial centres [m], X and Y; mass (infinite without an automaton) [kg], moment of inertia about the
-# centre, m D^2 / 8 [kg m^2], volume [m^3], G and lambda = K - 2 G / 3 [Pa], and the share of the free faces of a whole cell.
+# centre, m D^2 / 8 [kg m^2], volume [m^3], G and lambda = K - 2 G / 3 [Pa], and the share c* of free faces (`Packing.missing`).
 MASS, INERTIA, VOLUME, SHEAR, LAME, MISSING = range(2, 8)
-# Fields of `Body.links`: area, 0 without a link [m^2]; contributions of its strain to the volumetric strains of the automata
-# where it begins and where it ends.
+# Fields of `Body.links`: face area, 0 without a link [m^2]; contribution of the link's strain to the volume strain of the
+# automaton where it begins, and to that of the automaton where it ends.
 FACE, FIRST_SHARE, SECOND_SHARE = range(3)
 # Fields of `Scratch.links`: strains along and across a link, its present direction; terms that are then summed over links, e.g.
 # the force on the automaton where the link begins [N], and the torque on both automata divided by the radius [N].
@@ -112,7 +112,7 @@ def make_layout(packing: Packing) -> Layout:
         ghosts |= {tuple(where): one for where, one in zip((at + step)[wraps].tolist(), other[wraps].tolist(), strict=True)}
     where = np.concatenate([at, np.array(list(ghosts), np.int64).reshape(-1, 2)])
     row = where[:, 1] - where[:, 1].min()
-    # Position along x, or along the oblique axis of a hexagonal packing, which shifts by half a diameter to the left per row.
+    # Column of each automaton along x, or along the oblique axis of a hexagonal packing, half a diameter further left per row.
     along = (where[:, 0] - where[:, 1]) // 2 if hexagonal else where[:, 0]
     stride = _smallest_row_stride(row, along)
     place = row * stride + along

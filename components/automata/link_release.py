@@ -1,6 +1,6 @@
-"""Release of broken links: each becomes a contact and an event, and its weight decreases over several steps.
+"""Release of broken links: each becomes a contact and an event, and its weight falls from 1 to 0 over several steps.
 
-Each step tallies the energy that a change of weights takes from the link, both volumes and the contact.
+Each step records the energy that a change of weights takes from the link, from both volumes and from the contact.
 """
 
 from __future__ import annotations
@@ -12,14 +12,14 @@ from .contacts import FIRST, SECOND, START, contact_link, contact_stiffnesses, l
 from .energies import division_energy, link_energy, pair_energy, volume_energy
 from .lattice import FACE, FIRST_SHARE, NORMAL, SECOND_SHARE
 
-# Entries of a tally of losses, and the value of the last entry that triggers a search for contacts in the next step.
+# Entries of `losses`, the dissipated energies; and the value of its last entry that requests a search in the next step.
 FRACTURE, FRICTION, INELASTIC, DAMPING, LINKING, TRAVEL, LOSSES = 0, 1, 2, 3, 4, 5, 6
 NEVER_FOUND = 1e300
 
 
 @internal_inlined
 def scheduled_weight(pairs, row, tick, release_ticks):
-    """Return the weight of a link after an internal step: decreasing after a break, increasing after relinking."""
+    """Return the weight of a link after the internal step `tick`: it falls after a break and rises after relinking."""
     start = pairs[row, START]
     if start >= 0:
         return max(0.0, 1.0 - (tick - start + 1) / release_ticks)
@@ -28,12 +28,19 @@ def scheduled_weight(pairs, row, tick, release_ticks):
 
 @internal
 def apply_mean_weights(layout, weight, contacts, tick, release_ticks):
-    """Give links in release the mean of their weights before and after an internal step.
+    """Give links that are being released the mean of their weights before and after an internal step.
 
     The kick of a step belongs to both of its halves. Afterwards `apply_end_weights` writes the weight at the end of the step.
 
+    Args:
+        layout: a `lattice.Layout`.
+        weight: that of `links.Histories`, updated.
+        contacts: `contacts.Contacts`.
+        tick: number of the internal step.
+        release_ticks: number of internal steps that a release takes.
+
     Returns:
-        Whether weights of other links rise: see `relinking.raise_link_weights`.
+        Whether there are links that are being formed again: see `relinking.raise_link_weights`.
     """
     rising = False
     for row in range(contacts.used):
@@ -49,11 +56,13 @@ def apply_mean_weights(layout, weight, contacts, tick, release_ticks):
 
 @internal
 def apply_end_weights(medium, motion, links, contacts, tick, losses):
-    """Give links in release their weights at the end of an internal step, and tally the released energy.
+    """Give links that are being released their weights at the end of an internal step, and tally the released energy.
 
     The energy of one link depends on the weights of the other links at its ends. Each is computed with the mean weights of the
-    others; the sum is then the total energy up to terms of third order in the change of a step. `links` has the strains of the
-    present positions, `contacts` the present slip; see FRACTURE for `losses`.
+    others; the sum is then the total energy up to terms of third order in the change of a step. `links.Medium`; weights are updated.
+        motion: a `lattice.Motion`.
+        links: `links` of a `lattice.Scratch` has the strains of the
+    present positions, `contacts` the present slip; dissipated energies, see FRACTURE; for `losses`.
     """
     layout, weight, pairs = medium.body.layout, medium.histories.weight, contacts.pairs
     for row in range(contacts.used):
@@ -78,7 +87,7 @@ def apply_end_weights(medium, motion, links, contacts, tick, losses):
 def write_rest_distances(medium, motion, scratch, contacts, first_row):
     """Write the rest distances of the contacts that breaking links leave, from row `first_row` on [m].
 
-    The contact takes over the pressure of the link, up to two limits: its overlap is at most that relative to the diameter, as
+    The contact takes over the pressure of the link, up to two limits: its overlap is at most the diameter minus r, as
     in an elastic link, and its energy is at most the link's energy with its share of both volume energies. A link that has
     yielded in compression stores less of both. A link in tension leaves a contact without overlap. `scratch` has the strains
     and tractions at the present positions.
@@ -104,7 +113,7 @@ def write_rest_distances(medium, motion, scratch, contacts, first_row):
 
 @internal
 def _volume_energy_share(body, h, links, p, share):
-    """Return the part of a volume energy that belongs to a link with a given share in the volumetric strain [J]."""
+    """Return the part of the volume energy of automaton p that belongs to a link with this share in the volume strain [J]."""
     shares = 0.0
     for q in range(body.layout.offset.size):
         b = p - body.layout.offset[q]

@@ -4,8 +4,8 @@
     f_n = S (2 G eps + lambda (theta_i + theta_j) / 2),         f_t = S 2 G gamma
     U = sum over pairs S r G (eps^2 + gamma^2) + sum over automata (1/2) V lambda (1 + c* lambda / 2 G) theta^2
 
-c* is the share of the free faces of a whole cell. They carry no traction, 2 G eps* + lambda theta = 0, and deform accordingly.
-K and G are exact for a homogeneous strain, for both packings. See `pair_strains` for the strains and the forces.
+eps, gamma: see `pair_strains`; theta: volume strain; S: face area; r: distance of centres; V: cell volume; c*: sum of c over
+the free faces of a cell, which carry no traction: 2 G eps* + lambda theta = 0. K and G are exact for a homogeneous strain.
 """
 
 from __future__ import annotations
@@ -250,7 +250,7 @@ class LinkedSpecimen:
         return self.field_energies(slip_time)
 
     def mean_energy(self, time: float) -> float:
-        """Return the mean of the energies stored a time [s] before and after the present, at the present velocities [J].
+        """Return the mean of the stored energies [J] a time [s] before and after the present, moved at present velocities.
 
         The last force evaluation was at that time before the present.
         """
@@ -262,7 +262,7 @@ class LinkedSpecimen:
         return 0.5 * total
 
     def field_energies(self, slip_time: float) -> dict[str, float]:
-        """Return the energies stored in the present fields [J]; contacts have slid for a time [s] since `slid` was recorded."""
+        """Return the energies stored at the present motion [J]; contacts have slid for `slip_time` since `slid` was set."""
         update_forces(self.body, self.motion, self.scratch)
         return {"elastic_energy": elastic_energy(self.body, self.scratch)}
 

@@ -1,14 +1,14 @@
 """Links that weaken, yield and break: strains, tractions, forces, and the ratio to their breaking limit.
 
-As in `linked_specimen`, with the weight w of each link (1 if intact, decreasing to 0 during its release), the remaining
-fraction g of its stiffness, and its plastic strains:
+Symbols as in `linked_specimen`. Each link has a weight w (1 if intact, decreasing to 0 during its release), a remaining
+fraction g of its stiffness, and plastic strains eps_p and gamma_p; a accounts for free and released faces:
 
     theta_i = sum_j c (w eps + (1 - w) eps_p) / (1 + a),      a = (c* + sum_j (1 - w) c / g) lambda / 2 G
     f_n = w S (2 G g (eps - eps_p) + (lambda_i theta_i + lambda_j theta_j) / 2),      f_t = w S 2 G g (gamma - gamma_p)
     U = sum over pairs w S r G g ((eps - eps_p)^2 + (gamma - gamma_p)^2) + sum over automata (1/2) V lambda (1 + a) theta^2
 
-A released face carries no traction: its strain solves 2 G g (eps - eps_p) + lambda theta = 0. It is condensed like the free
-faces of a whole cell, but relative to the plastic strain and with the remaining stiffness. The energy to release a link is
+A released link is a free face without traction: its strain solves 2 G g (eps - eps_p) + lambda theta = 0. It is eliminated as
+at other free faces, but relative to the plastic strain and with the remaining stiffness. The energy freed by a release is
 therefore never negative: dU/dw = V c G g (eps - eps_p + lambda theta / 2 G g)^2 for each of the two automata.
 
 The strain of a link between two materials is divided between its halves. The half of i is strained by eps + d, the half of j by
@@ -73,7 +73,7 @@ from .laws.criterion import LinkStress, failure_measure
 from .laws.responses import ElasticResponses, History, LinkResponses, link_response_constants, updated_history
 from .pair_strains import equivalent_stress, sum_by_shares, sum_link_forces, sum_over_links, virial_stress, write_link_strains
 
-# Rows of moduli.
+# Rows of the moduli of links: G_i + G_j, and 2 G_ij.
 ALONG, ACROSS = 0, 1
 
 
@@ -83,11 +83,11 @@ class Histories(NamedTuple):
     Attributes:
         weight: 1 for an intact link, less during its release, 0 afterwards and without a link.
         plastic_eps: plastic strain along the link.
-        plastic_gamma: plastic strain across the link.
+        plastic_gamma: plastic shear strain of the link.
         stiffness: remaining fraction of the shear modulus, minus 1.
-        inelastic: inelastic strain.
-        origin_eps: reference strain along the link; nonzero only for a pair that was linked again.
-        origin_gamma: reference strain across the link.
+        inelastic: accumulated inelastic strain q, see `laws.responses`.
+        origin_eps: strain along the link from which its strain counts; nonzero only for a pair that was linked again.
+        origin_gamma: the same for the shear strain.
     """
 
     weight: FloatArray
@@ -100,7 +100,7 @@ class Histories(NamedTuple):
 
 
 class UniformModuli(NamedTuple):
-    """Moduli of links: G_i + G_j and 2 G_ij, shape (2, directions, m) [Pa]."""
+    """Moduli of links if there is one material: G_i + G_j and 2 G_ij, shape (2, directions, m) [Pa]."""
 
     moduli: FloatArray
 
@@ -110,7 +110,7 @@ class MixedModuli(NamedTuple):
 
     Attributes:
         moduli: G_i + G_j and 2 G_ij, shape (2, directions, m) [Pa].
-        compliance: 1 / D of links between two materials, 0 of the others, shape (directions, m) [1/Pa].
+        compliance: 1 / D for links between two materials, see above; 0 for the others, shape (directions, m) [1/Pa].
     """
 
     moduli: FloatArray
@@ -123,9 +123,9 @@ class LinkLaws(NamedTuple):
     Attributes:
         response: `LinkResponses`, or `ElasticResponses`.
         criterion: constants of a criterion, or `laws.criterion.WeakerLaw`.
-        factors: of the strength of each link, shape (directions, m).
+        factors: factor of the strength of each link, shape (directions, m).
         release: number of internal steps in which a broken link is released, or a new one formed.
-        linking: see `relinking.Relinking.constants`.
+        linking: constants of the condition under which pairs are linked again, see `relinking.Relinking.constants`.
         linking_ticks: number of internal steps between searches for pairs to link again; 0 for never.
     """
 
@@ -156,7 +156,7 @@ class Medium(NamedTuple):
 
 
 def make_link_moduli(body: Body, has_several_materials: bool) -> UniformModuli | MixedModuli:
-    """Return the moduli of the links of automata."""
+    """Return the moduli of the links of a body: `UniformModuli`, or `MixedModuli` if it has several materials."""
     moduli, compliance = np.ones((2, *body.links.shape[1:])), np.zeros(body.links.shape[1:])
     shear, lame, (face, *shares) = body.cells[SHEAR], body.cells[LAME], body.links
     stiffening = 1.0 + body.cells[MISSING] * lame / (2.0 * shear)
@@ -188,7 +188,7 @@ def write_medium_strains(medium, motion, scratch):
     """Write the strains of all links and the volumetric strains, for the present histories."""
     body, h, links, cells = medium.body, medium.histories, scratch.links, scratch.cells
     write_link_strains(body, motion, scratch)
-    # 1 / (1 + a): the factor of free and released faces in the volumetric strains.
+    # 1 / (1 + a) is the factor by which free and released faces reduce the volume strains.
     for q in range(links.shape[1]):
         for p in range(links.shape[2]):
             links[COUNTED, q, p] = (1.0 - h.weight[q, p]) / (1.0 + h.stiffness[q, p])
@@ -196,7 +196,7 @@ def write_medium_strains(medium, motion, scratch):
     for p in range(cells.shape[1]):
         free = body.cells[MISSING, p] + cells[STIFFENING, p]
         cells[STIFFENING, p] = 1.0 / (1.0 + free * body.cells[LAME, p] / (2.0 * body.cells[SHEAR, p]))
-    # A released face keeps its plastic strain.
+    # A released link keeps its plastic strain.
     for q in range(links.shape[1]):
         for p in range(links.shape[2]):
             held = h.weight[q, p] * (links[EPS, q, p] - h.origin_eps[q, p])
@@ -213,7 +213,7 @@ def write_medium_strains(medium, motion, scratch):
 
 @dispatch_by_class
 def divide_strains(link_moduli, medium, scratch):
-    """Divide the strains of links between two materials, and correct the volumetric strains."""
+    """Divide the strain of each link between two materials into those of its halves, and correct the volume strains."""
 
 
 @divide_strains.register(UniformModuli)
@@ -258,7 +258,7 @@ def write_medium_tractions(medium, scratch):
 
 @dispatch_by_class
 def add_division_tractions(link_moduli, body, links):
-    """Add the contribution of the strain division to the tractions of links."""
+    """Add to the tractions of links between two materials the terms of the difference d between the strains of their halves."""
 
 
 @add_division_tractions.register(UniformModuli)
@@ -305,7 +305,7 @@ def write_medium_forces(medium, scratch):
 
 
 class _EndFields(NamedTuple):
-    """Fields of the automata at the ends of the links of one direction: lambda theta, G theta, and the stresses."""
+    """Fields of the automata where the links of one direction begin and end: lambda theta, G theta, and the stresses."""
 
     pressure: FloatArray
     deviator: FloatArray
@@ -324,7 +324,7 @@ def _end_fields(layout, cells, q):
 
 @internal_inlined
 def _mean_stresses(cells, ends, stiffness, p):
-    """Return the mean stresses xx, yy and xy of both automata, and K theta with the remaining part of G [Pa]."""
+    """Return the means of xx, yy, xy over both automata of a link, and K theta with the remaining fraction of G [Pa]."""
     xx, yy = 0.5 * (cells[STRESS_XX, p] + ends.xx[p]), 0.5 * (cells[STRESS_YY, p] + ends.yy[p])
     left = 1.0 + stiffness
     mean = 0.5 * ((cells[PRESSURE, p] + ends.pressure[p]) + (2.0 * left / 3.0) * (cells[DEVIATOR, p] + ends.deviator[p]))
@@ -333,9 +333,9 @@ def _mean_stresses(cells, ends, stiffness, p):
 
 @internal_inlined
 def _criterion_value(law, histories, scratch, ends, q, p):
-    """Return the decisive quantity of a link, its limit, and the number of the cause.
+    """Return the quantity of a link that its criterion tests, the limit, and the number of the cause of breaking.
 
-    The mean stress of both automata acts along the face of a link.
+    The stress along the face of the link is that of the mean of both automata.
     """
     links = scratch.links
     xx, yy, xy, mean = _mean_stresses(scratch.cells, ends, histories.stiffness[q, p], p)
@@ -364,7 +364,7 @@ def count_failing_links(medium, scratch):
 
 @jit
 def write_criterion_values(medium, scratch, out):
-    """Write the decisive quantity of each link, its limit, and the number of the cause, shape (3, directions, m)."""
+    """Write for each link the quantity that its criterion tests, the limit, and the number of the cause, (3, directions, m)."""
     for q in range(scratch.links.shape[1]):
         ends = _end_fields(medium.body.layout, scratch.cells, q)
         for p in range(ends.xx.size):
@@ -378,7 +378,8 @@ def write_criterion_values(medium, scratch, out):
 def yield_links(response, medium, motion, scratch, time):
     """Let links yield at the present strains, and return the energy dissipated by flow and degradation [J].
 
-    `time` is the time since the last force evaluation [s]; `motion` has the velocities since then. Histories of `medium` are
+    `time` `response` of the laws since the medium, which selects the compiled code.
+        medium: a `Medium`; its histories force evaluation [s]; `motion` has the velocities since then. Histories of `medium` are
     updated.
     """
 
@@ -405,7 +406,7 @@ def _yield_links(response, medium, motion, scratch, time):
 
 @internal
 def _is_automaton(ghosts, p):
-    """Return whether a place belongs to an automaton, not to a ghost."""
+    """Return whether there is an automaton, not a ghost, at place p."""
     for row in range(ghosts.shape[0]):
         if ghosts[row, 0] == p:
             return False
@@ -414,7 +415,7 @@ def _is_automaton(ghosts, p):
 
 @internal_inlined
 def _mean_equivalent_stress(cells, ends, stiffness, p):
-    """Return the equivalent stress of the mean stress of both automata [Pa].
+    """Return the von Mises stress of the mean of the stresses of both automata of a link [Pa].
 
     All pairs of an automaton then yield together. With their own tractions they would not: the decrease of the deviator by one
     pair would have to be balanced by the stress along z of the others.
@@ -425,7 +426,7 @@ def _mean_equivalent_stress(cells, ends, stiffness, p):
 
 @internal
 def _yield_link(law, medium, motion, scratch, link, equivalent, time):
-    """Write the history of a link that yields, and return the dissipated energy [J].
+    """Write the new history of a link that yields, and return the energy dissipated in it [J].
 
     It is the work of the kicks before and after the drift minus the change of the link's energy, so that the balance of a step
     closes. With the elastic strains u before and w after the drift, and the stiffnesses g and h, it is

@@ -1,4 +1,4 @@
-"""Loads and grips in a kick, drifts, and sums: momenta, kinetic energies, work and impulse of boundaries and forces."""
+"""Loads (given forces) and grips (given velocities) in kicks, drifts; sums: momenta, energies, work and impulse of inputs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..support.float_arrays import FloatArray
 from ..support.jit import internal, internal_inlined, spliced
 from .lattice import FORCE_X, FORCE_Y, INERTIA, MASS, SPIN, TORQUE, VX, VY, X, Y
 
-# Bits of `Grip.held`.
+# Bits of `Grip.held`: the velocity components that are prescribed.
 HOLDS_X, HOLDS_Y, HOLDS_ROTATION = 1, 2, 4
 # Entries of a tally: work, impulse along x and y, moment of the impulse about the origin.
 WORK, IMPULSE_X, IMPULSE_Y, ANGULAR_IMPULSE = 0, 1, 2, 3
@@ -22,9 +22,9 @@ class Load(NamedTuple):
     """Forces on some automata.
 
     Attributes:
-        automata: shape (k,), int64; an automaton may occur several times.
-        place: indices in the fields, shape (k,).
-        force: shape (k, 2) [N].
+        automata: their numbers, shape (k,), int64; an automaton may occur several times.
+        place: their indices in the fields, shape (k,).
+        force: force on each, shape (k, 2) [N].
         lever: from the centre of the automaton to the point where the force acts, shape (k, 2) [m].
         before: scratch: velocities and spin before a kick, shape (k, 3).
     """
@@ -40,10 +40,10 @@ class Grip(NamedTuple):
     """Automata whose velocities are prescribed.
 
     Attributes:
-        automata: shape (k,), int64.
-        place: indices in the fields, shape (k,).
+        automata: their numbers, shape (k,), int64.
+        place: their indices in the fields, shape (k,).
         held: sum of HOLDS_X, HOLDS_Y and HOLDS_ROTATION, shape (k,), int64.
-        velocity: prescribed velocity, shape (k, 2) [m/s]; held rotations have zero rate.
+        velocity: prescribed velocity of each, shape (k, 2) [m/s]; held rotations have the rate 0.
         before: scratch: velocities and spin before a kick, shape (k, 3).
     """
 
@@ -55,7 +55,7 @@ class Grip(NamedTuple):
 
 
 class Inputs(NamedTuple):
-    """Loads and grips, and tallies of their work and impulses, shape (2, TALLY_ROWS)."""
+    """A load, a grip, and the tallies of their work and impulses, shape (2, TALLY_ROWS)."""
 
     load: Load
     grip: Grip
@@ -64,7 +64,7 @@ class Inputs(NamedTuple):
 
 @internal_inlined
 def load_torque(load, row):
-    """Return the torque of a load about the centre of its automaton [N m]."""
+    """Return the torque of row `row` of a load about the centre of its automaton [N m]."""
     return load.lever[row, 0] * load.force[row, 1] - load.lever[row, 1] * load.force[row, 0]
 
 
@@ -88,7 +88,7 @@ def kick(body, motion, forces, time):
 
 @internal
 def count_fast_automata(motion, limit):
-    """Return the number of automata whose squared speed exceeds a limit or is NaN."""
+    """Return the number of automata whose speed exceeds `limit` [m/s] or is NaN."""
     fast = 0
     for p in range(motion.shape[1]):
         fast += 0 if motion[VX, p] * motion[VX, p] + motion[VY, p] * motion[VY, p] <= limit else 1
@@ -107,7 +107,7 @@ def largest_speed(motion):
 
 @internal_inlined
 def save_velocities(place, motion, before):
-    """Write the velocities and spins of automata before a kick, shape (k, 3)."""
+    """Write the velocities and spins of automata before a kick to `before`, shape (k, 3)."""
     for row in range(place.size):
         p = place[row]
         before[row, 0], before[row, 1], before[row, 2] = motion[VX, p], motion[VY, p], motion[SPIN, p]
@@ -117,7 +117,9 @@ def save_velocities(place, motion, before):
 def kick_with_inputs(body, motion, forces, inputs, time):
     """Kick automata with forces and loads, then set the velocities of gripped automata.
 
-    `forces`, rows of `lattice.Scratch.cells`, are updated on loaded automata, as are the tallies; `time` is that of the kick
+    `forces`, updated in place.
+        forces: the force rows of `lattice.Scratch.cells`, to which the loads are added.
+        inputs: are the tallies; `time` is that duration of the kick
     [s].
     """
     load, grip, tally = inputs.load, inputs.grip, inputs.tallies[0]
@@ -136,7 +138,7 @@ def kick_with_inputs(body, motion, forces, inputs, time):
     kick(body, motion, forces, time)
     hold_grip(body, motion, forces, inputs, time)
     for row in range(load.place.size):
-        # Force times the mean of the velocities before and after, likewise for torques.
+        # The work of a force is force times the mean of the velocities before and after the kick, and likewise for torques.
         p = load.place[row]
         mean_x, mean_y = 0.5 * (load.before[row, 0] + motion[VX, p]), 0.5 * (load.before[row, 1] + motion[VY, p])
         mean_spin = 0.5 * (load.before[row, 2] + motion[SPIN, p])

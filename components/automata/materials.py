@@ -19,7 +19,7 @@ IntArray = npt.NDArray[np.int64]
 
 
 def chosen_materials(parameters: AutomataParameters) -> list[Material]:
-    """Return the materials, by number."""
+    """Return the materials of the specimen, in the order of their numbers."""
     return [to_material(one) for one in parameters.materials]
 
 
@@ -50,7 +50,7 @@ def lame_constants(solid: Material) -> tuple[float, float]:
 
 
 def make_response(parameters: AutomataParameters, law_numbers: IntArray) -> LinkResponses | ElasticResponses:
-    """Return the response of links for kernels; `law_numbers` as in `link_law_numbers`. Links of two materials do not yield."""
+    """Return the responses of links for kernels; `law_numbers` as in `link_law_numbers`. Links of two materials are elastic."""
     p, count = parameters, len(parameters.materials)
     if not p.can_yield:
         return ElasticResponses()
@@ -61,7 +61,7 @@ def make_response(parameters: AutomataParameters, law_numbers: IntArray) -> Link
 
 
 def make_criterion(parameters: AutomataParameters, law_numbers: IntArray) -> Any:
-    """Return the criterion of links for kernels; `law_numbers` are the result of `link_law_numbers`."""
+    """Return the breaking criterion of links for kernels; `law_numbers` are the result of `link_law_numbers`."""
     p, leading = parameters, parameters.leading_criterion
     if not p.has_several_materials or not p.breakable:
         return leading.constants()
@@ -70,9 +70,9 @@ def make_criterion(parameters: AutomataParameters, law_numbers: IntArray) -> Any
 
 
 def link_law_numbers(parameters: AutomataParameters, material_numbers: IntArray, packing: Packing, layout: Layout) -> IntArray:
-    """Return the numbers of the two laws of each link, shape (directions x m, 2).
+    """Return for each link the numbers of its two laws in a common list, shape (directions x m, 2).
 
-    The materials' laws come first, then those of the interfaces.
+    In this list the laws of the materials come first, then those of the interfaces.
     """
     count, half = len(parameters.materials), packing.lattice.slots // 2
     one, other = np.meshgrid(np.arange(count), np.arange(count), indexing="ij")

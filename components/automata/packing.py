@@ -1,8 +1,8 @@
 """Packings of equal automata: which automata fill a shape, their neighbours, and the fraction of each cell inside it.
 
 The centres lie on a lattice, inside the outline or on it. An automaton on the outline is a part of a cell: a half on a side, a
-quarter at a corner. Volume, mass and the faces in the outline shrink accordingly. A free face of a whole cell (at the zigzag of
-the hexagonal packing, or the staircase of an oblique side) carries no traction and is condensed; see `Packing.missing`.
+quarter at a corner; its volume, mass and faces are smaller accordingly. A free face of a whole cell (at the zigzag of
+the hexagonal packing, or the staircase of an oblique side) carries no traction, see `Packing.missing`.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from ..errors import Fault, ParameterError
 from ..support.float_arrays import FloatArray
 from .shapes import ON_THE_OUTLINE, Shape
 
-# cos and sin of 60 degrees, one number each, so that mirrored directions are exact mirror images.
+# cos and sin of 60 degrees, each a single constant, so that mirrored directions are exact mirror images.
 _HALF, _SINE = 0.5, 0.5 * math.sqrt(3.0)
-# Point that decides whether a sector of a cell lies inside, in diameters from the centre.
+# A sector of a cell lies inside the shape if its point at this distance from the centre does [diameters].
 _PROBE = 0.01
 
 
@@ -28,12 +28,12 @@ class Lattice:
     """A regular packing, in units of the diameter.
 
     Attributes:
-        name: "square" or "hexagonal".
-        steps: vectors from a centre to its neighbours in multiples of `unit`, counter-clockwise from +x, shape (slots, 2).
-        unit: step sizes along x and y.
+        name: "square" or "hexagonal". A slot is the number of a direction to a neighbour, counter-clockwise from +x.
+        steps: vectors from a centre to its neighbours, in multiples of `unit` along x and y, shape (slots, 2).
+        unit: spacing of the lattice coordinates along x and y.
         directions: unit vectors to the neighbours, shape (slots, 2).
-        face: length of the face towards a neighbour, S / D.
-        volume: area of the cell, V / D^2.
+        face: length S / D of the face towards a neighbour.
+        volume: area V / D^2 of the cell.
     """
 
     name: str
@@ -50,7 +50,7 @@ class Lattice:
 
     @property
     def sectors(self) -> FloatArray:
-        """Triangles of a cell, in diameters from its centre, counter-clockwise, shape (2 slots, 3, 2)."""
+        """Triangles into which a cell is divided, in diameters from its centre, counter-clockwise, shape (2 slots, 3, 2)."""
         onward = np.roll(self.directions, -1, axis=0)
         # A corner of the cell projects to half a diameter along both adjacent directions.
         corners = 0.5 * (self.directions + onward) / (1.0 + (self.directions * onward).sum(axis=1, keepdims=True))
@@ -84,16 +84,16 @@ class Packing:
     """Automata that fill a shape, in rows from below, each from left to right.
 
     Attributes:
-        lattice: the packing.
+        lattice: the regular packing on which the centres lie.
         diameter: of an automaton [m].
-        places: lattice coordinates relative to the anchor, in multiples of `lattice.unit`, shape (n, 2).
+        places: lattice coordinates of the centres from `Shape.anchor`, in multiples of `lattice.unit`, shape (n, 2).
         reference: centres, shape (n, 2) [m].
         neighbours: of each automaton in each slot; the automaton itself if missing, shape (n, slots), int32.
         volume: area of each cell inside the shape, shape (n,) [m^2].
         face: length of the face in each slot, 0 without a neighbour, shape (n, slots) [m].
         share: contribution of the strain of each pair to the volumetric strain, S r / 2 V, shape (n, slots).
-        missing: 2 minus the sum of the shares, i.e. the share of the free faces of a whole cell, shape (n,).
-        sectors: mask of the `lattice.sectors` of each automaton, shape (n, 2 slots).
+        missing: 2 minus the sum of the shares, i.e. the share of the free faces of the cell, shape (n,).
+        sectors: which `lattice.sectors` of each cell lie inside the shape, shape (n, 2 slots).
     """
 
     lattice: Lattice
@@ -124,8 +124,8 @@ def pack_shape(name: str, shape: Shape, diameter: float, periodic: tuple[bool, b
     """Return the automata that fill a shape.
 
     Args:
-        name: of the lattice.
-        shape: to be filled.
+        name: name of the lattice, "square" or "hexagonal".
+        shape: the shape that the automata fill.
         diameter: of the automata [m].
         periodic: whether the left and right sides of a rectangle are joined, and the lower and upper ones.
 
@@ -143,7 +143,7 @@ def pack_shape(name: str, shape: Shape, diameter: float, periodic: tuple[bool, b
     neighbours = _neighbours(lattice, places, turns)
     linked = neighbours != np.arange(len(places))[:, np.newaxis]
     sectors = _sectors_inside(lattice, shape, diameter, places, periodic)
-    # A face counts as far as both cells include it; sector 2 k is left of the direction of slot k, sector 2 k - 1 right of it.
+    # A face counts only where sectors of both cells lie inside. Sector 2 k is left of the direction of slot k, 2 k - 1 right.
     own = 0.5 * (sectors[:, 0::2].astype(float) + np.roll(sectors, 1, axis=1)[:, 0::2])
     opposite = np.roll(np.arange(lattice.slots), -(lattice.slots // 2))
     face = np.where(linked, np.minimum(own, own[neighbours, opposite]), 0.0)
@@ -185,7 +185,7 @@ def _refuse_misfit_sides(lattice: Lattice, shape: Shape, diameter: float, period
     faults = []
     for name, axis, place, rows in shape.straight_sides():
         unit = diameter * lattice.unit[axis] * rows
-        # A periodic hexagonal packing has a whole number of diameters along x and an even number of rows along y.
+        # Only a whole number of diameters along x and an even number of rows along y make a hexagonal packing periodic.
         step = unit * (2 if periodic[axis] and lattice.name == "hexagonal" else 1)
         count = (place - shape.anchor[axis]) / step
         if abs(count - round(count)) * step > ON_THE_OUTLINE * diameter:
@@ -209,7 +209,7 @@ def _refuse_idle_holes(lattice: Lattice, shape: Shape, diameter: float) -> None:
 
 
 def _places_inside(lattice: Lattice, shape: Shape, diameter: float, periodic: tuple[bool, bool]) -> npt.NDArray[np.int64]:
-    """Return the lattice points in the shape, row by row from below; of joined sides only the left and the lower one."""
+    """Return the lattice points in a shape, row by row from below; of two sides joined by a period only the left or lower."""
     margin = ON_THE_OUTLINE * diameter
     places, points = _lattice_points(lattice, shape, diameter)
     inside = shape.contains(points, margin)
@@ -234,7 +234,7 @@ def _lattice_points(lattice: Lattice, shape: Shape, diameter: float) -> tuple[np
 
 
 def _lattice_periods(lattice: Lattice, shape: Shape, diameter: float, periodic: tuple[bool, bool]) -> tuple[int, int]:
-    """Return the periods of a packing along x and y in lattice units, 0 if not periodic."""
+    """Return the periods of a packing along x and y in lattice coordinates, 0 if not periodic."""
     left, right, low, high = shape.bounds
     extent = np.array([right - left, high - low]) / (diameter * lattice.unit)
     return int(round(extent[0])) * periodic[0], int(round(extent[1])) * periodic[1]
@@ -251,7 +251,7 @@ def _refuse_own_neighbours(lattice: Lattice, periods: tuple[int, int]) -> None:
 
 
 def _neighbours(lattice: Lattice, places: npt.NDArray[np.int64], periods: tuple[int, int]) -> npt.NDArray[np.int64]:
-    """Return the neighbours of each automaton; the automaton itself if a neighbour is missing."""
+    """Return the neighbour of each automaton in each slot; the automaton itself if the neighbour is missing."""
     low = places.min(axis=0) - 2
     width = places.max(axis=0) - low + 3
     table = np.full(width[0] * width[1], -1, np.int64)
@@ -269,7 +269,7 @@ def _neighbours(lattice: Lattice, places: npt.NDArray[np.int64], periods: tuple[
 def _sectors_inside(
     lattice: Lattice, shape: Shape, diameter: float, places: npt.NDArray[np.int64], periodic: tuple[bool, bool]
 ) -> npt.NDArray[np.bool_]:
-    """Return which sectors of each cell lie inside, two between adjacent directions, shape (n, 2 slots)."""
+    """Return which of the triangular sectors of each cell lie inside the shape, shape (n, 2 slots); see `Lattice.sectors`."""
     centres = np.array(shape.anchor) + diameter * lattice.unit * places
     inside = np.empty((len(places), 2 * lattice.slots), bool)
     left, right, low, high = shape.bounds

@@ -5,13 +5,13 @@ to the neighbour and T the same rotated by 90 degrees, the strains are
 
     eps = d . N(phi) / r - 1,        gamma = d . T(phi) / r,
 
-for small motions du.n/r and du.t/r - (w_i + w_j)/2 of the movable cellular automata. With f_n and f_t the derivatives of the
+which for small motions are du.n/r and du.t/r - (w_i + w_j)/2, as in the paper. With f_n and f_t the derivatives of the
 pair's energy with respect to r eps and r gamma, the forces +-(f_n N(phi) + f_t T(phi)) on both automata and the torque
 (r/2) ((1 + eps) f_t - gamma f_n) on each are exact derivatives of the energy: a rigid motion, however large, costs no energy,
 and momentum and angular momentum are conserved to rounding.
 
-Rotations are stored as cos - 1 and sin of half the angle of each automaton. Their product is the mean rotation of a pair,
-without a square root, and small strains lose no digits. Both ends of a pair get bitwise opposite values, and so do mirrored
+Rotations are stored as cos - 1 and sin of half the angle of each automaton. Combined, two half rotations are the mean rotation,
+without a square root, and small strains lose no digits. Both ends of a pair get bitwise opposite forces, and so do mirrored
 pairs: sums over the links of an automaton add opposite links first.
 """
 
@@ -47,7 +47,7 @@ _PART_1, _PART_2, _PART_3 = 1.57079632673412561417, 6.07710050630396597660e-11, 
 
 @internal_inlined
 def half_angle_rotation(angle):
-    """Return cos - 1 and sin of half an angle, using only +, -, *."""
+    """Return cos - 1 and sin of half of `angle`, computed with only +, -, *."""
     half = 0.5 * angle
     quarters = np.rint(half * _QUARTER_TURNS)
     less, sine = small_angle_rotation(((half - quarters * _PART_1) - quarters * _PART_2) - quarters * _PART_3)
@@ -92,7 +92,7 @@ def write_link_strains(body, motion, scratch):
 
 @internal_inlined
 def pair_strain(offset, first, second, nx, ny):
-    """Return eps, gamma and the direction N(phi) of a pair; `offset` is the difference of displacements in diameters."""
+    """Return eps, gamma and the direction N(phi) of a pair; `offset` is the difference of its displacements, in diameters."""
     (dx, dy), (ci, si), (cj, sj) = offset, first, second
     less, sine = (ci + cj) + (ci * cj - si * sj), (si + sj) + (ci * sj + cj * si)
     cosine = 1.0 + less
@@ -102,9 +102,10 @@ def pair_strain(offset, first, second, nx, ny):
 
 @internal
 def sum_over_links(layout, first, second, sign, out):
-    """Write sums over the links of all automata: `first` where links begin plus `sign` times `second` where they end.
+    """Write for each automaton a sum over its links: `first` of those that begin, `sign` times `second` of those that end.
 
-    `first` and `second` have the shape (directions, m), `out` has the shape (m,); `sign` is 1 or -1.
+    `first` and `second` have the value of each link for the automaton where it begins, shape (directions, m), `out` has the value of each link for the automaton where it ends, shape (m,); `sign` is 1 or -1.
+        out: written, shape (m,).
     """
     begin, end, offset, sums = layout.begin, layout.end, layout.offset, out[layout.begin : layout.end]
     right, left = first[0, begin:end], second[0, begin - offset[0] : end - offset[0]]
@@ -113,7 +114,7 @@ def sum_over_links(layout, first, second, sign, out):
         for p in range(sums.size):
             sums[p] = (up[p] + sign * down[p]) + (right[p] + sign * left[p])
     else:
-        # Here up and down are the upper right and the lower left.
+        # In a hexagonal packing, up and down here mean the upper right and the lower left.
         upper_left, lower_right = first[2, begin:end], second[2, begin - offset[2] : end - offset[2]]
         for p in range(sums.size):
             below = sign * down[p] + sign * lower_right[p]
@@ -122,7 +123,7 @@ def sum_over_links(layout, first, second, sign, out):
 
 @internal
 def sum_by_shares(body, values, links, out):
-    """Write the sums of link values, shape (directions, m), weighted by their shares in both automata, shape (m,)."""
+    """Write for each automaton, shape (m,), the sum of its links' values, shape (directions, m), times the links' shares."""
     for q in range(values.shape[0]):
         for p in range(values.shape[1]):
             links[FIRST_TERM, q, p] = body.links[FIRST_SHARE, q, p] * values[q, p]
@@ -150,6 +151,6 @@ def equivalent_stress(xx, yy, zz, xy):
 
 @internal_inlined
 def virial_stress(normal, tangential, ex, ey):
-    """Return the contribution of face tractions to the stress, for a share of 1: xx, yy and xy [Pa]."""
+    """Return the stress xx, yy, xy [Pa] that the tractions on one face contribute, for a face whose share is 1."""
     tx, ty = normal * ex - tangential * ey, normal * ey + tangential * ex
     return ex * tx, ey * ty, 0.5 * (ex * ty + ey * tx)

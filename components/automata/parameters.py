@@ -61,7 +61,7 @@ ChosenBoundary = Annotated[SerializeAsAny[Boundary], ByName(BOUNDARIES)]
 
 
 class StrengthRegion(Parameters):
-    """A region with weaker or stronger pairs."""
+    """A region in which links are weaker or stronger by a factor."""
 
     area: ChosenArea = field(..., "area that contains the midpoints of these pairs: a box or a disc", "1")
     factor: Magnitude = field(..., "factor of the strengths of these pairs", "1")
@@ -164,7 +164,7 @@ class AutomataParameters(Parameters):
         return self
 
     def _refuse_notch(self, edge: str, boundary: Periodic | Traction) -> None:
-        """Refuse a hole in an edge that must be whole."""
+        """Refuse a hole that cuts an edge whose condition requires a whole edge."""
         place = ("left", "right", "bottom", "top").index(edge)
         for number, hole in enumerate(self.shape.holes):
             low, high = hole.bounds[place // 2 * 2 : place // 2 * 2 + 2]
@@ -227,7 +227,7 @@ class AutomataParameters(Parameters):
 
     @property
     def materials(self) -> list[str | Material]:
-        """Presets or materials, by number."""
+        """The materials by number, each the name of a preset or a material."""
         return self.material if isinstance(self.material, list) else [self.material]
 
     @property
@@ -247,7 +247,7 @@ class AutomataParameters(Parameters):
 
     @property
     def leading_criterion(self) -> Criterion:
-        """The criterion that sets the kind of all others: the first one that can break links."""
+        """The first criterion that can break links; all others must be of its kind."""
         return next((one for one in self._all_criteria() if one.causes), Unbreakable())
 
     @property

@@ -1,6 +1,6 @@
 """Cold welding: a contact under high pressure that hardly slides becomes a link again.
 
-    N / S' >= pressure        and        |sliding speed| <= slip_speed
+    N / S' >= pressure        and        |sliding speed| <= slip_speed        (N: contact force, S': face of a whole cell)
 
 This is the switching unlinked -> linked of movable cellular automata: Psakhie et al. (2003), section 2.2. Pairs that were
 linked in the packing are linked again if their line of centres lies within 45 degrees of the axis of their link. The new link
@@ -59,7 +59,7 @@ class Relinking(Named):
     """A condition under which a broken pair is linked again."""
 
     kinds: ClassVar[Mapping[str, str]] = {}
-    """Kind of the events of this law -> description."""
+    """The kinds of events of this law: name -> description."""
 
     def constants(self) -> tuple[float, float]:
         """Return the smallest pressure [Pa] and the largest sliding speed [m/s]."""
@@ -81,7 +81,7 @@ class ColdWelding(Relinking):
     kinds = {"linked": "the contact pressure of a broken pair reached its limit, and the pair was linked again"}
 
     def constants(self) -> tuple[float, float]:
-        """Return pressure and speed."""
+        """Return the smallest pressure [Pa] and the largest sliding speed [m/s] at which a pair is linked again."""
         return self.pressure, self.slip_speed
 
 
@@ -94,12 +94,12 @@ class _RelinkedPair(NamedTuple):
     """A pair whose link is being formed, and its state before the step.
 
     Attributes:
-        row: of its contact.
+        row: row of its contact in `contacts.Contacts`.
         before: weight of the link before the step.
-        after: weight after the step; the kick uses the mean of both.
+        after: weight of the link after the step; the kick uses the mean of both.
         origin: `origin_eps` and `origin_gamma` of the link before the step.
         places: displacements and angles of all automata, shape (3, m).
-        time: of the drift before the step [s].
+        time: length of the drift before the step [s].
         energy: `energies.pair_energy` before the step [J].
         work: `_drift_work` before the step [J].
     """
@@ -116,10 +116,14 @@ class _RelinkedPair(NamedTuple):
 
 @jit
 def write_linking_pressures(medium, motion, links, contacts, pressure_out):
-    """Write the pressures of contacts that may be linked, or -1 for others, shape (used,) [Pa].
+    """Write the pressures of contacts that may become links, or -1 for others, shape (used,) [Pa].
 
     Such a pair was once linked and is fully released, its sliding is slow enough, and its line of centres lies within 45
-    degrees of the axis of its link. `links` has the strains of the present positions.
+    degrees of the axis of its link. `links`.
+        motion: a `lattice.Motion`.
+        links: `links` of a `lattice.Scratch`, has the strains of the present positions.
+        contacts: `contacts.Contacts`.
+        pressure_out: array to which the pressures are written.
     """
     body, constants, pairs, place = medium.body, medium.contact_constants, contacts.pairs, medium.body.layout.place
     for row in range(contacts.used):
@@ -134,19 +138,19 @@ def write_linking_pressures(medium, motion, links, contacts, pressure_out):
         q, p = contact_link(body.layout, pairs, row)
         slides = abs(sliding_speed(relative_motion(place, motion, i, j), x / r, y / r, r)) > medium.law.linking[1]
         if not slides and abs(links[GAMMA, q, p]) <= 1.0 + links[EPS, q, p]:
-            # For whole automata: the pressure does not depend on the part of their cells inside the shape.
+            # The pressure is that between whole automata: it does not depend on the part of their cells inside the shape.
             stiffness = constants.normal[i] * overlap * (2.0 * body.cells[SHEAR, p])
             pressure_out[row] = stiffness / (constants.tangential[i] * body.diameter)
 
 
 @jit
 def raise_link_weights(specimen, contacts, tick, time, places):
-    """Raise the weights of links that are being formed again, and tally the energy.
+    """Raise the weights of links that are being formed again, and tally the energy dissipated in this.
 
     In each step such a link gets the strains at which it carries the force of its contact, with slightly more or less pressure
-    so that no energy is needed: forming a link stiffens the volumes of both automata. If no such strain is near, energy may be
+    so that no energy is needed (a new link makes the volumes of both automata stiffer). Without such a strain, energy may be
     dissipated. Energy is never created; the link waits for the next step instead. `time` is the time since the last force
-    evaluation [s]; `places` is scratch, shape (3, m).
+    evaluation [s]; `places` is scratch for displacements and angles, shape (3, m).
 
     Returns:
         Whether any weight was raised.
@@ -178,8 +182,13 @@ def raise_link_weights(specimen, contacts, tick, time, places):
 def _raise_link_weight(medium, motion, scratch, contacts, pair, fraction, extra_strain):
     """Raise the weight of a link, strain it as `_strain_link` does, and return the dissipated energy [J].
 
-    The strains of the previous drift are released, so that the kick does not include them. The work that forces would have
-    done in that drift in addition to their actual work is no loss. `motion` has the velocities of the previous drift.
+    The link is strained only after the previous drift, so the kick must not include the strains of that drift. Work that it
+    would have done in the drift in addition to the actual work is not counted as a loss. `motion` has the velocities of the previous drift.
+        scratch: a `lattice.Scratch`.
+        contacts: `contacts.Contacts`.
+        pair: a `_RelinkedPair`.
+        fraction: fraction of the strains, see `_strain_link`.
+        extra_strain: additional strain along the link, see `_strain_link`.
     """
     _strain_link(medium, motion, scratch, contacts, pair, fraction, extra_strain)
     taken = pair.energy - pair_energy(medium, motion, scratch.links, contacts, pair.row)
@@ -205,7 +214,7 @@ def _write_origin_strains(medium, contacts, row, eps, gamma):
 def _raise_without_dissipation(medium, motion, scratch, contacts, pair, dissipated):
     """Raise the weight of a link without dissipation, or with as little as possible; return the dissipated energy [J].
 
-    Arguments as in `_raise_link_weight`; `dissipated` is the dissipation with the strains of the contact [J].
+    Arguments as in `_raise_link_weight`; `dissipated` is the energy dissipated if the link takes the force of its contact [J].
     """
     _, _, r = separation(
         medium.contact_constants,
@@ -216,7 +225,7 @@ def _raise_without_dissipation(medium, motion, scratch, contacts, pair, dissipat
     )
     unit, more = max(contacts.rest[pair.row] - r, 0.0) / medium.body.diameter, np.nan
     if unit > 0.0:
-        # Trials with less and with more strain show at which strain the dissipation is zero.
+        # Trials with less and with more strain show for which strain the dissipation is zero.
         pressed_more = _raise_link_weight(medium, motion, scratch, contacts, pair, 1.0, -unit)
         _restore_link(medium, contacts, pair)
         pressed_less = _raise_link_weight(medium, motion, scratch, contacts, pair, 1.0, unit)
@@ -227,13 +236,13 @@ def _raise_without_dissipation(medium, motion, scratch, contacts, pair, dissipat
     if dissipated < 0.0 < pair.before:
         contacts.pairs[pair.row, START] -= 1
         return 0.0
-    # A link that has not begun cannot wait: if it would create energy, it begins without strains.
+    # A link of weight 0 cannot wait for the next step: if it would create energy, it begins without strains.
     return _raise_link_weight(medium, motion, scratch, contacts, pair, 0.0 if dissipated < 0.0 else 1.0, 0.0)
 
 
 @internal_inlined
 def _nearest_root(left, middle, right, unit):
-    """Return the root nearest to 0 of a parabola given at -unit, 0 and unit; NaN if there is none in this interval."""
+    """Return the root nearest to 0 of a parabola with these values at -unit, 0, unit; NaN if there is none in this interval."""
     slope, curvature = 0.5 * (right - left) / unit, (0.5 * (right + left) - middle) / (unit * unit)
     under = slope * slope - 4.0 * curvature * middle
     if not (under >= 0.0 and slope != 0.0):
@@ -248,7 +257,9 @@ def _strain_link(medium, motion, scratch, contacts, pair, fraction, extra_strain
     """Give a link its weight after the step, and strains at which it carries the force of its contact alone.
 
     The link keeps its history: the remaining stiffness, and the plastic strains, which its free faces have kept. The strains
-    are multiplied by `fraction`, and `extra_strain` is added along the link.
+    are multiplied by `fraction`, and `_RelinkedPair`.
+        fraction: the link gets this fraction of these strains.
+        extra_strain` is added along the link.
     """
     body, h, links, row = medium.body, medium.histories, scratch.links, pair.row
     i, j, slot = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND], contacts.pairs[row, SLOT]
@@ -263,7 +274,7 @@ def _strain_link(medium, motion, scratch, contacts, pair, fraction, extra_strain
     fx, fy = sign * (-push * x - drag * y) / r, sign * (-push * y + drag * x) / r
     nx, ny = links[EX, q, p], links[EY, q, p]
     along, across = fx * nx + fy * ny, fy * nx - fx * ny
-    # The volumetric traction without elastic strain of the link, with its new weight, and the change per unit of strain.
+    # The traction due to volume strains if the link has its new weight and no elastic strain, and its change with the strain.
     eps, gamma = links[EPS, q, p] - h.plastic_eps[q, p], links[GAMMA, q, p] - h.plastic_gamma[q, p]
     _write_origin_strains(medium, contacts, row, eps, gamma)
     write_link_value(medium.histories.weight, medium.body.layout, contacts.pairs, row, pair.after)
@@ -281,11 +292,11 @@ def _strain_link(medium, motion, scratch, contacts, pair, fraction, extra_strain
 
 @internal
 def _drift_work(medium, motion, scratch, contacts, row, places, time):
-    """Return the work of the forces of a pair and its volumes over the length of a drift, at the present positions [J].
+    """Return the work of the present forces of a pair (contact, link, volumes) over the way of a drift [J].
 
-    `places` are the displacements and angles, `time` is the duration of the drift [s].
+    `places` are the displacements and angles of all automata, `time` is the duration of the drift [s].
     """
-    # Energies are quadratic in the displacements: over equal distances before and after, the difference is exact.
+    # Energies are quadratic in the displacements, so the difference over equal ways forwards and backwards is the exact work.
     _drift_and_strain(medium.body, motion, scratch, places, -0.5 * time)
     work = pair_energy(medium, motion, scratch.links, contacts, row)
     _drift_and_strain(medium.body, motion, scratch, places, 0.5 * time)
@@ -296,7 +307,7 @@ def _drift_work(medium, motion, scratch, contacts, row, places, time):
 
 @internal
 def _drift_and_strain(body, motion, scratch, places, time):
-    """Move all automata for a time from `places`, and write the strains of links."""
+    """Move all automata from `places` for a time [s] at their velocities, and write the strains of links."""
     for k in range(VX):
         for p in range(motion.shape[1]):
             motion[k, p] = places[k, p] + time * motion[VX + k, p]

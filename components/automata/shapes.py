@@ -22,7 +22,7 @@ _TOUCHING = 1e-9
 
 
 class StraightSide(NamedTuple):
-    """A side along x or y: its name in messages, the axis normal to it (0 or 1), its position [m], its multiple of rows."""
+    """A side along x or y: its name in messages, axis normal to it (0 or 1), position [m], whole multiple of `rows` rows."""
 
     name: str
     axis: int
@@ -38,19 +38,19 @@ class Shape(Named):
     @property
     @abstractmethod
     def anchor(self) -> tuple[float, float]:
-        """A point at which an automaton has its centre [m]."""
+        """A point at which the packing must have the centre of an automaton [m]."""
 
     @property
     @abstractmethod
     def bounds(self) -> tuple[float, float, float, float]:
-        """The smallest and largest x, the smallest and largest y [m]."""
+        """The smallest and largest x, then the smallest and largest y [m]."""
 
     @abstractmethod
     def surrounds(self, points: FloatArray, margin: float) -> np.ndarray:
         """Return which points, shape (n, 2) [m], lie inside the outline or within a margin [m] of it; holes are ignored."""
 
     def contains(self, points: FloatArray, margin: float) -> np.ndarray:
-        """Return which points, shape (n, 2) [m], lie inside or within a margin [m] of the outline or of a hole's."""
+        """Return which points, shape (n, 2) [m], lie inside, or within `margin` [m] of the outline or of a hole's outline."""
         inside = self.surrounds(points, margin)
         for hole in self.holes:
             inside &= ~hole.contains(points, margin)
@@ -70,12 +70,12 @@ class Rectangle(Shape):
 
     @property
     def anchor(self) -> tuple[float, float]:
-        """The lower left corner."""
+        """The lower left corner; see `Shape.anchor`."""
         return 0.0, 0.0
 
     @property
     def bounds(self) -> tuple[float, float, float, float]:
-        """The sides themselves."""
+        """The positions of the four sides."""
         return 0.0, self.width, 0.0, self.height
 
     def surrounds(self, points: FloatArray, margin: float) -> np.ndarray:
@@ -107,12 +107,12 @@ class Disc(Shape):
 
     @property
     def anchor(self) -> tuple[float, float]:
-        """The centre."""
+        """The centre; see `Shape.anchor`."""
         return 0.0, 0.0
 
     @property
     def bounds(self) -> tuple[float, float, float, float]:
-        """The rectangle around it."""
+        """The sides of the rectangle around the disc."""
         half = self._half_height
         return -self.radius, self.radius, -half, half
 
@@ -126,7 +126,7 @@ class Disc(Shape):
         return round_part & (np.abs(points[:, 1]) <= self._half_height + margin)
 
     def straight_sides(self) -> list[StraightSide]:
-        """Return both flats, as the distance between them."""
+        """Return both flats; they are described by the distance between them."""
         return [] if self.height is None else [StraightSide("height", 1, self.height, rows=2)]
 
 
@@ -158,12 +158,12 @@ class Polygon(Shape):
 
     @property
     def anchor(self) -> tuple[float, float]:
-        """The first corner."""
+        """The first corner; see `Shape.anchor`."""
         return self.corners[0][0], self.corners[0][1]
 
     @property
     def bounds(self) -> tuple[float, float, float, float]:
-        """The rectangle around it."""
+        """The sides of the rectangle around the polygon."""
         x, y = zip(*self.corners, strict=True)
         return min(x), max(x), min(y), max(y)
 
@@ -215,14 +215,14 @@ def _first_crossing_sides(corners: FloatArray) -> tuple[int, int] | None:
 
 
 def _segment_distance(point: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
-    """Return the distances of points from sides, shape (k,) [m]; each argument has the shape (2,) or (k, 2)."""
+    """Return the distance of each point from its side (start to end), shape (k,) [m]; arguments of shape (2,) or (k, 2)."""
     way, offset = end - start, point - start
     part = np.clip((way * offset).sum(axis=-1) / (way * way).sum(axis=-1), 0.0, 1.0)
     return norms(offset - part[..., np.newaxis] * way)
 
 
 def _double_area(a: FloatArray, b: FloatArray, c: FloatArray) -> Any:
-    """Return twice the signed area of the triangles a, b, c."""
+    """Return twice the signed area of each triangle with the corners a, b, c."""
     ab, ac = b - a, c - a
     return ab[..., 0] * ac[..., 1] - ab[..., 1] * ac[..., 0]
 

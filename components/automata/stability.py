@@ -1,4 +1,4 @@
-"""The highest frequency of a packing, by power iteration; it limits the step."""
+"""The highest frequency of small motions of a packing, by power iteration; it limits the step."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from ..support.float_arrays import ordered_sum
 from ..support.stable_step import ResultCache
 from .lattice import INERTIA, MASS, TORQUE, VX, Body, Motion, Scratch, copy_to_ghosts, make_scratch
 
-# Amplitude of displacements over the diameter and of rotations, i.e. the relative size of nonlinear terms.
+# Amplitude of the displacements over the diameter, and of the rotations, in the iteration: the size of nonlinear terms.
 _AMPLITUDE = 1e-9
-# Iterations between convergence checks, the tolerance, the largest number of iterations, and of iterations times automata.
+# Iterations between two tests for convergence, its tolerance, the most iterations, and the most iterations times automata.
 _ROUNDS, _CHANGE, _MOST_ROUNDS, _MOST_WORK = 20, 1e-5, 1000, 30_000_000
-# Fractions of the leapfrog limit 2 / omega_max that a step may have at most, and that the default has.
+# The largest step that is allowed, and the default step, as fractions of the leapfrog limit 2 / omega_max.
 ALLOWED_PART, DEFAULT_PART = 0.9, 0.7
 
 _found = {breakable: ResultCache() for breakable in (False, True)}
@@ -26,8 +26,8 @@ def highest_frequency(body: Body, update_forces: Callable[[Motion, Scratch], obj
     """Return a lower estimate of the highest frequency of small motions of a linked packing [rad/s].
 
     Args:
-        body: the packing.
-        update_forces: writes the forces and torques of a motion to a scratch.
+        body: the `lattice.Body` of the packing.
+        update_forces: function that writes the forces and torques at a `Motion` to a `Scratch`.
         has_histories: whether `update_forces` uses the kernels of breakable links; results then differ in their last bits.
     """
     return _found[has_histories].get((*body.layout, *body[1:]), lambda: _compute_frequency(body, update_forces, has_histories))
@@ -43,7 +43,7 @@ def _compute_frequency(body: Body, update_forces: Callable[[Motion, Scratch], ob
     while rounds < _MOST_ROUNDS:
         before = square
         for _ in range(_ROUNDS):
-            # Displacements in diameters and angles in rad, scaled to a small amplitude.
+            # Displacements in diameters and angles in rad, scaled to the small amplitude above.
             norm = ordered_sum(mass * length * length * (vector[0] ** 2 + vector[1] ** 2) + inertia * vector[2] ** 2)
             size = _AMPLITUDE / np.sqrt(norm / (mass[0] * length * length))
             motion[:VX, place] = size * units[:, np.newaxis] * vector
@@ -66,7 +66,7 @@ def step_limit(frequency: float) -> float:
 
 
 def damping_limit(slots: int, stiffness: float, mass: float, step: float) -> float:
-    """Return the largest damping ratio of contacts for which a packing of automata in contact is stable.
+    """Return the largest damping ratio zeta of contacts for which the scheme is stable in a packing of touching automata.
 
     With the velocities before a kick, leapfrog is stable for (w h)^2 + 2 h c w^2 / k < 4. The stiffest frictionless motion has
     w^2 = s w_0^2 with w_0^2 = 2 k / m for two automata and s half the number of neighbours: zeta < 1 / (s w_0 h) - w_0 h / 4.

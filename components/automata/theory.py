@@ -21,9 +21,9 @@ from .packing import LATTICES
 def lattice_frequencies(
     packing: str, wave_vector: Any, *, density: float, shear: float, lame: float, diameter: float
 ) -> npt.NDArray[np.float64]:
-    """Return the three angular frequencies for a wave vector, in increasing order, shape (3,) [rad/s].
+    """Return the three angular frequencies of plane waves in an infinite packing, in increasing order, shape (3,) [rad/s].
 
-    For q exp(i k.x), q = (u_x, u_y, w), the strains of the pair along N are
+    For the wave q exp(i k.x) with q = (u_x, u_y, w), w being the rotation, the strains of the pair along N are
 
         eps = N.u (e - 1) / D,   gamma = T.u (e - 1) / D - w (1 + e) / 2,   e = exp(i D k.N),
 
@@ -129,7 +129,7 @@ def fracture_toughness(tensile: float, diameter: float) -> float:
 
 
 def platen_stress(strain: float, pressure: float, young: float, poisson: float) -> float:
-    """Return the axial pressure on a specimen compressed in plane strain, E e / (1 - nu^2) + nu / (1 - nu) p [Pa].
+    """Return the axial pressure on an elastic specimen compressed in plane strain, E e / (1 - nu^2) + nu / (1 - nu) p [Pa].
 
     Args:
         strain: e, axial compression, positive.
@@ -158,7 +158,7 @@ def confined_strength(pressure: float, cohesion: float, friction: float) -> floa
 
 
 def confining_pressure(strain: float, young: float, poisson: float, friction: float, cohesion: float = 0.0) -> float:
-    """Return the smallest pressure on the sides at which a specimen at a given axial strain does not slide [Pa].
+    """Return the smallest pressure on the sides at which the pairs of a specimen at a given axial strain do not slide [Pa].
 
     At this pressure `platen_stress` equals `confined_strength`; it is 0 if none is needed. Arguments as in these functions.
     """

@@ -1,4 +1,4 @@
-"""Search of the automata of a coupled body by position, and the cell sides next to them."""
+"""Search for the automata of a coupled body by position, and for the cell sides next to automata."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from ..automata.shapes import ON_THE_OUTLINE, Shape
 from ..grid.mesh import IntArray, Mesh
 from ..support.float_arrays import FloatArray
 
-# Distance from the middle of a side at which automata are sought, in lengths of the side.
+# Distance from the middle of a side at which automata next to it are sought, as a fraction of the length of the side.
 _PROBE = 0.01
-# Number of cells, by distance of their centres from a point, that are examined.
+# For each point this many cells, those with the nearest centres, are examined.
 _CELLS = 4
 
 
@@ -40,11 +40,11 @@ class AutomatonSearch:
         return automaton.astype(np.int64), distance
 
     def is_at_point(self, distance: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
-        """Return whether automata at these distances from a point [m] count as located at it."""
+        """Return whether automata at these distances from a point [m] count as lying at the point."""
         return distance <= self._reach
 
     def are_within_period(self, points: FloatArray) -> npt.NDArray[np.bool_]:
-        """Return which points, shape (k, 2) [m], lie between the periodic sides of the packing."""
+        """Return which points, shape (k, 2) [m], lie between the sides of the packing that a period joins."""
         inside = points - self._origin - self._begin
         return np.all(((inside >= 0.0) & (inside <= self._extent)) | ~self._periodic, axis=1)
 
@@ -53,7 +53,7 @@ def find_interface_sides(mesh: Mesh, shape: Shape, origin: FloatArray) -> IntArr
     """Return the boundary sides of the grid with automata on their outer side, as node pairs, shape (k, 2)."""
     start, end = mesh.nodes[mesh.sides[:, 0]], mesh.nodes[mesh.sides[:, 1]]
     way = end - start
-    # Sides run with the grid on their left, so the probe lies on the right.
+    # A side runs with the grid on its left, so automata are sought on its right.
     beside = 0.5 * (start + end) + _PROBE * np.stack([way[:, 1], -way[:, 0]], axis=1)
     return mesh.sides[shape.contains(beside - origin, 0.0)]
 
@@ -73,7 +73,7 @@ def points_in_cells(nodes: FloatArray, cells: IntArray, points: FloatArray) -> t
     sound = np.flatnonzero(np.isfinite(points).all(axis=1))
     count = min(_CELLS, len(cells))
     distances, near = (one.reshape(len(sound), count) for one in tree.query(points[sound], k=count))
-    # The search finds no cells if the squared distance of a point overflows.
+    # The search finds no cells if the square of the distance of a point overflows.
     near[np.isinf(distances)] = 0
     inside = np.ones(near.shape, dtype=bool)
     for corner in range(4):

@@ -48,9 +48,9 @@ from .step_sizes import choose_steps
 
 # Largest displacement of an automaton in one of its steps, as a fraction of its diameter.
 _LARGEST_MOVE = 0.1
-# Energies of the parts, declared as outputs.
+# The energies of the parts that are declared as outputs.
 _PART_ENERGIES = ("grid_kinetic_energy", "grid_elastic_energy", "automata_kinetic_energy", "automata_elastic_energy")
-# `_advance_state` returns this plus the status of the automata if they fail, and `kernels.INVERTED` if the grid fails.
+# `_advance_state` returns `kernels.INVERTED` if the grid fails, and this number plus the status of the automata if they fail.
 _AUTOMATA_FAILED = 16
 
 
@@ -73,7 +73,7 @@ class Coupled(Component):
         return Grid.memory_needed(parameters.grid) + Automata.memory_needed(parameters.automata)
 
     def _build_system(self) -> None:
-        # Both parts are first built alone: their frequencies bound the step, and their states must be sized.
+        # Both parts are first built alone: their highest frequencies bound the step, and the sizes of their states are needed.
         grid, automata = make_part(Grid, self, "grid"), make_part(Automata, self, "automata")
         self._find_interface(grid, automata)
         chosen = choose_steps(self.parameters, 2.0 / grid.highest_frequency, 2.0 / automata.highest_frequency)
@@ -193,7 +193,7 @@ class Coupled(Component):
         return dict(zip(_PART_ENERGIES, map(float, amounts), strict=True))
 
     def _mass_difference(self) -> float:
-        """Return the mass of nodes and free automata minus density times area of both parts."""
+        """Return the mass of nodes and of automata outside the interface, minus density times area of both parts [kg]."""
         conditions = self.grid.tables()[2]
         free = self._automata_mass[self.interface.free > 0].sum()
         own = self.grid.mass.copy()
@@ -201,7 +201,7 @@ class Coupled(Component):
         return float((own.sum() + free) - (self.grid.mass.sum() + self.automata.mass.sum()))
 
     def report(self) -> dict[str, float]:
-        """Return stability ratios of both steps, the mismatch of the interface works, and figures on breakage and yielding."""
+        """Return figures for the report: steps over the largest stable steps, mismatch of interface works, breakage, yield."""
         tally = self._block["exchange"]
         largest = float(np.abs(tally[[WORK_ON_GRID, WORK_ON_AUTOMATA]]).max())
         difference = float(abs(tally[WORK_ON_GRID] + tally[WORK_ON_AUTOMATA]))
@@ -239,7 +239,7 @@ class Coupled(Component):
         return said
 
     def drawables(self) -> tuple[Drawable, ...]:
-        """Return the grid, the automata and their links; both parts are coloured by speed, so that waves cross the seam."""
+        """Return the grid, automata and links for drawing; both coloured by speed, so that waves cross the interface."""
         shown = [part_drawable("grid", one) for one in self.grid.drawables()]
         for one in self.automata.drawables():
             drawn = part_drawable("automata", one)
@@ -248,14 +248,14 @@ class Coupled(Component):
         return tuple(shown)
 
     def nearest_kind(self, ratio: str, index: int) -> str:
-        """Return the kind of event that a cell or a link is closest to."""
+        """Return the kind of event that a cell or a link, the one with number `index`, is closest to."""
         for prefix, part in (("grid", self.grid), ("automata", self.automata)):
             if ratio.startswith(f"{prefix}_") and (kind := part.nearest_kind(ratio.removeprefix(f"{prefix}_"), index)):
                 return f"{prefix}_{kind}"
         return ""
 
     def has_limit(self, ratio: str, index: int) -> bool:
-        """Return whether a cell can yield or a link break."""
+        """Return whether the cell with number `index` can yield, or the link break."""
         part = self.grid if ratio.startswith("grid_") else self.automata
         return part.has_limit(ratio.partition("_")[2], index)
 
@@ -289,7 +289,7 @@ class Coupled(Component):
         if self._cracking is None:
             self.automata.specimen.update_forces()
         else:
-            # Initial contacts act from the first half kick on. If the search fails, the first step reports the reason.
+            # Initial contacts act from the first half kick on. If the search for them fails, the first step reports the reason.
             self._cracking.store_motion()
             self._find_contacts()
             self._cracking.update_forces(at_start=True)
@@ -300,7 +300,7 @@ class Coupled(Component):
         return {}
 
     def _move_interface_automata(self) -> None:
-        """Give the interface automata the positions and velocities of their nodes, and record the forces of the cells."""
+        """Give the interface automata the positions and velocities of their nodes, and record the cell forces on these."""
         state, face, motion, layout = (
             self.grid.tables()[1],
             self.interface,
@@ -314,7 +314,7 @@ class Coupled(Component):
         self._seam.exchange.grid_force[:] = state.force[face.nodes]
 
     def _write_interface_forces(self) -> None:
-        """Write the first forces of the automata on interface nodes; in lockstep also the sum of both parts for half a kick."""
+        """Write the initial forces of automata on interface nodes; in lockstep also the sum of both parts, for half a kick."""
         grid, face, exchange, steps = self._grid_part(), self.interface, self._seam.exchange, self._steps
         forces = self._automata_part.scratch.cells[: FORCE_Y + 1, self.automata.body.layout.place].T
         exchange.automata_force[:] = 0.0
@@ -328,13 +328,13 @@ class Coupled(Component):
             assemble_interface_forces(self._seam, grid.state, grid.conditions, 0.5 * steps.step, steps.by_momentum)
 
     def _load_automata(self) -> None:
-        """Write the state of the automata, with their forces, to the fields."""
+        """Copy the state of the automata, with their forces, to the fields."""
         self.automata.specimen.load_motion()
         cells, place = self._automata_part.scratch.cells, self.automata.body.layout.place
         cells[: FORCE_Y + 1, place], cells[TORQUE, place] = self._block["automata_force"].T, self._block["automata_torque"]
 
     def _store_automata(self) -> None:
-        """Write the fields of the automata to the state."""
+        """Copy the fields of the automata to the state."""
         self.automata.specimen.store_motion()
         cells, place = self._automata_part.scratch.cells, self.automata.body.layout.place
         self._block["automata_force"].T[:], self._block["automata_torque"][:] = (
@@ -351,20 +351,20 @@ class Coupled(Component):
         return GridPart(grid, state, conditions, corner, self.grid.tally, self.grid.free_event_rows())
 
     def _cracking_part(self) -> CrackingPart | None:
-        """Return the histories and contacts of the automata, or None if links neither break nor yield."""
+        """Return the automata part with histories and contacts for kernels, or None if links neither break nor yield."""
         specimen = self._cracking
         if specimen is None:
             return None
         return CrackingPart(specimen.specimen, specimen.contacts(), specimen.travel_limit, self._current_sides())
 
     def _current_sides(self) -> Sides | None:
-        """Return the sides that automata can touch, with the current pairs, or None without side contacts."""
+        """Return the free sides of the grid with the current pairs of automata and sides, or None without side contacts."""
         if self._sides is None:
             return None
         return self._sides._replace(pairs=self._block.reserve_rows("side_pairs", 0), used=self._block.count("side_pairs"))
 
     def _find_contacts(self) -> int:
-        """Rebuild the lists of automata and sides that may touch; return a status if automata are too far out or too fast."""
+        """Search again for pairs that may touch (automata, sides); return a status if automata are too far out or too fast."""
         assert self._cracking is not None
         status = self._cracking.find_contacts()
         if not status and self._sides is not None:
@@ -394,7 +394,7 @@ class Coupled(Component):
         return status
 
     def _divide_inputs(self) -> None:
-        """Pass each part its own inputs."""
+        """Pass to each part those held inputs that are its own."""
         for prefix, part in (("grid", self.grid), ("automata", self.automata)):
             part._hold_inputs(part_values(prefix, self._held))
         self._automata_follow_profile = self.automata.has_profile_input
@@ -418,7 +418,7 @@ class Coupled(Component):
         return status
 
     def _run_kernel(self, grid: GridPart, factors: FloatArray, tick: int) -> int:
-        """Advance by one tick per row of `factors`; return 0 or a status."""
+        """Advance by one tick per row of `factors`, the values of the grid's signals; return 0 or a status."""
         progress, failure = self._call
         progress[:] = 0
         while True:
@@ -442,7 +442,7 @@ class Coupled(Component):
         return self._explain_automata(status - _AUTOMATA_FAILED)
 
     def _explain_automata(self, status: int) -> StepError:
-        """Return the error of the automata as an error of the coupled body."""
+        """Return the error for a status of the automata, worded for the coupled body."""
         self.automata.set_progress(max(int(self._call.failure[1]) - 1, 0) * self.micro_steps, {})
         return self.automata._step_error(status).with_part_prefix("automata")
 
@@ -491,8 +491,8 @@ class Coupled(Component):
     def balances(self) -> tuple[Balance, ...]:
         """Return balances of energy, momentum, mass and, without periodic edges, angular momentum about the origin.
 
-        Each part counts its own share of the mass of interface nodes. `leapfrog_energy` is -h^2/8 times the sum of
-        force^2 / mass. With it, lockstep conserves the energy to rounding.
+        An interface node counts in each part with the mass from that part. `leapfrog_energy` is -h^2/8 times the sum of
+        force^2 / mass. With it, the scheme `lockstep` conserves the energy to rounding.
         """
         found, start = self._energies_and_momenta(), self._block["start"].copy()
         tally, (load, grip) = self.grid.tally.copy(), self._block["tallies"].copy()

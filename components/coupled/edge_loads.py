@@ -1,4 +1,4 @@
-"""Loads and grips of automata in a kick-drift-kick step, and the share that falls on the interface.
+"""Loads (given forces) and grips (given velocities) of automata in a kick-drift-kick step, also of automata at the interface.
 
 `automata.loads` uses steps that drift first. Here a load acts in both half kicks of a tick. Its work is force times the mean of
 the velocities before and after the tick; with this definition the discrete energy of leapfrog balances to rounding.
@@ -34,14 +34,14 @@ from .interface import Interface
 
 
 class EdgeLoads(NamedTuple):
-    """Loads and grips of the automata as a coupled medium applies them.
+    """Loads and grips of the automata as the kernels of a coupled body apply them.
 
     Attributes:
-        load: forces on automata outside the interface; 0 along prescribed directions.
+        load: forces on automata outside the interface; 0 along directions with prescribed motion.
         grip: prescribed velocities.
         grip_place: scratch: displacements of gripped automata before the tick, shape (g, 2).
-        grip_force: scratch: forces and torque before the tick, shape (g, 3).
-        tallies: of loads and of grips, part of the state; see `automata.loads`.
+        grip_force: scratch: forces and torque on gripped automata before the tick, shape (g, 3).
+        tallies: sums of work and impulse of loads and of grips, part of the state; see `automata.loads`.
     """
 
     load: Load
@@ -53,7 +53,7 @@ class EdgeLoads(NamedTuple):
 
 @internal
 def save_tick_start(edges, motion, forces):
-    """Record velocities and forces before the first half kick."""
+    """Record the velocities and forces of loaded and gripped automata before the first half kick of a tick."""
     save_velocities(edges.load.place, motion, edges.load.before)
     save_velocities(edges.grip.place, motion, edges.grip.before)
     for row in range(edges.grip.place.size):
@@ -65,9 +65,9 @@ def save_tick_start(edges, motion, forces):
 
 @internal
 def apply_loads_and_grips(edges, cells, motion, time):
-    """Apply the loads for a half kick of `time` [s], tally their moment, and set the velocities of gripped automata.
+    """Apply the loads for a half kick of `time` [s], tally the moment of their impulse, and set the velocities in grips.
 
-    `cells` are those of a `lattice.Body`.
+    `cells` are the `cells` of a `lattice.Body`.
     """
     load, grip = edges.load, edges.grip
     for row in range(load.place.size):
@@ -120,7 +120,7 @@ def tally_edges(edges, cells, motion, forces, time):
 
 @internal
 def _tally_grip(mass, before, prescribed, force, time, tally):
-    """Add the work of a grip to a tally; return its impulses in the first and in the second half of the tick [N s]."""
+    """Add the work of a grip on one component to a tally; return its impulses in both halves of the tick [N s]."""
     old, new = force
     tally[WORK] += 0.5 * mass * (prescribed * prescribed - before * before) - 0.5 * time * prescribed * (old + new)
     return mass * (prescribed - before) - 0.5 * time * old, -0.5 * time * new
@@ -130,7 +130,7 @@ class EdgeInputs:
     """Loads and grips of the automata. Loads on interface automata are passed to their nodes.
 
     Attributes:
-        edges: arguments of the kernels; of interface automata only the rotation is prescribed.
+        edges: the `EdgeLoads` for kernels; for interface automata only the rotation can be prescribed.
     """
 
     def __init__(self, conditions: Conditions, interface: Interface, tallies: FloatArray) -> None:
@@ -150,14 +150,14 @@ class EdgeInputs:
         )  # fmt: skip
 
     def fill_loads(self) -> None:
-        """Copy the current loads from the conditions of the automata; prescribed directions get no load."""
+        """Copy the current loads from the conditions of the automata; components with prescribed motion get no load."""
         self.edges.load.force[:] = np.where(self._acts, self._conditions.load.force[self._loads], 0.0)
 
     def loads_on_nodes(self, conditions: kernel_arrays.Conditions, places: IntArray) -> FloatArray | None:
-        """Return nodal forces of loads on interface automata, shape (nodes with conditions, 2) [N]; None without such loads.
+        """Return the forces on nodes by loads on interface automata, shape (nodes with conditions, 2) [N]; None without loads.
 
         Args:
-            conditions: of the grid.
+            conditions: the `Conditions` of the grid.
             places: row of each interface node in `conditions`.
         """
         load, interface = self._conditions.load, self._interface

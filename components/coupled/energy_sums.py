@@ -14,17 +14,17 @@ from .parts import AutomataPart, GridPart, Seam
 
 
 class EnergySums(NamedTuple):
-    """Energies [J], momenta [N s], their moments [N m s] and force^2 / mass [N^2/kg], without links and contacts.
+    """Energies [J] without links and contacts, momenta [N s], angular momenta [N m s], sums of force^2 / mass [N^2/kg].
 
     Attributes:
-        kinetic: of the grid; interface nodes count with the mass of the grid.
+        kinetic: kinetic energy of the grid; interface nodes count with their mass from cells.
         hourglass: energy of the hourglass modes.
-        pulled: force^2 / mass of the grid.
+        pulled: sum of force^2 / mass over the nodes.
         elastic: stress work of the cells, without the plastic work.
         plastic: plastic work of the cells.
-        automata_kinetic: of the automata; interface nodes count with the mass of the automata that they carry.
+        automata_kinetic: kinetic energy of the automata; interface nodes count with the mass of the automata that they carry.
         rotational: energy of the rotations.
-        automata_pulled: force^2 / mass and torque^2 / inertia of the automata.
+        automata_pulled: sum of force^2 / mass and torque^2 / inertia over the automata.
         momentum: of the coupled body, shape (2,).
         angular_momentum: of the coupled body, about the origin.
     """
@@ -42,13 +42,13 @@ class EnergySums(NamedTuple):
 
 
 def make_energy_sums(grid: GridPart, automata: AutomataPart, seam: Seam, own_mass: FloatArray, is_lockstep: bool) -> EnergySums:
-    """Return the sums of a coupled body.
+    """Return the energy sums of a coupled body.
 
     Args:
         grid: the grid.
         automata: the automata.
         seam: the interface.
-        own_mass: of each grid node, without joined nodes and automata, shape (n,) [kg].
+        own_mass: mass of each grid node from cells, without nodes joined to it and automata, shape (n,) [kg].
         is_lockstep: whether the forces on interface nodes are the sum of both sides, as in lockstep.
     """
     of_grid = np.zeros(6)
@@ -59,7 +59,7 @@ def make_energy_sums(grid: GridPart, automata: AutomataPart, seam: Seam, own_mas
     pulled = ordered_sum(of_grid[2], np.where(moves, share * force * force / mass, 0.0))
     plastic = ordered_sum(state.plastic_work)
 
-    # Only free automata have translational momentum here; interface automata merely rotate freely.
+    # Here only free automata have linear momentum: interface automata move with their nodes, and only rotate freely.
     place, free = automata.body.layout.place, interface.free > 0
     cells, motion, forces = (
         automata.body.cells[:, place],
@@ -75,7 +75,7 @@ def make_energy_sums(grid: GridPart, automata: AutomataPart, seam: Seam, own_mas
         [free[grip.automata] & (grip.held & bit > 0) for bit in (HOLDS_X, HOLDS_Y)] + [grip.held & HOLDS_ROTATION > 0]
     )
     resisted = np.where(held, -(forces * forces / inertias)[:, grip.automata], 0.0).T
-    # Mass of the automata that interface nodes carry.
+    # The mass of the automata that the interface nodes carry.
     nodes, rows = interface.nodes, seam.exchange.places
     carried, (u, v) = interface.mass * conditions.share[rows], state.velocity[nodes].T
     at_x, at_y = (grid.grid.reference[nodes] + state.displacement[nodes]).T

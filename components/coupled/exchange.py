@@ -1,10 +1,10 @@
-"""The exchange between grid and automata: forces, and the work and impulse of each side on the other.
+"""The exchange between grid and automata at their interface: forces, and the work and impulse of each side on the other.
 
 At an interface node with the masses m_g and m_a and the forces F_g and F_a of the two sides, the sides exchange the impulses
 
     J_g = m_g (v1 - v0) - time F_g,        J_a = m_a (v1 - v0) - time F_a,        J_g + J_a = 0.
 
-The work of an impulse is the impulse times the mean velocity. Each side has its own sum: the difference measures the coupling.
+The work of an impulse is the impulse times the mean velocity. It is summed for each side; the difference measures the coupling.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from ..grid.mesh import IntArray
 from ..support.float_arrays import FloatArray
 from ..support.jit import internal, internal_inlined, jit
 
-# Entries of the tally: work on the grid, work on the automata, impulse on the automata along x and y.
+# Entries of the tally: work on the grid, work on the automata, impulse on the automata along x and y; since the reset.
 WORK_ON_GRID, WORK_ON_AUTOMATA, IMPULSE, EXCHANGE_TALLY = 0, 1, 2, 4
 
 
@@ -24,13 +24,13 @@ class Exchange(NamedTuple):
     """Forces on interface nodes, scratch arrays and the tally.
 
     Attributes:
-        places: row of each interface node in the conditions of the grid, shape (s,).
+        places: row of each interface node in the `Conditions` of the grid, shape (s,).
         grid_force: of cells on the nodes, joined nodes included, part of the state, shape (s, 2) [N].
         automata_force: of automata on the nodes, part of the state, shape (s, 2) [N].
         before: scratch: velocities before a kick, shape (s, 2) [m/s].
         start: scratch: displacements at the beginning of a tick, shape (s, 2) [m].
         given: scratch: impulse of automata on prescribed components in a tick, shape (s, 2) [N s].
-        tally: work and impulse of the exchange, see EXCHANGE_TALLY.
+        tally: work and impulse of the exchange since the reset, see EXCHANGE_TALLY.
     """
 
     places: IntArray
@@ -44,7 +44,7 @@ class Exchange(NamedTuple):
 
 @internal
 def gather_forces(interface, place, forces, out):
-    """Write the force of the automata on each interface node, W^T F, shape (s, 2) [N]; `place` are their field indices."""
+    """Write the force of the automata on each interface node, shape (s, 2) [N]; `place`: their rows in the fields `forces`."""
     for row in range(interface.nodes.size):
         fx = fy = 0.0
         for acting in range(interface.first[row], interface.first[row + 1]):
@@ -56,7 +56,7 @@ def gather_forces(interface, place, forces, out):
 
 @internal
 def interpolate_to_automata(interface, place, nodal_values, x, y):
-    """Interpolate nodal values, shape (nodes, 2), to two fields of the interface automata: W times the values."""
+    """Interpolate nodal values, shape (nodes, 2), to the interface automata; write their components to the fields x and y."""
     for row in range(interface.automata.size):
         p, a, b = place[interface.automata[row]], interface.ends[row, 0], interface.ends[row, 1]
         first, second = interface.weights[row, 0], interface.weights[row, 1]
@@ -84,7 +84,7 @@ def set_interface_velocities(interface, layout, velocity, motion):
 def kicked_velocity(velocity, time, grid_force, automata_force, grid_mass, automata_mass, by_momentum):
     """Return the velocity of an interface node after a kick of `time` [s].
 
-    By force: equation (18) of Psakhie et al., with physical forces. By momentum: each side alone, then m V = m_a V_a + m_c V_c.
+    By force: equation (18) of Psakhie et al. By momentum: the velocity of each side alone, then m V = m_a V_a + m_c V_c.
     """
     if by_momentum and automata_mass > 0.0:
         of_grid = velocity + time * grid_force / grid_mass
@@ -95,7 +95,7 @@ def kicked_velocity(velocity, time, grid_force, automata_force, grid_mass, autom
 
 @jit
 def assemble_interface_forces(seam, state, conditions, time, by_momentum):
-    """Write the forces on interface nodes that produce their velocities after a kick of `time` [s]."""
+    """Write the total forces on interface nodes that give them the velocity `kicked_velocity` after a kick of `time` [s]."""
     interface, exchange = seam.interface, seam.exchange
     for row in range(interface.nodes.size):
         n, i = interface.nodes[row], exchange.places[row]
@@ -122,7 +122,7 @@ def copy_interface_rows(nodes, values, out):
 
 @internal
 def tally_kick(seam, velocity, conditions, grid_time, automata_time):
-    """Tally work and impulse of each side on the other in a kick; `exchange.before` holds the velocities before it.
+    """Tally work and impulse of each side on the other in a kick; `exchange.before` holds the velocities before the kick.
 
     Args:
         seam: a `parts.Seam`; the tally of its exchange is updated.

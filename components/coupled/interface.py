@@ -27,11 +27,11 @@ class Interface(NamedTuple):
 
     Attributes:
         nodes: grid nodes that carry automata, and nodes joined to them by periodic edges, shape (s,).
-        automata: that move with nodes, shape (k,).
+        automata: numbers of the automata that move with nodes, shape (k,).
         ends: the two nodes between which each of `automata` lies; the same node twice for an automaton on a node, shape (k, 2).
         weights: u = weights[0] u(first node) + weights[1] u(second node), shape (k, 2).
-        first: start of the entries of each node in `acting`, and the end of the last one, shape (s + 1,).
-        acting: indices into `automata`, shape (q,).
+        first: where the automata that act on each node begin in `acting`, and the end of the last ones, shape (s + 1,).
+        acting: the automata that act on each node, as indices into `automata`, shape (q,).
         shares: fraction of the force of each acting automaton that acts on the node, shape (q,).
         mass: of the automata that each node carries, joined nodes included, shape (s,) [kg].
         free: 1 for automata that do not belong to the interface, shape (n,).
@@ -58,15 +58,15 @@ def find_interface(
     origin: FloatArray,
     search: AutomatonSearch,
 ) -> Interface:
-    """Return the interface.
+    """Return the interface of a grid and a packing.
 
     Args:
         mesh: of the grid.
-        boundaries: conditions on its edges, by name.
+        boundaries: conditions on the edges of the mesh, by name.
         node_groups: groups of nodes that periodic edges join, rows padded with -1, shape (g, 4).
         packing: the automata.
         mass: of each automaton, shape (n,) [kg].
-        shape: of the automata.
+        shape: the shape that the automata fill.
         origin: position of the origin of the shape [m].
         search: search of automata by position.
 
@@ -74,7 +74,7 @@ def find_interface(
         ParameterError: the parts overlap, do not touch or do not match, or an interface edge is prescribed or damped.
     """
     sides = find_interface_sides(mesh, shape, origin)
-    # Zigzags are checked first: the staircase of the automata along a zigzag side also overlaps cells.
+    # Zigzags are refused before overlaps, because the staircase of automata along a zigzag side overlaps cells as well.
     for side in sides.tolist():
         _refuse_zigzags(mesh, packing, side)
     _refuse_overlaps(mesh, packing, search, origin)
@@ -98,10 +98,10 @@ def find_interface(
 
 
 def _refuse_overlaps(mesh: Mesh, packing: Packing, search: AutomatonSearch, origin: FloatArray) -> None:
-    """Refuse automata with a sector whose middle lies in a cell: its mass would count twice."""
+    """Refuse automata with a sector (a triangle of their cell) whose middle lies in a grid cell: its mass would count twice."""
     automaton, sector = np.nonzero(packing.sectors)
     middles = origin + packing.reference[automaton] + packing.diameter * packing.lattice.sectors.mean(axis=1)[sector]
-    # Sectors beyond a periodic side belong to the opposite side.
+    # Sectors beyond a periodic side belong to the opposite side of the packing.
     kept = search.are_within_period(middles)
     points, cells = points_in_cells(mesh.nodes, mesh.cells, middles[kept])
     if len(points):
@@ -117,7 +117,7 @@ def _refuse_overlaps(mesh: Mesh, packing: Packing, search: AutomatonSearch, orig
 
 
 def _refuse_gap(mesh: Mesh, packing: Packing, search: AutomatonSearch, origin: FloatArray) -> None:
-    """Refuse parts that do not touch; name the nearest node and automaton (a common side would have nodes at both ends)."""
+    """Refuse parts that do not touch; name the nearest node and automaton (a common side would have automata at both nodes)."""
     nodes = np.unique(mesh.sides)
     automata, distance = search.nearest_automata(mesh.nodes[nodes])
     nearest = int(distance.argmin())
@@ -133,7 +133,7 @@ def _refuse_gap(mesh: Mesh, packing: Packing, search: AutomatonSearch, origin: F
 
 
 def _refuse_conditions(mesh: Mesh, boundaries: Mapping[str, Boundary], interface_sides: IntArray) -> None:
-    """Refuse conditions that prescribe or damp nodes of `interface_sides`, which are not a free surface."""
+    """Refuse conditions that prescribe or damp the motion of nodes of `interface_sides`, which are not a free surface."""
     known = {tuple(sorted(side)) for side in interface_sides.tolist()}
     for name, boundary in boundaries.items():
         if isinstance(boundary, (Free, Traction)):
@@ -150,7 +150,7 @@ def _refuse_conditions(mesh: Mesh, boundaries: Mapping[str, Boundary], interface
 
 
 def _refuse_zigzags(mesh: Mesh, packing: Packing, side: list[int]) -> None:
-    """Refuse sides that do not lie along the rows of a hexagonal packing."""
+    """Refuse an interface side along the zigzag of a hexagonal packing, i.e. not along its rows."""
     way = mesh.nodes[side[1]] - mesh.nodes[side[0]]
     if packing.lattice.name == "hexagonal" and abs(way[1]) > ON_THE_OUTLINE * packing.diameter:
         x, y = mesh.nodes[side[0]]
@@ -163,7 +163,7 @@ def _refuse_zigzags(mesh: Mesh, packing: Packing, side: list[int]) -> None:
 
 
 def _side_automata(mesh: Mesh, packing: Packing, search: AutomatonSearch, side: list[int]) -> list[tuple[int, float]]:
-    """Return the automata on a side and their positions along it, from 0 to 1."""
+    """Return the automata on an interface side and their positions along it, from 0 to 1."""
     start, end = mesh.nodes[side[0]], mesh.nodes[side[1]]
     way = end - start
     count = float(np.sqrt(way[0] * way[0] + way[1] * way[1])) / packing.diameter
@@ -201,7 +201,7 @@ def _refuse_shared_nodes(interface_automata: dict[int, tuple[int, int, float]], 
 
 
 def _group_leaders(count: int, node_groups: IntArray) -> IntArray:
-    """Return the first node of the group of each node, shape (count,)."""
+    """Return for each node the first node of its group of joined nodes, shape (count,)."""
     leader = np.arange(count)
     for group in node_groups:
         leader[group[group >= 0]] = group[0]
@@ -235,7 +235,7 @@ def _make_interface(hanging: dict[int, tuple[int, int, float]], node_groups: Int
 
 
 def carried_mass(interface: Interface, count: int, mass: FloatArray) -> FloatArray:
-    """Return the mass of the automata that each node carries, without joined nodes, shape (count,) [kg]."""
+    """Return the mass of the automata that each node carries, without those of joined nodes, shape (count,) [kg]."""
     found = np.zeros(count)
     for column in (0, 1):
         np.add.at(found, interface.ends[:, column], interface.weights[:, column] * mass[interface.automata])

@@ -1,6 +1,6 @@
-"""Ticks of the grid and of the automata, in stages (see `schemes`).
+"""Ticks (internal steps) of the grid with the steps of the automata in them, in stages (see `schemes`).
 
-`advance` can stop to let the caller enlarge the lists of contacts and of broken links, and continue from there. One of
+`advance` can stop so that the caller enlarges the lists of contacts and of broken links, and continue from there. One of
 `linked_body` and `cracking` is None, so that numba does not compile the branch that a run does not need.
 """
 
@@ -22,14 +22,14 @@ from .side_contacts import add_side_forces, largest_side_speed
 
 # Results of `advance`: all ticks are done, a tick has failed, or the reason for an interruption.
 DONE, INVERTED, TOO_FAST, SEARCH, BREAK = 0, 1, 2, 3, 4
-# Entries of `Course.progress`: the tick in the call, the step of the automata in the tick, and its stage.
+# Entries of `CallProgress.progress`: number of the tick in the call, of the step of the automata in the tick, and of its stage.
 ROW, MICRO, STAGE, PROGRESS = 0, 1, 2, 3
 # Stages: before a tick, before a step of the automata, after its links have been checked.
 BEGIN_TICK, BEGIN_STEP, END_STEP = 0, 1, 2
 
 
 class CallProgress(NamedTuple):
-    """Progress of a call.
+    """The progress of a call of `advance`.
 
     Attributes:
         progress: the point at which `advance` has stopped and continues, shape (PROGRESS,); zeros at the beginning of a call.
@@ -47,12 +47,12 @@ def advance(grid, automata, linked_body, cracking, seam, factors, steps, tick, c
     Args:
         grid: a `parts.GridPart`.
         automata: a `parts.AutomataPart`.
-        linked_body: body of automata that stay linked and elastic; None for others.
-        cracking: a `parts.CrackingPart`; None for automata that stay linked and elastic.
+        linked_body: `lattice.Body` of automata whose links stay intact and elastic; None for others.
+        cracking: a `parts.CrackingPart`; None for automata whose links stay intact and elastic.
         seam: a `parts.Seam`.
-        factors: of the grid's signals at the middle of each tick, shape (ticks, signals), one row per tick.
+        factors: values of the grid's signals (see `grid.kernel_arrays`) at the middle of each tick, shape (ticks, signals).
         steps: a scheme, see `schemes`.
-        tick: number at the beginning of the first row.
+        tick: number of the tick at the beginning of the first row.
         call: a `CallProgress`, updated.
 
     Returns:
@@ -86,7 +86,7 @@ def advance(grid, automata, linked_body, cracking, seam, factors, steps, tick, c
             fast += count_fast_automata(automata.motion, steps.speed_limit * steps.speed_limit)
             if cracking is not None:
                 if cracking.specimen.medium.contact_constants.damping > 0.0:
-                    # Between the two halves of the kick, where the velocities are the mean velocities.
+                    # Between the two halves of the kick the velocities are the mean velocities of the step.
                     power = dashpot_power(automata.body.layout.place, cracking.contacts, automata.motion)
                     cracking.specimen.losses[DAMPING] += time * power
             progress[MICRO], progress[STAGE] = progress[MICRO] + 1, BEGIN_STEP

@@ -20,12 +20,12 @@ from .exchange import Exchange, copy_interface_rows, gather_forces
 from .interface import Interface
 from .side_contacts import Sides
 
-# A literal 0 has another numba type and would compile the grid kernels a second time.
+# numba gives a literal 0 another type, and would compile the grid kernels a second time for it.
 _ZERO = np.int64(0)
 
 
 class GridPart(NamedTuple):
-    """The grid, its state, nodes with conditions, scratch, tally, and the buffer of yield events."""
+    """The grid, its state, its nodes with conditions, scratch, the tally of their work, and the buffer of yield events."""
 
     grid: Grid
     state: State
@@ -41,9 +41,9 @@ class AutomataPart(NamedTuple):
     Attributes:
         body: centres in the coordinates of the grid. Interface automata have infinite mass, because they
             follow their nodes instead of forces; they rotate freely.
-        motion: displacements, velocities and rotations, as fields.
-        scratch: fields.
-        edges: loads and grips.
+        motion: displacements, velocities and rotations, see `lattice.Motion`.
+        scratch: results of a force evaluation, see `lattice.Scratch`.
+        edges: loads and grips, see `edge_loads.EdgeLoads`.
     """
 
     body: Body
@@ -57,7 +57,7 @@ class CrackingPart(NamedTuple):
 
     Attributes:
         specimen: an `automata.kernels.Specimen` with the same motion and scratch.
-        contacts: part of the state.
+        contacts: the `contacts.Contacts` of the state.
         travel_limit: distance that the fastest automaton may move before contacts are searched again [m].
         sides: free sides of the grid that automata can touch; None without side contacts.
     """
@@ -69,7 +69,7 @@ class CrackingPart(NamedTuple):
 
 
 class Seam(NamedTuple):
-    """The interface, for kernels."""
+    """The interface for kernels: which nodes move with which automata, and the forces and work that they exchange."""
 
     interface: Interface
     exchange: Exchange
@@ -82,8 +82,10 @@ class Seam(NamedTuple):
 def update_automata_forces(automata, linked_body, cracking, seam, time, tick):
     """Write the forces and torques of links and contacts, and the forces of the automata on interface nodes.
 
-    The links of `cracking` have been checked; it is None for automata that stay linked and elastic, `linked_body` is None for
-    others. `time` is the time since the forces were last computed [s], `tick` the number of the step of the automata.
+    The `lattice.Body` of automata whose links stay intact and elastic; None for others.
+        cracking: a `cracking` whose been have been checked for breaking; it is None for automata whose links stay intact.
+        seam: a `linked_body` is None for
+    others. `time` is the time time since the forces were last computed [s], `tick` the number of the step of the automata.
     """
     if linked_body is not None:
         write_link_forces(linked_body, automata.motion, automata.scratch)
@@ -117,7 +119,7 @@ def kick_and_drift_grid(grid, factors, row, step):
 def finish_cells(grid, seam, step, tick, has_next_tick):
     """Advance the cells, kick the nodes without conditions, and complete the forces on the other nodes.
 
-    `step` is the internal step [s], `tick` the number at the end of this tick. If another tick follows in this call, nodes
+    `step` is the internal step [s], `tick` the number of the tick that ends. If another tick follows in this call, nodes
     without conditions begin it at once.
 
     Returns:

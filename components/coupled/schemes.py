@@ -1,11 +1,11 @@
-"""Three schemes for a tick, each in four stages.
+"""Three schemes for a tick (an internal step), each in four stages: begin tick, begin step, end step, end tick.
 
-Both parts move by kick, drift, kick. In `Lockstep` (one micro-step) an interface node is accelerated by the sum of both forces,
-m a = F with the masses of both. This is leapfrog for the whole body; it conserves momentum and its discrete energy to rounding.
+Both parts move by kick, drift, kick. In `Lockstep` (one step of the automata per tick) an interface node is accelerated by both
+forces, m a = F with the masses of both. This is leapfrog for the whole body; it conserves momentum and its discrete energy.
 
 `Impulses` is a reversible multiple-time-step scheme (M. Tuckerman, B. Berne, G. Martyna, J. Chem. Phys. 97 (1992) 1990). The
 cell forces kick once before and once after the micro-steps of the automata; interface nodes move with the micro-steps. The
-parts exchange impulses W^T F and velocities W v in each micro-step; no force is held constant over several micro-steps.
+parts exchange impulses W^T F and velocities W v in each micro-step, where W interpolates from nodes to automata.
 
 `Literal` follows the sub-steps of Psakhie et al. as written (section 2.3, steps 2 to 4), which are unstable. The automata make
 their steps first; interface automata move with the previous velocity of their nodes. The mean force of the automata then
@@ -51,16 +51,18 @@ class Lockstep(NamedTuple):
 
 
 class Impulses(Lockstep):
-    """Several steps of the automata per tick."""
+    """Several steps of the automata (micro-steps) per tick; attributes as in `Lockstep`."""
 
 
 class Literal(Lockstep):
-    """The sub-steps of the paper, as written."""
+    """The sub-steps of Psakhie et al., as written; attributes as in `Lockstep`."""
 
 
 @dispatch_by_class
 def begin_tick(steps, grid, automata, seam, factors, row):
-    """Begin the tick of a row of factors: the grid's signals at the middle of each tick, shape (ticks, signals)."""
+    """Begin the tick of a row of factors: values of the grid's signals at the middle of each tick, shape (ticks, signals).
+        row: row of this tick in `factors`.
+    """
 
 
 @dispatch_by_class
@@ -70,9 +72,10 @@ def begin_step(steps, grid, automata, seam, factors, row):
 
 @dispatch_by_class
 def end_step(steps, grid, automata, seam, tick, has_next_tick):
-    """End a step of the automata with half a kick, once its forces have been computed.
+    """End a step of the automata with half a kick by the forces at the new positions, which must have been computed.
 
-    `tick` is the number at the end of this tick; `has_next_tick` says whether another one follows in this call.
+    `tick` is the number of the tick that ends.
+        has_next_tick` says whether another one follows in this call.
 
     Returns:
         The number of an inverted cell, or -1.
@@ -134,7 +137,7 @@ def _end_tick_in_lockstep(steps, grid, automata, seam, factors, row, tick, has_n
 
 @begin_tick.register(Impulses)
 def _begin_tick_with_impulses(steps, grid, automata, seam, factors, row):
-    """Apply the cell forces for half a step, and drift the grid nodes outside the interface."""
+    """Kick the grid nodes by the cell forces for half a step, and drift those outside the interface."""
     interface, exchange, state, step = seam.interface, seam.exchange, grid.state, steps.step
     copy_interface_rows(interface.nodes, state.displacement, exchange.start)
     copy_interface_rows(interface.nodes, state.velocity, exchange.before)
@@ -216,7 +219,7 @@ def drift_nodes(grid, seam, time):
 
 @internal
 def use_mean_velocities(grid, seam, step):
-    """Give interface nodes their mean velocities over the tick, for the strains of the cells; save the present velocities."""
+    """Give interface nodes their mean velocities over the tick, for the strains of cells; save the present velocities."""
     interface, exchange, state = seam.interface, seam.exchange, grid.state
     for row in range(interface.nodes.size):
         n = interface.nodes[row]
@@ -229,7 +232,7 @@ def use_mean_velocities(grid, seam, step):
 def end_micro_steps(grid, seam):
     """Restore the velocities of interface nodes, from which `finish_conditions` continues.
 
-    On prescribed components the boundary supplies the impulse opposite to that of the automata.
+    Along prescribed components the boundary supplies the impulse opposite to that of the automata.
     """
     interface, exchange, state, conditions, tally = seam.interface, seam.exchange, grid.state, grid.conditions, grid.tally
     for row in range(interface.nodes.size):
@@ -252,7 +255,7 @@ def end_micro_steps(grid, seam):
 
 @begin_tick.register(Literal)
 def _begin_tick_literally(steps, grid, automata, seam, factors, row):
-    """Clear the force sums of the last tick."""
+    """Set the sums of the forces of the automata on interface nodes to 0."""
     for node in range(seam.interface.nodes.size):
         seam.exchange.given[node, 0] = seam.exchange.given[node, 1] = 0.0
 
@@ -269,7 +272,7 @@ def _begin_step_literally(steps, grid, automata, seam, factors, row):
 
 @end_step.register(Literal)
 def _end_step_literally(steps, grid, automata, seam, tick, has_next_tick):
-    """Add to the mean force on the nodes, and kick the automata."""
+    """Add the forces on the nodes to their mean over the tick, and kick the automata."""
     exchange, time = seam.exchange, steps.step / steps.micro
     for node in range(seam.interface.nodes.size):
         exchange.given[node, 0] += exchange.automata_force[node, 0] / steps.micro
@@ -282,7 +285,7 @@ def _end_step_literally(steps, grid, automata, seam, tick, has_next_tick):
 
 @end_tick.register(Literal)
 def _end_tick_literally(steps, grid, automata, seam, factors, row, tick, has_next_tick):
-    """Advance the grid with the mean force of the automata."""
+    """Advance the grid by a tick, with the mean force of the automata on the interface nodes."""
     interface, exchange, state, half = seam.interface, seam.exchange, grid.state, 0.5 * steps.step
     for node in range(interface.nodes.size):
         for k in range(2):

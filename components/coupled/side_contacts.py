@@ -28,8 +28,8 @@ class Sides(NamedTuple):
     """Free sides of the grid, and the automata that may touch them.
 
     Attributes:
-        nodes: end nodes of each side, with the grid on its left, shape (w, 2).
-        rows: indices of these nodes in the nodes of the interface, shape (w, 2).
+        nodes: the two nodes of each side, with the grid on the left, shape (w, 2).
+        rows: indices of these nodes in `Interface.nodes`, shape (w, 2).
         radius: R of each automaton, shape (n,) [m].
         stiffness: k of each automaton, shape (n,) [N/m].
         pairs: automaton and side, in this order, shape (m, 2); part of the state.
@@ -66,11 +66,11 @@ def make_sides(
 
     Args:
         interface: includes the nodes of the sides.
-        sides: see `free_sides`.
+        sides: result of `free_sides`.
         nodes: initial positions of the grid nodes, shape (nodes, 2) [m].
         centres: initial positions of the automata, shape (n, 2) [m].
-        radius: of an automaton [m].
-        stiffness: of a contact of each automaton, shape (n,) [N/m].
+        radius: half the diameter of an automaton [m].
+        stiffness: k of the contacts of each automaton, shape (n,) [N/m].
     """
     radii, none = np.full(len(centres), radius), np.zeros((0, 2), np.int64)
     rows = np.searchsorted(interface.nodes, sides)
@@ -82,14 +82,14 @@ def make_sides(
 
 
 def find_close_pairs(sides: Sides, nodes: FloatArray, centres: FloatArray, automata: IntArray, margin: float) -> IntArray:
-    """Return sorted pairs of an automaton and a side that may be closer than contact plus a margin, shape (m, 2).
+    """Return the sorted pairs of an automaton and a side whose gap may be less than `margin`, shape (m, 2).
 
     Args:
         sides: `Sides`.
         nodes: present positions of the grid nodes, shape (nodes, 2) [m].
         centres: present positions of the automata, shape (n, 2) [m].
         automata: numbers of the automata to examine.
-        margin: [m].
+        margin: gap up to which pairs are included [m].
     """
     from scipy.spatial import cKDTree  # type: ignore[attr-defined]
 
@@ -105,7 +105,7 @@ def find_close_pairs(sides: Sides, nodes: FloatArray, centres: FloatArray, autom
 
 @internal_inlined
 def _nearest_side_point(start, end, centre):
-    """Return the unit vector from the nearest point of a side to a centre (x, y), the distance, and the fraction s.
+    """Return the unit vector from the nearest point of a side to an automaton's centre, the distance, and the fraction s.
 
     The body lies on the left of the side. A centre inside the body next to the side has a negative distance, and the vector
     still points out of the body. A centre inside the body beyond an end of the side has an infinite distance.
@@ -126,7 +126,7 @@ def _nearest_side_point(start, end, centre):
 
 @jit
 def shorten_radii(sides, nodes, centres, pairs, radii):
-    """Reduce the radii of automata to their distances from the sides; for the arguments see `make_sides` and `Sides`."""
+    """Reduce the radii of automata to their initial distances from the sides; for arguments see `make_sides` and `Sides`."""
     for row in range(pairs.shape[0]):
         i, a, b = pairs[row, 0], sides[pairs[row, 1], 0], sides[pairs[row, 1], 1]
         start, end = (nodes[a, 0], nodes[a, 1]), (nodes[b, 0], nodes[b, 1])
@@ -136,7 +136,7 @@ def shorten_radii(sides, nodes, centres, pairs, radii):
 
 @internal_inlined
 def _nearest_side(sides, nodes, automata, row):
-    """Return the side nearest to a pair's automaton, its normal, distance and fraction, and the row of the next automaton."""
+    """Return the side nearest to the automaton of a row of `pairs`, its normal, distance, s, and the next automaton's row."""
     i, best, (reference, displacement) = sides.pairs[row, 0], -1, nodes
     nx, ny, nearest, part = 0.0, 0.0, np.inf, 0.0
     p, cells, motion = automata.body.layout.place[i], automata.body.cells, automata.motion
@@ -155,13 +155,13 @@ def _nearest_side(sides, nodes, automata, row):
 
 @jit
 def add_side_forces(sides, nodes, automata, automata_force):
-    """Add the forces of sides to automata and interface nodes, and return the energy of these contacts [J].
+    """Add the forces of the contacts with sides to automata and interface nodes, and return the energy of these contacts [J].
 
     Args:
         sides: `Sides`, or None.
         nodes: initial positions of the grid nodes, and their displacements, both of shape (nodes, 2) [m].
         automata: a `parts.AutomataPart`; its forces are updated.
-        automata_force: see `exchange.Exchange`; updated.
+        automata_force: force of automata on interface nodes, see `exchange.Exchange`; updated.
     """
     row, energy, cells = 0, 0.0, automata.scratch.cells
     if sides is not None:

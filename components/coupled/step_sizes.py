@@ -1,7 +1,7 @@
 """Choice and stability check of the step of a coupled body, in lockstep or with micro-steps of the automata.
 
-A step h kicks with the cell forces -Kg u for h/2, lets the automata make n micro-steps, and kicks again. If a mode of the
-automata has the frequency w, with sin(p/2) = w h/2n and W = (n/h) sin p, these turn u into u cos np + v sin(np)/W, and
+A step h kicks with the cell forces -Kg u for h/2, lets the automata make n micro-steps, and kicks again. For a mode of the
+automata with the frequency w, sin(p/2) = w h/2n and W = (n/h) sin p, n of them turn u into u cos np + v sin(np)/W, and
 
     u(k+1) + u(k-1) = 2 (C - (h/2) S Kg) u(k),        C = cos np,  S = sin(np)/W,    functions of one matrix, M^-1 Ka.
 
@@ -26,10 +26,10 @@ from ..support.round_numbers import round_down_to_125
 from ..support.stable_step import ALLOWED, SUGGESTED
 from .parameters import CoupledParameters
 
-# Allowed and suggested fractions of the grid's largest stable step if the automata make several steps in it. With 0.44 the
-# energy of noise stays within 8 % of its initial value.
+# Allowed and suggested step if the automata make several steps in it, as fractions of the grid's largest stable step. With 0.44
+# the energy of noise stays within 8 % of its initial value.
 _ALLOWED_IMPULSES, _SUGGESTED_IMPULSES = 0.44, 0.35
-# Suggested fraction of the longest step with several micro-steps.
+# Suggested step with several micro-steps, as a fraction of the longest stable one.
 _SUGGESTED_KICK = 0.85
 
 
@@ -39,8 +39,8 @@ class StepSizes(NamedTuple):
     Attributes:
         step: of the grid and of the coupled body [s].
         micro: number of steps of the automata in it.
-        grid_part: step over the largest stable step of the grid.
-        automata_part: micro-step over the largest stable step of the automata.
+        grid_part: ratio of the step to the largest stable step of the grid.
+        automata_part: ratio of the micro-step to the largest stable step of the automata.
     """
 
     step: float
@@ -50,7 +50,11 @@ class StepSizes(NamedTuple):
 
 
 def choose_steps(parameters: CoupledParameters, grid_limit: float, automata_limit: float) -> StepSizes:
-    """Return the steps of both parts, given or chosen, from their largest stable steps [s].
+    """Return the steps of both parts, given or chosen.
+
+    Args:
+        parameters: parameters of the coupled body.
+        grid_limit: largest stable step of from their largest stable steps [s].
 
     Raises:
         ParameterError: the given step is not stable.
@@ -76,6 +80,6 @@ def choose_steps(parameters: CoupledParameters, grid_limit: float, automata_limi
 
 
 def _micro_step_limits(micro_steps: int) -> tuple[float, float]:
-    """Return the allowed and the suggested step with micro-steps, in largest stable steps of the automata."""
+    """Return the longest allowed and the suggested step with micro-steps, over the largest stable step of the automata."""
     longest = micro_steps * float(sine_of_pi(0.5 / micro_steps))
     return ALLOWED * longest, _SUGGESTED_KICK * longest

@@ -1,4 +1,4 @@
-"""Plane waves at normal incidence on the interface: reflection by two materials and by two lattices.
+"""Plane waves at normal incidence on the interface: reflection by two materials, and by grid and packing of one material.
 
 No step calls these.
 """
@@ -22,15 +22,15 @@ def reflection(first: Material, second: Material, *, shear: bool = False) -> flo
 
 
 def transmission(first: Material, second: Material, *, shear: bool = False) -> float:
-    """Return the velocity of the transmitted wave in `second` over that of the incident wave in `first`."""
+    """Return the velocity amplitude of the transmitted wave in `second` over that of the incident wave from `first`."""
     return 1.0 + reflection(first, second, shear=shear)
 
 
 def grid_speed(material: Material, wavelength: float, cell_size: float, *, shear: bool = False) -> float:
-    """Return the phase speed of a wave along an axis of square cells, exact in time [m/s].
+    """Return the phase speed of a wave along an axis of a grid of square cells, for exact time integration [m/s].
 
     Args:
-        material: of the cells.
+        material: the material of the cells.
         wavelength: [m].
         cell_size: length of a cell along the wave [m].
         shear: whether it is an S wave.
@@ -42,7 +42,7 @@ def grid_speed(material: Material, wavelength: float, cell_size: float, *, shear
 def automata_speed(
     material: Material, wavelength: float, diameter: float, packing: str, *, axis: str = "x", shear: bool = False
 ) -> float:
-    """Return the phase speed of a wave along an axis of a packing, exact in time [m/s].
+    """Return the phase speed of a wave along an axis of a packing, for exact time integration [m/s].
 
     Args:
         material: of the automata.
@@ -64,7 +64,7 @@ def lattice_reflection(
     material: Material, wavelength: float, cell_size: float, diameter: float, packing: str, *, axis: str = "x",
     shear: bool = False,
 ) -> float:  # fmt: skip
-    """Return an estimate of the reflection between grid and automata of one material; it falls as wavelength^-2.
+    """Return an estimate of the wave amplitude reflected between grid and automata of one material; it falls as wavelength^-2.
 
     The estimate is (c1 - c2) / (c1 + c2) with the phase speeds of grid and automata, as for two continua with these speeds. It
     ignores the arrangement of automata next to the interface. Measured reflections are 1.1 (P) and 1.7 (S) times the estimate

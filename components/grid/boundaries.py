@@ -43,7 +43,7 @@ class Absorbing(Boundary):
     J. Lysmer, R. L. Kuhlemeyer, J. Eng. Mech. Div. ASCE 95 (1969) 859: traction -rho c_p v_n along the normal, -rho c_s v_t
     along the edge; a plane wave at normal incidence is not reflected. The layer (sponge) has the damping force
     -m (strength c_p / width) (depth / width)^2 v: a P wave that crosses it twice keeps exp(-strength / 3) of its amplitude.
-    The dashpots act in addition to the static traction of the stress at the reset, which the edge keeps.
+    At the edge, the traction of the stress at the reset keeps acting, and the forces of the dashpots are added to it.
     """
 
     name: Literal["absorbing"] = field("absorbing", "absorbs waves", "1")

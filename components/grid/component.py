@@ -32,13 +32,13 @@ from .parameters import GridParameters, Place
 from .stability import highest_frequency
 from .yielding import NoYield
 
-# Below this number of cells a tick is too short for threads: measured, see benchmarks/README.md.
+# With fewer cells a tick is too short to gain from threads: measured, see benchmarks/README.md.
 LEAST_CELLS = 100_000
-# Fraction of its area at rest below which a cell is too compressed for the step.
+# A cell whose area falls below this fraction of its initial area is too compressed for the step: a caution.
 _COMPRESSED = 0.5
-# Distance of a point from its node, in sides of the smallest cell, above which there is a caution.
+# A caution is issued if a point is farther than this from its node, in sides of the smallest cell.
 _OFF_NODE = 1e-6
-# Bytes per cell of a large mesh, for the state and the tables of the kernels.
+# Memory per cell of a large mesh [bytes], for the state and the tables of the kernels.
 _BYTES_OF_CELL = 420
 _STATE = ("displacement", "velocity", "force", "stress", "hourglass_force", "energy", "plastic_strain", "plastic_work")
 _YIELD = {"cell_yielded": "the equivalent stress of a cell reached its yield stress for the first time"}
@@ -48,7 +48,7 @@ _YIELD_DETAILS = {"cell_yielded": EventDetail("Pa", "grid", "yield_ratio")}
 class Grid(Component):
     """A continuum in plane strain on a mesh of quadrilaterals that moves with it: Wilkins (1964), Psakhie et al. (2003).
 
-    rho u'' = div sigma with a hypoelastic law (Jaumann rate) and plasticity. Forces, masses and energies are those of a slab
+    rho u'' = div sigma with a hypoelastic law (Jaumann rate) and plastic flow. Forces, masses and energies are those of a slab
     one metre thick. See `GridParameters`.
     """
 
@@ -73,7 +73,7 @@ class Grid(Component):
         for name, boundary in p.boundaries.items():
             if not isinstance(boundary, Free) and not len(self.mesh.edges[name]):
                 raise ParameterError(
-                    "the holes remove all cells at this edge",
+                    "the holes remove all cells at this edge, so its condition acts on nothing",
                     hint="leave the condition out, or make the holes smaller",
                     at=("boundaries", name),
                 )
@@ -113,7 +113,7 @@ class Grid(Component):
         return numbers
 
     def _selected_nodes(self, name: str, places: list[Place]) -> IntArray:
-        """Return the nodes given by numbers or points."""
+        """Return the nodes that the parameter `name` selects by numbers or by points."""
         found = []
         for index, place in enumerate(places):
             if isinstance(place, int) and place >= len(self.mesh.nodes):
@@ -134,7 +134,7 @@ class Grid(Component):
             )
 
     def _nearest_node(self, where: str, point: Sequence[float]) -> int:
-        """Return the node nearest to a point of the body, and record a caution if it is not at the point."""
+        """Return the node nearest to a point of the body, and note the node for a caution if it is not at the point."""
         squares = ((self.mesh.nodes - np.array(point)) ** 2).sum(axis=1)
         node = int(np.argmin(squares))
         (x, y), distance = self.mesh.nodes[node].tolist(), math.sqrt(squares[node])
@@ -146,13 +146,13 @@ class Grid(Component):
         return node
 
     def attach_mass(self, mass: FloatArray | None, loaded_nodes: Sequence[int] = ()) -> None:
-        """Attach masses of another body to nodes; a parent adds the forces of that body to those of the cells.
+        """Attach masses of another body to nodes; a parent component adds the forces of that body to those of the cells.
 
         Call it before the first step.
 
         Args:
-            mass: shape (n,) [kg].
-            loaded_nodes: nodes without such mass to which the parent adds forces.
+            mass: mass to be added to each node, shape (n,) [kg].
+            loaded_nodes: further nodes, without added mass, to which the parent adds forces.
         """
         p = self.parameters
         self._assembly: Assembly = assemble_grid(
@@ -233,7 +233,7 @@ class Grid(Component):
         }
 
     def _reaction(self, edge: str) -> FloatArray:
-        """Return minus the force of the cells on the nodes of an edge, along prescribed components, shape (2,) [N]."""
+        """Return the reaction [N] of an edge, shape (2,): minus the cell forces on its nodes along prescribed components."""
         nodes, own = self._assembly.held_edges[edge]
         share = self._conditions.share[self._assembly.places[nodes], None]
         return 0.0 - np.where(own, share * self._state.force[nodes], 0.0).sum(axis=0)
@@ -253,13 +253,13 @@ class Grid(Component):
             if law is not None:
                 cells = self.cell_material == number
                 limit = yield_limit(law, strain[cells], pressure[cells])
-                # At the tip of a cone no stress can grow.
+                # At the tip of the yield cone (strength 0) no stress can grow.
                 at_tip = limit <= 1e-9 * yield_limit(law, 0.0, 0.0)
                 ratio[cells] = np.where(at_tip, 1.0, equivalent[cells] / np.where(at_tip, 1.0, limit))
         return ratio
 
     def has_limit(self, ratio: str, index: int) -> bool:
-        """Return whether the material of a cell can yield."""
+        """Return whether the material of the cell with number `index` can yield."""
         return self._laws[int(self.cell_material[index])] is not None
 
     def _write_start_state(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
@@ -288,7 +288,7 @@ class Grid(Component):
         return {}
 
     def _static_force(self) -> FloatArray:
-        """Return the force sigma n L that balances the stress on each side of the absorbing edges, shape (k, 2) [N]."""
+        """Return for each side of the absorbing edges the force sigma n L that balances the stress of its cell, (k, 2) [N]."""
         sides, positions = self._assembly.absorbing_sides, self.mesh.nodes + self._state.displacement
         x, y = (positions[sides[:, 1]] - positions[sides[:, 0]]).T
         xx, yy, _, xy = self._state.stress[side_cells(self.mesh, sides)].T
@@ -311,7 +311,7 @@ class Grid(Component):
         state.hourglass_force[:] = self._grid.hourglass[:, None] * (bent - by_x * pattern[:, :1] - by_y * pattern[:, 1:])
 
     def _update_forces(self, step: float) -> int:
-        """Advance stresses elastically by velocity x step [s], and write the forces; return an inverted cell, or -1."""
+        """Advance stresses elastically by strains of velocity x step, and write the forces; return an inverted cell, or -1."""
         elastic = self._grid._replace(laws=NoYield())
         return int(kernels.update_forces(elastic, self._state, self._conditions.groups, self._corner, step))
 
@@ -340,7 +340,7 @@ class Grid(Component):
         return Tables(self._grid, self._state, self._conditions, self._corner)
 
     def drive_factors(self, tick: int, ticks: int) -> FloatArray:
-        """Set up the drive of the held inputs; return the means of the signals over `ticks` ticks from `tick` on."""
+        """Set up the loads by the held inputs; return the signals' means over each of `ticks` ticks from `tick` on."""
         if self._held is not self._driven_by:
             self._signals, drive = make_drive(self._assembly, self._held, self._block["static_force"])
             self._conditions = self._conditions._replace(drive=drive)
@@ -356,14 +356,14 @@ class Grid(Component):
         return int(status)
 
     def free_event_rows(self) -> Yields:
-        """Return free rows for one event per cell that can yield."""
+        """Return free rows in the list of events, one for each cell that can yield."""
         if not self._plastic:
             return Yields(np.zeros((1, 5)), np.zeros(1, dtype=np.int64))
         count = self._block.count("events")
         return Yields(self._block.reserve_rows("events", len(self.mesh.cells) - count), np.array([count]))
 
     def set_event_count(self, yields: Yields) -> None:
-        """Store the number of rows of `free_event_rows` in use."""
+        """Set the number of rows of `free_event_rows` that are in use."""
         if self._plastic:
             self._block.set_row_count("events", int(yields.used[0]))
 
@@ -378,7 +378,7 @@ class Grid(Component):
         )  # fmt: skip
 
     def _smallest_corner_area(self, cell: int) -> Any:
-        """Return the smallest triangle area at a corner of a cell [m2]; it is negative for an angle above 180 degrees."""
+        """Return the smallest of the triangle areas at the corners of a cell [m2]; negative for an angle above 180 degrees."""
         nodes = self.mesh.cells[cell]
         with np.errstate(all="ignore"):
             corners = self.mesh.nodes[nodes] + self._state.displacement[nodes]
@@ -406,7 +406,7 @@ class Grid(Component):
         }  # fmt: skip
 
     def report(self) -> dict[str, float]:
-        """Return the step over the largest stable one, the smallest relative cell area, and the yielded fraction of cells."""
+        """Return figures for the report: step over the largest stable step, smallest relative cell area, yielded fraction."""
         moved = self.mesh.nodes + self._state.displacement
         return {
             "step over the largest stable one, at rest": 0.5 * self.highest_frequency * self.step_size,
@@ -415,7 +415,7 @@ class Grid(Component):
         }
 
     def cautions(self) -> list[str]:
-        """Return cautions about nodes that are not at their points, and about cells too compressed for the step."""
+        """Return cautions about points that are not at nodes, and about cells too compressed for the step."""
         smallest = self.report()["smallest area of a cell over that at rest"]
         compressed = (
             f"a cell has {smallest:.2g} of its area at rest: the elastic law is valid for small elastic strains, and the step "
@@ -458,7 +458,7 @@ class Grid(Component):
     def drawables(self) -> tuple[Drawable, ...]:
         """Return the grid and its nodes, coloured by speed."""
         mesh = self.mesh
-        # A quarter of the side of a square with the mean cell area at a node.
+        # The radius of a node is a quarter of the side of a square with the mean area of its cells.
         around = np.maximum(np.bincount(mesh.cells.ravel(), minlength=len(mesh.nodes)), 1)
         area = np.bincount(mesh.cells.ravel(), np.repeat(mesh.areas, 4), len(mesh.nodes)) / around
         return (

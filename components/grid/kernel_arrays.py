@@ -17,19 +17,19 @@ Int32Array = npt.NDArray[np.int32]
 
 
 class Grid(NamedTuple):
-    """The constant arrays: mesh, masses, materials.
+    """The constant arrays of a grid: mesh, masses, materials.
 
     Attributes:
         reference: initial positions of the nodes, shape (n, 2) [m].
         cells: nodes of each cell, counterclockwise, shape (m, 4).
-        mass: moving with each node, shape (n,) [kg]; for joined nodes the mass of the whole group.
+        mass: mass that moves with each node, shape (n,) [kg]; for joined nodes the mass of the whole group.
         half_inverse: 1 / (2 mass), shape (n,) [1/kg].
         material: number of the material of each cell, shape (m,).
         moduli: Lame's constants of each material, shape (materials, 2) [Pa].
         laws: plastic laws of the materials, see `yielding.law_list`.
         hourglass: stiffness of each cell against its two hourglass modes, shape (m,) [Pa].
         node_slots: rows of the corner forces on a node, one per local corner number of a cell, shape (n, 4).
-        further: other corner forces on nodes, (node, row), shape (k, 2).
+        further: node and row of each corner force that has no place in `node_slots`, shape (k, 2).
         special: 1 for nodes in `Conditions`, which are moved separately, shape (n,).
     """
 
@@ -47,15 +47,15 @@ class Grid(NamedTuple):
 
 
 class State(NamedTuple):
-    """The changing arrays, all at the same tick.
+    """The state of a grid, all arrays at the same tick.
 
     Attributes:
         displacement: of the nodes from `reference`, shape (n, 2) [m].
         velocity: shape (n, 2) [m/s].
         force: of the cells on the nodes, shape (n, 2) [N].
         stress: xx, yy, zz, xy of the cells, tension positive, shape (m, 4) [Pa].
-        hourglass_force: shape (m, 2) [N].
-        energy: work of the stresses on the cells, and of hourglass forces during plastic flow, shape (m,) [J].
+        hourglass_force: force amplitude of the two hourglass modes of each cell, shape (m, 2) [N].
+        energy: work of the stresses in each cell, and of hourglass forces during plastic flow, shape (m,) [J].
         plastic_strain: equivalent, shape (m,); (0,) if no material can yield.
         plastic_work: shape (m,) [J]; (0,) if no material can yield.
     """
@@ -71,16 +71,16 @@ class State(NamedTuple):
 
 
 class Conditions(NamedTuple):
-    """The s nodes with conditions: loads, dashpots, prescribed velocities, joints or masses of another body.
+    """The s nodes with conditions: loads, dashpots, prescribed velocities, periodic joints, or masses of another body.
 
     Attributes:
         nodes: their numbers, shape (s,).
-        mass: shape (s,) [kg].
-        damping: dashpots xx, yy, xy, shape (s, 3) [N s/m].
+        mass: mass that moves with each node, shape (s,) [kg].
+        damping: coefficients xx, yy, xy of the dashpots, shape (s, 3) [N s/m].
         prescribed: 1 for a component whose velocity is given, shape (s, 2).
         share: fraction of a joined group that this node represents in sums, shape (s,).
         groups: two or four nodes that move together, rows padded with -1, shape (k, 4).
-        drive: forces [N], or velocities [m/s] if prescribed, for each signal, shape (signals, s, 2).
+        drive: force [N], or prescribed velocity [m/s], for each signal (a factor that depends on time), shape (signals, s, 2).
         begin: scratch: velocity and force at the beginning of the tick, applied force, dashpot force, mid-step velocity,
             shape (s, 5, 2).
     """
@@ -111,5 +111,5 @@ class Yields(NamedTuple):
     used: npt.NDArray[np.int64]
 
 
-# Entries of the tally: energy, impulse and angular impulse that the conditions have supplied or absorbed since the reset.
+# Entries of the tally: energy, impulse and angular impulse that conditions of each kind have supplied or absorbed since reset.
 WORK, ABSORBED, IMPULSE, BOUNDARY_IMPULSE, ANGULAR, BOUNDARY_ANGULAR, TALLY = 0, 1, 2, 4, 6, 7, 8

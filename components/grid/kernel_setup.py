@@ -28,12 +28,12 @@ class Assembly:
         grid: mesh, masses, materials.
         conditions: nodes with conditions, without a drive.
         corner: scratch of the kernels.
-        mass: of each node alone, shape (n,) [kg].
+        mass: mass of each node, without nodes joined to it, shape (n,) [kg].
         places: node -> its row in `conditions`, -1 for other nodes, shape (n,).
         joined: groups of nodes that move together, rows padded with -1, shape (k, 4).
-        leaders: nodes whose prescribed velocities the nodes with conditions follow; see `nodal_conditions.leader_rows`.
+        leaders: for each node with conditions, the row of the node whose prescribed velocity it follows; see `leader_rows`.
         held_edges: nodes and components that edges prescribe; see `nodal_conditions.held_edges`.
-        inputs: of the edges, and forces on nodes.
+        inputs: the inputs of the edges, and the forces on nodes.
         absorbing_sides: the two nodes of each side of the absorbing edges, with the body on the left, shape (k, 2).
     """
 
@@ -61,7 +61,7 @@ def assemble_grid(
     carried_mass: FloatArray | None = None,
     loaded_nodes: Sequence[int] = (),
 ) -> Assembly:
-    """Return the arrays for a mesh.
+    """Return the arrays of the kernels for a mesh.
 
     Args:
         mesh: nodes, cells, edges.
@@ -69,11 +69,11 @@ def assemble_grid(
         cell_material: the number of each cell, shape (m,).
         laws: plastic law of each material.
         boundaries: of edges by name.
-        forced_nodes: nodes with the input `force`.
+        forced_nodes: nodes on which the input `force` acts.
         hourglass: stiffness against hourglass modes, as a fraction of that of full integration.
         carried_mass: masses of another body that nodes carry too, shape (n,) [kg]; a parent adds its forces to those of the
             cells. Nodes that carry mass become nodes with conditions.
-        loaded_nodes: nodes without such mass to which a parent adds forces.
+        loaded_nodes: further nodes, without such mass, to which a parent adds forces.
 
     Raises:
         ParameterError: a boundary does not fit its edge.
@@ -133,11 +133,11 @@ def assemble_grid(
 
 
 def lump_to_nodes(mesh: Mesh, amounts: FloatArray) -> FloatArray:
-    """Distribute cell amounts to the nodes, a quarter to each node of a cell; return nodal sums, shape (n,)."""
+    """Distribute an amount per cell to nodes, a quarter to each node of the cell; return the sums at the nodes, shape (n,)."""
     corners = np.zeros((len(mesh.nodes), 4))
     for corner in range(4):
         np.add.at(corners[:, corner], mesh.cells[:, corner], 0.25 * amounts)
-    # Summed in two pairs, so that mirror images give bitwise equal sums.
+    # Summed in two pairs of corners, so that mirror images give bitwise equal sums.
     return (corners[:, 0] + corners[:, 1]) + (corners[:, 2] + corners[:, 3])
 
 
@@ -161,9 +161,9 @@ def _prescribed_flags(edges: Mapping[int, Mapping[int, Any]], places: IntArray, 
 
 
 def _node_corners(nodes: int, cells: IntArray) -> tuple[IntArray, IntArray]:
-    """Return the rows of the corner forces on each node, one per local corner, shape (nodes, 4), and the remaining pairs.
+    """Return the rows of the corner forces on each node, one per local corner, shape (nodes, 4), and the (node, row) left over.
 
-    Row 4 m belongs to no cell.
+    The row 4 m, which belongs to no cell, fills empty entries.
     """
     rows = np.full((nodes, 4), 4 * len(cells), dtype=np.int64)
     beyond = []
@@ -180,14 +180,14 @@ def _node_corners(nodes: int, cells: IntArray) -> tuple[IntArray, IntArray]:
 def make_drive(
     assembly: Assembly, inputs: Mapping[str, Held], static_force: FloatArray
 ) -> tuple[list[CompiledProfile], FloatArray]:
-    """Return the profiles among the held inputs, and the drive (see `kernel_arrays.Conditions`).
+    """Return the profiles (functions of time) among the held inputs, and the `drive` of `kernel_arrays.Conditions`.
 
     The first signal is 1 and carries all constant inputs; the other signals are the profiles.
 
     Args:
-        assembly: contains the nodes with conditions.
+        assembly: the assembly, which contains the nodes with conditions.
         inputs: the held inputs by name.
-        static_force: on each side of the absorbing edges, half of it on each node of the side, shape (k, 2) [N].
+        static_force: force on each side of the absorbing edges, half of it on each of its nodes, shape (k, 2) [N].
     """
     values = [inputs[one.variable.name] for one in assembly.inputs]
     profiles = [value for value in values if isinstance(value, CompiledProfile)]

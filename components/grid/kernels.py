@@ -29,11 +29,11 @@ from .kernel_arrays import ABSORBED, ANGULAR, BOUNDARY_ANGULAR, BOUNDARY_IMPULSE
 from .yielding import CellStep, plastic_step
 
 # A slower node counts as at rest [m/s]. Ahead of a wave velocities decay until they, or products of them, become subnormal
-# numbers, which slow a processor down by a factor of tens.
+# floating-point numbers, with which a processor is tens of times slower.
 _REST = 1e-140
 # Number of the event kind for the first yield of a cell.
 _YIELDED = 0
-# The first cell or node. numba compiles a function again for a literal argument.
+# The numbers of the first cell and the first node, as variables: numba compiles a function again for a literal argument.
 _ZERO = np.int64(0)
 # Unsigned indices in the long loops, so that numba need not check for negative ones.
 _ONE, _TWO, _THREE = np.uint64(1), np.uint64(2), np.uint64(3)
@@ -41,13 +41,13 @@ _ONE, _TWO, _THREE = np.uint64(1), np.uint64(2), np.uint64(3)
 
 @internal_inlined
 def corner_forces(stress, hourglass, diagonals, pattern):
-    """Return the stress part of the forces on the first two corners: x and y of one, then of the other [N].
+    """Return the forces on corners 0 and 1 of a cell by its stress: x and y of one, then of the other [N].
 
-    The other corners get the opposite forces: the contour integral (11), minus the work of hourglass forces in a linear field.
+    Corners 2 and 3 get the opposite forces: the contour integral (11), minus the work of hourglass forces in a linear field.
 
     Args:
         stress: xx, yy, xy [Pa].
-        hourglass: forces x, y [N].
+        hourglass: amplitude of the hourglass forces along x, y [N].
         diagonals: from corner 0 to 2, x and y, and from corner 1 to 3 [m].
         pattern: (1, -1, 1, -1) times the corners' positions, x and y [m].
     """
@@ -61,7 +61,7 @@ def corner_forces(stress, hourglass, diagonals, pattern):
 
 @internal
 def record_yield(yields, tick, cell, flow):
-    """Append the event of a cell that yields for the first time."""
+    """Append the event of a cell that yields for the first time; `flow` is its `PlasticStep`."""
     row = yields.used[0]
     rows = yields.rows
     rows[row, 0], rows[row, 1], rows[row, 2], rows[row, 3], rows[row, 4] = tick, _YIELDED, cell, flow.equivalent, flow.limit
@@ -77,13 +77,13 @@ def advance_cells(grid, state, corner_out, step, tick, yields, begin, end):
         state: `stress`, `hourglass_force`, `energy` and the plastic arrays are updated.
         corner_out: force of each cell on each of its nodes, shape (4 m + 1, 2); the last row is 0 [N].
         step: length of the drift [s].
-        tick: number at the end of the step, for events.
+        tick: number of the tick at the end of the step, for events.
         yields: a `kernel_arrays.Yields`, to which first yields are added.
         begin: first cell.
         end: one past the last cell.
 
     Returns:
-        The first non-convex cell, or -1.
+        The number of the first non-convex cell, or -1.
     """
     # Read the arrays from their tuples before the loop: inside it, each access would count references.
     cells, x, u, v = grid.cells, grid.reference, state.displacement, state.velocity
@@ -97,7 +97,7 @@ def advance_cells(grid, state, corner_out, step, tick, yields, begin, end):
         x2, y2, x3, y3 = x[n2, 0] + u[n2, 0], x[n2, 1] + u[n2, 1], x[n3, 0] + u[n3, 0], x[n3, 1] + u[n3, 1]
         vx0, vy0, vx1, vy1 = v[n0, 0], v[n0, 1], v[n1, 0], v[n1, 1]
         vx2, vy2, vx3, vy3 = v[n2, 0], v[n2, 1], v[n3, 0], v[n3, 1]
-        # Diagonals, and the hourglass pattern (1, -1, 1, -1), of positions and velocities.
+        # Diagonals and hourglass amplitudes (corner values times 1, -1, 1, -1) of positions and velocities.
         ax, ay, bx, by = x2 - x0, y2 - y0, x3 - x1, y3 - y1
         px, py = (x0 + x2) - (x1 + x3), (y0 + y2) - (y1 + y3)
         wax, way, wbx, wby = vx2 - vx0, vy2 - vy0, vx3 - vx1, vy3 - vy1
@@ -108,17 +108,17 @@ def advance_cells(grid, state, corner_out, step, tick, yields, begin, end):
         scale = step / twice
         exx, eyx = (my_b * wax - my_a * wbx) * scale, (my_b * way - my_a * wby) * scale
         exy, eyy = (mx_a * wbx - mx_b * wax) * scale, (mx_a * wby - mx_b * way) * scale
-        # The old stress rotates by the rotation of the step, the mid-step increment by the second half of it.
+        # The old stress is rotated by the rotation of the step, the stress increment (of mid-step) by half of it.
         turn = 0.25 * (eyx - exy)
         cosine, sine = spin_rotation(2.0 * turn)
         half_cosine = sqrt(0.5 + 0.5 * cosine)
         half_sine = turn * half_cosine
-        # Hourglass forces grow with the hourglass motion that the velocity gradient does not include.
+        # Hourglass forces grow with the part of the corner motion that the velocity gradient does not describe.
         mpx, mpy, rate = px - half * gx, py - half * gy, stiffness[c]
         hx, hy = cosine * twists[c, 0] - sine * twists[c, 1], sine * twists[c, 0] + cosine * twists[c, 1]
         ix, iy = rate * (step * gx - (exx * mpx + exy * mpy)), rate * (step * gy - (eyx * mpx + eyy * mpy))
         qx, qy = hx + (half_cosine * ix - half_sine * iy), hy + (half_sine * ix + half_cosine * iy)
-        # Stresses and their work.
+        # New stresses and their work.
         number = material[c]
         sxx, syy, sxy = rotate_stress(stresses[c, 0], stresses[c, 1], stresses[c, 3], cosine, sine)
         szz, shear_strain = stresses[c, 2], 0.5 * (exy + eyx)
@@ -152,7 +152,7 @@ def advance_cells(grid, state, corner_out, step, tick, yields, begin, end):
                     energy[c] += twisted
                 plastic_works[c] += work
         twists[c, 0], twists[c, 1] = qx, qy
-        # The kick before the drift used the old stress in its old orientation, not rotated with the cell.
+        # The kick before the drift used the old stress in its old orientation, so the work is that of the old stress unrotated.
         mean_xx, mean_yy, mean_xy = stresses[c, 0] + txx, stresses[c, 1] + tyy, stresses[c, 3] + txy
         energy[c] += (0.25 * twice) * ((mean_xx * exx + mean_yy * eyy) + 2.0 * (mean_xy * shear_strain))
         stresses[c, 0], stresses[c, 1], stresses[c, 2], stresses[c, 3] = txx, tyy, tzz, txy
@@ -162,7 +162,7 @@ def advance_cells(grid, state, corner_out, step, tick, yields, begin, end):
         corner_out[slot + _ONE, 0], corner_out[slot + _ONE, 1] = dx + qx, dy + qy
         corner_out[slot + _TWO, 0], corner_out[slot + _TWO, 1] = -cx - qx, -cy - qy
         corner_out[slot + _THREE, 0], corner_out[slot + _THREE, 1] = qx - dx, qy - dy
-        # All four corners must be below 180 degrees; NaN fails this test too.
+        # All four angles must be below 180 degrees; NaN fails this test too.
         area = ax * by - bx * ay
         if not (area > abs(px * by - py * bx) and area > abs(ax * py - ay * px)) and failed < 0:
             failed = np.int64(c)
@@ -180,7 +180,7 @@ def node_force(slots, corner, n):
 
 @internal
 def write_forces(grid, state, corner, begin, end):
-    """Write the forces on the nodes begin..end-1 from the corner forces."""
+    """Write the forces on the nodes begin..end-1 by summing corner forces."""
     slots, force = grid.node_slots, state.force
     for n in range(np.uint64(begin), np.uint64(end)):
         force[n, 0], force[n, 1] = node_force(slots, corner, n)
@@ -210,7 +210,7 @@ def finish_nodes(grid, state, corner, step, has_next_tick, begin, end):
 
 @internal
 def finish_forces(grid, state, groups, corner):
-    """Add the corner forces of nodes where a local corner occurs in several cells, and sum the forces of joined nodes."""
+    """Complete the forces on nodes: add the corner forces in `further`, and sum the forces of joined nodes."""
     further, force = grid.further, state.force
     for row in range(len(further)):
         n, slot = further[row, 0], further[row, 1]
@@ -285,9 +285,9 @@ def begin_conditions(grid, state, conditions, factors, row, step):
         grid: see `kernel_arrays.Grid`.
         state: `velocity` and `displacement` of these nodes are updated.
         conditions: see `kernel_arrays.Conditions`; `begin` is written.
-        factors: means of the signals over each tick, shape (ticks, signals).
-        row: of this tick.
-        step: [s].
+        factors: mean of each signal over each tick, shape (ticks, signals); a signal multiplies loads or velocities.
+        row: row of this tick in `factors`.
+        step: internal step [s].
     """
     for i in range(len(conditions.nodes)):
         n = conditions.nodes[i]
@@ -383,7 +383,7 @@ def advance(body, factors, tally, step, tick, yields, failure_out):
         factors: means of the signals over each tick, shape (ticks, signals).
         tally: work and impulses since the reset, updated, shape (TALLY,).
         step: internal step [s].
-        tick: number at the beginning.
+        tick: number of the tick at the beginning.
         yields: a `kernel_arrays.Yields`, updated.
         failure_out: the number of a non-convex cell, and the tick, shape (2,).
 
@@ -413,24 +413,24 @@ def start_parts(body, factors, step):
 
 @jit
 def advance_cell_range(body, step, tick, yields, begin, end):
-    """Advance some cells; return the first non-convex one, or -1."""
+    """Advance the cells begin..end-1; return the first non-convex one, or -1."""
     return advance_cells(body.grid, body.state, body.corner, step, tick, yields, begin, end)
 
 
 @jit
 def finish_node_range(body, step, has_next_tick, begin, end):
-    """Write the forces on some nodes, and move those without conditions."""
+    """Write the forces on the nodes begin..end-1, and move those without conditions."""
     finish_nodes(body.grid, body.state, body.corner, step, has_next_tick, begin, end)
 
 
 @jit
 def finish_parts(body, factors, tally, row, step):
-    """Finish a tick once all parts are done."""
+    """Finish a tick once the forces on all nodes have been written; arguments as in `advance`."""
     finish_tick(body, factors, tally, row, step)
 
 
 def advance_in_parts(body, factors, tally, step, tick, yields, failure_out, parts):
-    """Advance like `advance`, with contiguous parts of the cells, then of the nodes, one thread each; bitwise identical.
+    """Advance like `advance`, with one thread for each of several parts of the cells, then of the nodes; bitwise identical.
 
     Only for a grid that cannot yield, because yield events must be in the order of the cells.
     """
@@ -455,7 +455,7 @@ def write_energy_sums(grid, state, own_mass, sums_out):
     Args:
         grid: see `kernel_arrays.Grid`.
         state: see `kernel_arrays.State`.
-        own_mass: of each node, without nodes joined to it, shape (n,) [kg].
+        own_mass: mass of each node, without nodes joined to it, shape (n,) [kg].
         sums_out: written, shape (6,).
     """
     special, velocity, force, twists = grid.special, state.velocity, state.force, state.hourglass_force
@@ -481,7 +481,7 @@ def write_energy_sums(grid, state, own_mass, sums_out):
 
 @jit
 def write_stress_energies(grid, state):
-    """Write the elastic energy of the present stresses to `energy` [J], for a start."""
+    """Write the elastic energy of the present stresses to `State.energy` [J], as its start value."""
     cells, x, u, s, energy = grid.cells, grid.reference, state.displacement, state.stress, state.energy
     material, moduli = grid.material, grid.moduli
     for c in range(len(cells)):
@@ -494,7 +494,7 @@ def write_stress_energies(grid, state):
 
 @jit
 def norm_ratio(image, vector, mass):
-    """Return |image| / |vector| in the mass-weighted norm; both have shape (n, 2)."""
+    """Return |image| / |vector| in the norm weighted with nodal masses; both have the shape (n, 2)."""
     above = below = 0.0
     for n in range(len(mass)):
         above += mass[n] * (image[n, 0] * image[n, 0] + image[n, 1] * image[n, 1])

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from ..support.float_arrays import FloatArray
 
 IntArray = npt.NDArray[np.int64]
-# Smallest ratio of the triangle area at a cell's corner to the square of its longest side; flatter cells are refused.
+# A cell is refused as too flat if the triangle area at a corner is below this fraction of the square of its longest side.
 _FLATTEST = 1e-6
 # A node lies on a side if its distance is below this fraction of the side, and at a corner if its distance is below this
 # fraction of the distance from the cell's centre to its farthest corner.
@@ -28,7 +28,7 @@ class Mesh:
         nodes: initial positions, shape (n, 2) [m].
         cells: the nodes of each cell, counterclockwise, shape (m, 4).
         edges: name -> cell sides on this part of the boundary, shape (k, 2): their two nodes, with the body on the left.
-        orders: name -> nodes of an edge in the given order, shape (k,), only for edges that were given as lists of nodes.
+        orders: name -> nodes of an edge in the order of the parameters, shape (k,), only for edges given as lists of nodes.
     """
 
     nodes: FloatArray
@@ -75,7 +75,7 @@ class Mesh:
         return np.sqrt(x * x + y * y)
 
     def first_problem(self) -> tuple[str, str] | None:
-        """Return location and description of the first error, or None for a usable mesh."""
+        """Return the location and description of the first error in the mesh, or None."""
         n = len(self.nodes)
         outside = np.argwhere((self.cells < 0) | (self.cells >= n))
         if len(outside):
@@ -88,10 +88,10 @@ class Mesh:
         unused = np.flatnonzero(np.bincount(self.cells.ravel(), minlength=n) == 0)
         if len(unused):
             return f"nodes[{unused[0]}]", "does not belong to any cell; remove it, or renumber the nodes"
-        return self._shape_problem() or self._side_problem() or self._non_corner_node_problem()
+        return self._shape_problem() or self._side_problem() or self._find_unconnected_node()
 
     def _shape_problem(self) -> tuple[str, str] | None:
-        """Return the first cell with an inverted or flat corner."""
+        """Return the error of the first cell with an inverted or flat corner, or None."""
         corners = self.nodes[self.cells]
         worst = np.full(len(self.cells), np.inf)
         longest = np.zeros(len(self.cells))
@@ -110,7 +110,7 @@ class Mesh:
         )
 
     def _side_problem(self) -> tuple[str, str] | None:
-        """Return a directed side that several cells share, e.g. a duplicated cell or two cells that overlap."""
+        """Return the error of a directed side that several cells share (cells are duplicated or overlap), or None."""
         sides = np.concatenate([self.cells[:, [j, (j + 1) % 4]] for j in range(4)])
         keys, counts = np.unique(sides[:, 0] * len(self.nodes) + sides[:, 1], return_counts=True)
         if counts.max() == 1:
@@ -119,8 +119,8 @@ class Mesh:
         cells = np.unique(np.flatnonzero((sides == (start, end)).all(axis=1)) % len(self.cells)).tolist()
         return "cells", f"the cells {cells} lie on the same side of the line from node {start} to node {end}, expected only one"
 
-    def _non_corner_node_problem(self) -> tuple[str, str] | None:
-        """Return a node inside a cell or on its sides that is not its corner: cells overlap there or are not connected."""
+    def _find_unconnected_node(self) -> tuple[str, str] | None:
+        """Return the error of a node in a cell, or on its side, that is not its corner (overlap or no connection), or None."""
         from scipy.spatial import cKDTree  # type: ignore[attr-defined]
 
         corners, tree = self.nodes[self.cells], cKDTree(self.nodes)
@@ -132,7 +132,7 @@ class Mesh:
             side, way = corners[cell, (j + 1) % 4] - corners[cell, j], self.nodes[node] - corners[cell, j]
             inside = side[:, 0] * way[:, 1] - side[:, 1] * way[:, 0]
             foreign &= inside > -_ON_SIDE * (side * side).sum(axis=1)
-            # Exclude corners, and second nodes at the same position, as on the other face of a slit.
+            # Exclude corners, and other nodes at the position of a corner, as on the opposite face of a slit.
             foreign &= (way * way).sum(axis=1) > (_AT_CORNER * self.cell_radii[cell]) ** 2
         if not foreign.any():
             return None
@@ -156,10 +156,10 @@ def rectangle_mesh(columns: int, rows: int, size: tuple[float, float], centre: t
     Coordinates are the centre plus multiples of the cell size: about a centre of 0, mirror images are bitwise exact.
 
     Args:
-        columns: cells along x.
-        rows: cells along y.
+        columns: number of cells along x.
+        rows: number of cells along y.
         size: width and height of a cell [m].
-        centre: of the rectangle [m]; None puts the lower left corner at 0.
+        centre: centre of the rectangle [m]; None puts the lower left corner at 0.
     """
     middle = (0.5 * columns * size[0], 0.5 * rows * size[1]) if centre is None else centre
     x, y = (middle[axis] + (np.arange(count + 1) - 0.5 * count) * size[axis] for axis, count in ((0, columns), (1, rows)))
@@ -184,7 +184,7 @@ def mesh_without_cells(mesh: Mesh, is_removed: npt.NDArray[np.bool_]) -> Mesh:
     used[cells] = True
     number = np.cumsum(used) - 1
     left = Mesh(mesh.nodes[used], number[cells])
-    # A side remains in its edge if its cell remains.
+    # When cells are removed, an edge keeps those of its sides whose cell remains.
     there = {tuple(side) for side in left.sides.tolist()}
     edges: dict[str, Any] = {}
     for name, sides in mesh.edges.items():

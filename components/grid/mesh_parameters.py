@@ -28,7 +28,7 @@ _MOST_CELLS = 100_000_000
 
 
 def _validate_edge_name(name: str) -> str:
-    """Refuse edge names that do not make valid input names, or that clash with an output."""
+    """Refuse an edge name from which no valid input name can be formed, or whose input would have the name of an output."""
     if not re.fullmatch("[a-z][a-z0-9_]*", name) or name == "receiver":
         raise ValueError(f"edges: got the name {name!r}, expected lower-case letters, digits and _, but not 'receiver'")
     return name
@@ -56,7 +56,7 @@ class Shape(Named):
 
 
 class Rectangle(Shape):
-    """Equal cells along the axes, except cells whose middle lies in a hole."""
+    """A rectangle of equal cells, without those whose centre lies in a hole or notch."""
 
     name: Literal["rectangle"] = field("rectangle", "equal cells along the axes", "1")
     columns: int = field(40, "cells along x", "1", ge=1, le=_MOST_CELLS)
@@ -108,7 +108,7 @@ class Rectangle(Shape):
 
 
 class Quadrilaterals(Shape):
-    """A mesh of explicit nodes and cells."""
+    """A mesh given by its nodes and cells."""
 
     name: Literal["quadrilaterals"] = field("quadrilaterals", "explicit nodes and cells", "1")
     nodes: list[Pair] = field(..., "x and y of each node", "m", min_length=4)

@@ -1,4 +1,4 @@
-"""Nodes with conditions, derived from boundaries and inputs: their numbers, prescribed components, and loads by inputs."""
+"""Nodes with conditions, derived from boundaries and inputs: node numbers, prescribed components, and the action of inputs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ..variables import Variable
 from .boundaries import Absorbing, Boundary, Fixed, Periodic, PrescribedVelocity, Symmetry, Traction
 from .mesh import IntArray, Mesh
 
-# Tolerance of the coordinates of joined nodes, as a fraction of the distance between the edges.
+# Nodes of two edges count as opposite within this tolerance, as a fraction of the distance between the edges.
 _MISFIT = 1e-9
 
 
@@ -27,11 +27,11 @@ class EdgeInput:
 
     Attributes:
         variable: the input.
-        nodes: on which it acts, shape (k,).
+        nodes: nodes on which it acts, shape (k,).
         velocity: whether it prescribes a velocity; otherwise it is a force or a traction.
         sides: for a traction, the two nodes of each side of the edge, as indices into `nodes`, shape (sides, 2).
-        lengths: of the sides, shape (sides,) [m].
-        own: for a velocity, whether this edge prescribes each component of each node, shape (k, 2).
+        lengths: lengths of these sides, shape (sides,) [m].
+        own: for a velocity, whether this edge (not another one) prescribes each component of each node, shape (k, 2).
     """
 
     variable: Variable
@@ -42,13 +42,13 @@ class EdgeInput:
     own: npt.NDArray[np.bool_] | None = None
 
     def nodal_values(self, value: Any) -> FloatArray:
-        """Return the nodal forces or velocities for a value of the input, shape (k, 2) [N or m/s]."""
+        """Return the forces [N] or velocities [m/s] of the nodes for a value of the input, shape (k, 2)."""
         rows = np.broadcast_to(np.asarray(value).reshape(-1, 2), (len(self.nodes), 2))
         if self.own is not None:
             return np.where(self.own, rows, 0.0)
         if self.sides is None or self.lengths is None:
             return rows
-        # Exact integral of linear tractions times linear displacements along each side, for unit thickness.
+        # Exact work of a traction linear along each side on displacements linear along it, for unit thickness.
         third, sixth = self.lengths[:, None] / 3.0, self.lengths[:, None] / 6.0
         first, second = rows[self.sides[:, 0]], rows[self.sides[:, 1]]
         given = np.zeros((len(self.nodes), 2))
@@ -94,7 +94,7 @@ def joined_nodes(mesh: Mesh, boundaries: Mapping[str, Boundary]) -> IntArray:
 
 
 def _opposite_nodes(mesh: Mesh, first: str, second: str) -> IntArray:
-    """Return pairs of nodes of two edges that differ by a constant vector, shape (k, 2)."""
+    """Return the pairs of nodes of two edges whose positions differ by the same vector, shape (k, 2)."""
     one, two = mesh.sorted_edge_nodes(first), mesh.sorted_edge_nodes(second)
     if len(one) != len(two):
         raise ParameterError(
@@ -147,7 +147,7 @@ def _edge_variable(mesh: Mesh, name: str, boundary: Traction | PrescribedVelocit
 
 
 def prescribed_components(mesh: Mesh, boundaries: Mapping[str, Boundary]) -> dict[int, dict[int, str]]:
-    """Return a map: node -> component -> name of the edge that prescribes it; the name is never empty.
+    """Return the edge that prescribes each component of each node: node -> component -> name of the edge, never empty.
 
     Raises:
         ParameterError: a symmetry edge does not lie along an axis.
@@ -158,7 +158,7 @@ def prescribed_components(mesh: Mesh, boundaries: Mapping[str, Boundary]) -> dic
 def held_edges(
     mesh: Mesh, boundaries: Mapping[str, Boundary], prescribing_edges: Mapping[int, Mapping[int, str]]
 ) -> dict[str, tuple[IntArray, npt.NDArray[np.bool_]]]:
-    """Return the nodes on velocity-controlled edges, shape (k,), and a mask of the prescribed components, shape (k, 2)."""
+    """Return for each edge with prescribed motion its nodes, shape (k,), and which components it prescribes, shape (k, 2)."""
     found = {}
     for name, boundary in boundaries.items():
         if isinstance(boundary, (Fixed, PrescribedVelocity, Symmetry)):
@@ -188,10 +188,10 @@ def dashpot_damping(
     Args:
         mesh: the mesh.
         boundaries: of the edges.
-        density: of each cell, shape (m,), like the next two arrays [kg/m3].
-        longitudinal: wave speed [m/s].
-        shear: wave speed [m/s].
-        mass: of each node alone, shape (n,) [kg].
+        density: density of each cell, shape (m,), like the next two arrays [kg/m3].
+        longitudinal: speed of P waves [m/s].
+        shear: speed of S waves [m/s].
+        mass: mass of each node, without nodes joined to it, shape (n,) [kg].
     """
     damping = np.zeros((len(mesh.nodes), 3))
     for name, boundary in boundaries.items():
@@ -233,7 +233,7 @@ def absorbing_sides(mesh: Mesh, boundaries: Mapping[str, Boundary]) -> IntArray:
 
 
 def side_cells(mesh: Mesh, sides: IntArray) -> IntArray:
-    """Return the cell of each side of the boundary."""
+    """Return the number of the cell to which each boundary side belongs."""
     n = len(mesh.nodes)
     keys = np.concatenate([mesh.cells[:, j] * n + mesh.cells[:, (j + 1) % 4] for j in range(4)])
     order = np.argsort(keys, kind="stable")
@@ -241,12 +241,12 @@ def side_cells(mesh: Mesh, sides: IntArray) -> IntArray:
 
 
 def sum_joined_rows(rows: FloatArray, places: IntArray, groups: IntArray) -> FloatArray:
-    """Return the rows of the special nodes, with the rows of joined nodes summed.
+    """Return values of the nodes with conditions, where each joined node gets the sum over its group.
 
     Args:
-        rows: shape (s, k).
+        rows: values of the s nodes with conditions, shape (s, k).
         places: node -> its row, shape (n,).
-        groups: see `joined_nodes`.
+        groups: groups of nodes that move together, see `joined_nodes`.
     """
     total = rows.copy()
     at_corner = groups[:, 3] >= 0
@@ -259,7 +259,7 @@ def sum_joined_rows(rows: FloatArray, places: IntArray, groups: IntArray) -> Flo
 def leader_rows(
     prescribing_edges: Mapping[int, Mapping[int, str]], places: IntArray, groups: IntArray, count: int
 ) -> npt.NDArray[np.int64]:
-    """Return, per special node and component, the row of the node whose prescribed velocity it follows, shape (count, 2).
+    """Return per node with conditions and component the row of the node whose prescribed velocity it follows, shape (count, 2).
 
     Joined nodes follow the first member with a prescribed velocity; all other nodes follow themselves.
     """

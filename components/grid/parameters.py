@@ -55,7 +55,7 @@ class GridParameters(Parameters):
 
     @property
     def materials(self) -> list[Any]:
-        """Presets or materials, by number."""
+        """The materials by number, each the name of a preset or a material."""
         return self.material if isinstance(self.material, list) else [self.material]
 
     @property
@@ -66,7 +66,7 @@ class GridParameters(Parameters):
     @field_validator("plasticity", mode="before")
     @classmethod
     def _expand_single_law(cls, value: Any) -> Any:
-        """Accept one law without brackets for all materials."""
+        """Accept a single law, not in a list, as the law of all materials."""
         return value if isinstance(value, (list, tuple)) else [value]
 
     @model_validator(mode="after")

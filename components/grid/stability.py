@@ -15,7 +15,7 @@ from .kernel_arrays import Conditions, Grid, State
 from .mesh import cell_areas
 from .yielding import NoYield
 
-# Strains small enough to leave the geometry unchanged to rounding.
+# Size of the strains in the iteration: so small that the geometry is unchanged to rounding.
 _SMALL = 1e-13
 _ITERATIONS = 100
 _SETTLED = 2e-5
@@ -27,7 +27,7 @@ def highest_frequency(grid: Grid, conditions: Conditions, corner: FloatArray) ->
 
     The last row of `corner`, scratch of the kernels, is 0.
     """
-    # The frequency does not depend on plastic laws; of the conditions, only prescribed and joined nodes affect it.
+    # The frequency does not depend on plastic laws; of the conditions, only prescribed and joined nodes matter.
     nothing = np.zeros(0)
     inputs = (*grid._replace(laws=nothing), conditions.nodes, conditions.prescribed, conditions.groups)
     return _found.get(inputs, lambda: _compute_frequency(grid, conditions, corner))
@@ -49,7 +49,7 @@ def _compute_frequency(grid: Grid, conditions: Conditions, corner: FloatArray) -
         shape[members] = shape[members[0]]
 
     def nodal_forces(displacement: FloatArray) -> FloatArray:
-        # One step of 1 s.
+        # With a step of 1 s, velocities are displacements.
         state.velocity[:] = displacement
         state.stress[:] = 0.0
         state.hourglass_force[:] = 0.0

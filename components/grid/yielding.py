@@ -1,8 +1,8 @@
 """The plastic step of a cell in plane strain, for one or several materials.
 
-The laws form a nested list of named tuples, so that their types decide which code is compiled. A material that yields is a
-`YieldingEntry`, an elastic one before it an `ElasticEntry`. `NoYield` at the end represents all materials after the last that
-yields.
+The laws form a linked list of named tuples (law, rest of the list), so that their types decide which code is compiled. Its
+entries are the materials by number: `YieldingEntry` or `ElasticEntry`. The end, `NoYield`, stands for all materials after the
+last one that yields.
 """
 
 from __future__ import annotations
@@ -18,31 +18,31 @@ from ..support.jit import internal
 
 
 class NoYield(NamedTuple):
-    """The end of the list: no further material yields."""
+    """The end of the list of laws: all materials not listed before it are elastic."""
 
 
 class ElasticEntry(NamedTuple):
-    """A material that does not yield, and the rest of the list."""
+    """The list of laws from a material that does not yield on: `others` is the list for the next materials."""
 
     others: Any
 
 
 class YieldingEntry(NamedTuple):
-    """The law of a material that yields, and the rest of the list."""
+    """The list of laws from a material that yields on: its law, and the list `others` for the next materials."""
 
     law: Any
     others: Any
 
 
 class CellStep(NamedTuple):
-    """An elastic step of a cell.
+    """A step of a cell as if it were elastic.
 
     Attributes:
         moduli: Lame's constants [Pa].
-        plastic_strain: equivalent, before the step.
-        area: at mid-step [m2].
-        old: stress before the step, rotated [Pa].
-        trial: trial stress after the step [Pa].
+        plastic_strain: equivalent plastic strain before the step.
+        area: area of the cell at mid-step [m2].
+        old: stress before the step, rotated with the cell [Pa].
+        trial: stress after the step if it is elastic [Pa].
     """
 
     moduli: Any
@@ -53,14 +53,14 @@ class CellStep(NamedTuple):
 
 
 class PlasticStep(NamedTuple):
-    """The stress after the plastic return of a step.
+    """The result of a step after the return of the trial stress to the yield surface.
 
     Attributes:
         stress: xx, yy, zz, xy [Pa].
-        strain: equivalent plastic strain of the step.
-        work: plastic work [J].
-        kept: factor of the trial deviator, 1 without plastic flow.
-        equivalent: of the trial stress [Pa].
+        strain: increment of the equivalent plastic strain.
+        work: plastic work of the step [J].
+        kept: factor by which the deviator of the trial stress is multiplied, 1 without plastic flow.
+        equivalent: equivalent (von Mises) trial stress [Pa].
         limit: yield stress [Pa].
     """
 
@@ -73,7 +73,7 @@ class PlasticStep(NamedTuple):
 
 
 def law_list(laws: Sequence[PlasticLaw]) -> Any:
-    """Return the laws of the materials for kernels."""
+    """Return the plastic laws of the materials as the list described above."""
     found: Any = NoYield()
     for constants in reversed([law.constants() for law in laws]):
         if constants is not None:
@@ -85,7 +85,7 @@ def law_list(laws: Sequence[PlasticLaw]) -> Any:
 
 @dispatch_by_class
 def plastic_step(laws, material, step):
-    """Return the `PlasticStep` of a cell for its `CellStep`; the number of the material starts from 0."""
+    """Return the `PlasticStep` of a cell the list its `CellStep`; the number of the material starts from 0."""
 
 
 @plastic_step.register(NoYield)
@@ -120,7 +120,7 @@ def yield_cell(law, step):
     kept = found.equivalent / q if found.plastic_strain > 0.0 and q > 0.0 else 1.0
     gone, after = 1.0 - kept, found.pressure
     stress = PlaneTensor(kept * sxx - after, kept * syy - after, kept * szz - after, kept * sxy)
-    # The mean of the stress before and after the step does the work, on the deviatoric plastic strain and on the dilation.
+    # The plastic work is that of the mean of the old and the new stress, on the deviatoric plastic strain and on the dilation.
     old = step.old
     middle = -(old.xx + old.yy + old.zz) / 6.0 + 0.5 * after
     sheared = (

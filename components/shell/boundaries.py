@@ -20,7 +20,7 @@ from .kernel_arrays import IntArray
 
 EdgeName = Literal["start", "end", "left", "right", "bottom", "top"]
 BoundaryName = Literal["clamped", "symmetry", "moved", "platen", "wall"]
-# Value of `kernel_arrays.Nodes.prescribed` for a component at rest; smaller numbers refer to columns of the signals.
+# Value of `Nodes.prescribed` for a component at rest; smaller values refer to columns of the signals (velocities by inputs).
 AT_REST = 255
 
 
@@ -28,10 +28,10 @@ class Conditions(NamedTuple):
     """The prescribed velocities.
 
     Attributes:
-        prescribed: see `kernel_arrays.Nodes`, shape (n, 3).
+        prescribed: which velocity components are prescribed, see `kernel_arrays.Nodes`, shape (n, 3).
         moved: edges whose velocity is an input, in the order of their columns in the signals, three per edge from column 1 on;
             with the axis of a platen, which moves only along that axis, or -1 for an edge that moves in all directions.
-        wall: see `kernel_arrays.Solid`, shape (2,).
+        wall: position and side of a rigid wall, see `kernel_arrays.Solid`, shape (2,).
     """
 
     prescribed: npt.NDArray[np.uint8]
@@ -40,7 +40,7 @@ class Conditions(NamedTuple):
 
 
 def edge_nodes(lattice: Lattice, edge: str) -> IntArray:
-    """Return the nodes of an edge, ascending; nodes at the bottom of a notch do not belong to the edge."""
+    """Return the nodes of an edge, ascending, without nodes at the bottom of a notch."""
     axis, end = EDGES[edge]
     numbers = np.arange(lattice.node_count).reshape(lattice.shape)
     nodes = np.take(numbers, end, axis=axis).ravel()
@@ -91,7 +91,7 @@ def tick_signals(inputs: Mapping[str, Held], moved_edges: Mapping[str, int], tic
 
 
 def signal_pattern(value: Held) -> FloatArray:
-    """Return a copy of the array that the signal of an array input scales.
+    """Return a copy of the array that the profile of an input multiplies; for an input without profile, of its value.
 
     The copy is always writable. Held arrays are read-only and arrays of some profiles are not: numba would compile twice.
     """

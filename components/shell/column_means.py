@@ -1,14 +1,14 @@
-"""Stress means over neighbouring columns of points, with the weights 1, 2, 1, for fracture laws, outputs and drawings.
+"""Stress means over neighbouring columns (rows of integration points through the wall), with the weights 1, 2, 1.
 
-With points at columns, derivatives are central differences: the forces that balance a column come from the stresses of the two
-neighbouring ones. Even and odd columns balance separately, and their stresses alternate where a step of the wall loads both
-differently. The mean, along the body and then across it, removes alternating fields and keeps linear ones. Only columns of the
-same section are averaged; at the end of such a row the two outermost columns share a mean. A point next to a parted point keeps
+Fracture laws, outputs and drawings use them. With points at columns, derivatives are central differences: the forces that
+balance a column come from both neighbours. Even and odd columns balance separately, so stresses alternate where a step of the
+wall loads both differently. The mean, first along and then across the body, removes alternating fields. Only columns of the
+same height are averaged; at the end of such a row the two outermost columns share a mean. A point next to a cracked point keeps
 its own stress in that direction: a mean would hide the stress that drives the crack.
 
-Measured on a pulled strip with a groove 0.6 mm deep in 0.89 mm: force of a section over the true one. With three columns below
-the groove, single columns give 0.86 to 1.18 and the means 0.994 to 1.011. With one column they give 0.66 to 1.37 and 0.99 to
-1.03, but 0.65 in the ligament, which has no neighbours. With the rule `cell` they give 0.58 to 1.38 and 0.81 to 1.21.
+Measured on a pulled strip with a groove 0.6 mm deep in 0.89 mm: ratio of a section's force to the true one. With three columns
+below the groove, single columns give 0.86 to 1.18, means 0.994 to 1.011. With one column they give 0.66 to 1.37 and 0.99 to
+1.03, but 0.65 in the ligament, which has no neighbours. With the integration rule `cell`: 0.58 to 1.38 and 0.81 to 1.21.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ from .quadrature import IntegrationPoints
 
 
 class ColumnMeans(NamedTuple):
-    """The tables of the means for m points in c columns, and the means.
+    """Neighbours of m points in c columns for the stress means, and the means.
 
     Attributes:
-        alike: columns before and after each one along and across, itself without a neighbour of its section, shape (4, c).
-        sound: whether no crack has parted a point, shape (m,).
+        alike: columns before and after each one along and across, itself if there is none of its section, shape (4, c).
+        sound: whether no crack has formed at a point, shape (m,).
         sine, cosine: of the rotation angle of the frame of each point, shape (m,).
         halfway: means along the body only, in the frames of the points, shape (m, 6) [Pa].
-        stress: the means, in the layout of stresses, shape (m, 6) [Pa].
+        stress: the means along and across, components as in `State.stress`, shape (m, 6) [Pa].
     """
 
     alike: ColumnArray
@@ -45,10 +45,10 @@ class ColumnMeans(NamedTuple):
 
 
 def make_column_means(lattice: Lattice, points: IntegrationPoints) -> ColumnMeans:
-    """Return the tables of a body without cracks."""
+    """Return the `ColumnMeans` of a body without cracks."""
     along, across, through = (len(line.at) for line in points.lines)
     around, own = column_neighbours(along, across, lattice.axes[1].is_closed).T, np.arange(along * across)
-    # Below a notch the points have other heights.
+    # The points of columns below a notch lie at other heights.
     lowest = points.heights.reshape(-1, through)[:, 0]
     alike = np.where(lowest[around] == lowest, around, own).astype(np.int32)
     count = len(points.volume)
@@ -58,7 +58,7 @@ def make_column_means(lattice: Lattice, points: IntegrationPoints) -> ColumnMean
 
 
 def write_column_means(stress: FloatArray, means: ColumnMeans) -> None:
-    """Write the means of a stress, shape (m, 6)."""
+    """Write the column means of a stress, shape (m, 6), to `means.stress`."""
     before, after, left, right = means.alike
     write_means(stress, before, after, means.sound, means.cosine, means.sine, means.halfway)
     write_means(means.halfway, left, right, means.sound, means.cosine, -means.sine, means.stress)
@@ -66,16 +66,16 @@ def write_column_means(stress: FloatArray, means: ColumnMeans) -> None:
 
 @jit
 def write_means(stress, before, after, is_sound, cosine, sine, out):
-    """Write stress means over three columns, the middle one with twice the weight, in a frame rotated about x.
+    """Write stress means over three successive columns, the middle one with twice the weight, in a frame rotated about x.
 
     Args:
-        stress: shape (m, 6).
+        stress: stresses of the points, shape (m, 6).
         before: the column before each one, shape (c,).
         after: the column after it.
-        is_sound: whether no crack has parted a point, shape (m,).
+        is_sound: whether no crack has formed at a point, shape (m,).
         cosine: of the angle of rotation at each point, shape (m,).
         sine: of the same angle, shape (m,).
-        out: shape (m, 6).
+        out: written, shape (m, 6).
     """
     through = stress.shape[0] // before.size
     for p in range(stress.shape[0]):
@@ -83,7 +83,7 @@ def write_means(stress, before, after, is_sound, cosine, sine, out):
         q, r = before[column] * through + layer, after[column] * through + layer
         if not (is_sound[p] and is_sound[q] and is_sound[r]):
             q, r = p, p
-        # At an end the only neighbour counts twice.
+        # At an end the only neighbour counts on both sides.
         if r == p:
             r = q
         if q == p:

@@ -29,20 +29,20 @@ from .stability import CRACKED, WALL_STIFFNESS, highest_frequency
 from .ticks import advance, update_forces, write_wall_force
 
 _STATE = ("displacement", "velocity", "force", "gradient", "stress", "plastic_strain", "temperature", "plastic_work", "area")
-# Bytes per node and per integration point, at least: tables, state, its copy, scratch, and the stencils for reading fields. A
+# Memory per node and per integration point [bytes], at least: tables, state, its copy, scratch, stencils for reading fields. A
 # notch adds up to a twentieth.
 _BYTES_OF_NODE, _BYTES_OF_POINT = 385, 670
-# Additional bytes per node of a body that can break: its points, pairs and surfaces, intact and cracked.
+# Additional memory per node of a body that can break [bytes]: its points, pairs and surfaces, intact and cracked.
 _BYTES_OF_BREAKING = 190
 _POINTS_OF_CELL: dict[RuleName, int] = {"column": 1, "cell": 4}
-# Status -> description of the failure, and the output concerned.
+# Status of a tick -> description of the failure, and the output that it concerns.
 _FAILURES = {
     kernel_arrays.INVERTED: ("the body is inverted (its volume is {value:.3g} of the initial one)", "stress"),
     kernel_arrays.STRAINED: ("a strain of {value:.3g} in one tick (limit {limit:g})", "stress"),
     kernel_arrays.FLOWN: ("a plastic strain of {value:.3g} (limit {limit:g})", "plastic_strain"),
     kernel_arrays.HEATED: ("{value:.4g} K, more than {limit:g} K,", "temperature"),
 }
-# Largest energy fraction of hourglass control without a caution.
+# A caution is issued if hourglass control stores a larger fraction of the energy.
 _HOURGLASS_PART = 0.05
 
 
@@ -88,7 +88,7 @@ class Shell(Component):
         self._lay_out_state(whole)
 
     def _complete_solid(self) -> Solid:
-        """Return the tables, including those that depend on the step."""
+        """Return the tables of the kernels, with those that depend on the step."""
         p, wall = self.parameters, self.assembly.conditions.wall
         stiffness = WALL_STIFFNESS * self.highest_frequency * self.highest_frequency * self.mass
         return self.assembly.solid._replace(
@@ -119,7 +119,7 @@ class Shell(Component):
         return "" if self._breaking is None else self._breaking.contradiction(state)
 
     def tables(self) -> Tables:
-        """Return the arrays of the kernels with the cracks of the state, for a parent that calls `ticks` directly."""
+        """Return the tables of the kernels with the cracks of the state, for a parent component that calls `ticks` directly."""
         return self._whole if self._breaking is None else self._breaking.tables()
 
     @property
@@ -129,7 +129,7 @@ class Shell(Component):
 
     @property
     def surface_nodes(self) -> IntArray:
-        """Numbers of the nodes of the outer surface, or the upper one of a plate."""
+        """Numbers of the nodes on the outer surface of a tube, or the upper one of a plate."""
         return self.lattice.top_nodes
 
     # -- inputs and outputs -----------------------------------------------------------------------------------------
@@ -163,7 +163,7 @@ class Shell(Component):
                 if not is_sound:
                     raise ParameterError("got a value that is too small", expected=expected, at=("start", name))
         if "nodal_displacement" in values:
-            # The stresses follow as if the displacement had taken one tick.
+            # The stresses are computed as if the displacements had been made in one tick.
             self._write_start_value("nodal_displacement", state.displacement, values)
         if update_forces(solid, state, self._scratch, self._failed):
             raise ParameterError(
@@ -182,7 +182,7 @@ class Shell(Component):
         return {}
 
     def _write_start_value(self, name: str, part: FloatArray, values: Mapping[str, FloatArray]) -> None:
-        """Write a start value of the nodes."""
+        """Write the start value of a variable of the nodes."""
         part[:] = values[name]
         moving = (self._whole.solid.nodes.prescribed == AT_REST) & (part != 0.0)
         if moving.any():
@@ -220,7 +220,7 @@ class Shell(Component):
         """Return the balances of energy, momentum, and mass.
 
         `leapfrog_energy` is -h^2/8 times the sum of force^2 / mass; with it, the scheme conserves the energy of a linear body.
-        The remainder is of second order in the step.
+        For other bodies an error of second order in the step remains.
         """
         sums, tally, start = self._energies_and_momenta(), self._block["tally"].copy(), self._block["start"].copy()
         stored = {name: sums[name] for name in energies.STORED}
@@ -245,7 +245,7 @@ class Shell(Component):
         )
 
     def report(self) -> dict[str, float]:
-        """Return the step over the largest stable one, and the largest loads and strains of the body."""
+        """Return figures for the report: ratio of the step to the largest stable one, and the largest loads and strains."""
         sums = self._energies_and_momenta()
         stored = sums["elastic_energy"] + sums["kinetic_energy"] + sums["plastic_work"]
         found = {
@@ -269,7 +269,7 @@ class Shell(Component):
         return found if self._breaking is None else {**found, **self._breaking.report(self.step_size)}
 
     def conclusions(self) -> list[str]:
-        """Return whether the body is whole, has bulged or cracked, the extent of cracks, and the largest fracture ratio."""
+        """Return sentences: whether the body is whole, bulged or cracked, the extent of cracks, the largest fracture ratio."""
         if self._breaking is not None:
             return self._breaking.conclusions(self.step_size)
         if not self._plastic:
@@ -306,7 +306,7 @@ class Shell(Component):
         return found
 
     def _compressed_step_part(self) -> float:
-        """Return the step over the largest stable one at the largest compression, where frequencies are highest."""
+        """Return the ratio of the step to the largest stable one at the largest compression, where frequencies are highest."""
         return 0.5 * self.highest_frequency * self.step_size / energies.smallest_stretch(self._state.gradient)
 
     def drawables(self) -> tuple[Drawable, ...]:

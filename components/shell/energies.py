@@ -20,7 +20,7 @@ STORED = ("kinetic_energy", "elastic_energy", "hourglass_energy", "wall_energy",
 
 @jit
 def write_elastic_densities(law, stress, temperature, out):
-    """Write the elastic energy per volume of points [J/m^3]; `temperature` has the shape (0,) if it has no effect."""
+    """Write the elastic energy per volume of points [J/m^3]; `temperature` has the shape (0,) without thermal expansion."""
     moduli = elastic_moduli(law, law.reference_temperature)
     for p in range(out.size):
         if temperature.size > 0:
@@ -30,7 +30,7 @@ def write_elastic_densities(law, stress, temperature, out):
 
 @jit
 def write_largest_principal_values(stress, out):
-    """Write the largest principal value of each row of symmetric tensors, shape (m, 6)."""
+    """Write the largest principal value of each symmetric tensor, rows of components, shape (m, 6)."""
     for p in range(out.size):
         out[p] = largest_principal(load_symmetric_tensor(stress, p)).value
 
@@ -44,13 +44,13 @@ def elastic_energy(solid: Solid, state: State, points: IntArray | slice = slice(
 
 
 def leapfrog_energy(solid: Solid, state: State, nodes: IntArray | slice = slice(None)) -> float:
-    """Return the contribution of some nodes to the leapfrog energy: -h^2/8 times the sum of force^2 / mass [J]."""
+    """Return the part of some nodes in the leapfrog energy: -h^2/8 times their sum of force^2 / mass [J]."""
     mass, force, free = solid.nodes.mass[nodes], state.force[nodes], solid.nodes.prescribed[nodes] == 0
     return -0.125 * solid.step * solid.step * ordered_sum((force * force / mass[:, None])[free])
 
 
 def smallest_stretch(gradient: FloatArray) -> float:
-    """Return the smallest principal stretch of all points: the root of the smallest eigenvalue of F^T F, at least 1e-6."""
+    """Return the smallest principal stretch of all points, at least 1e-6: the root of the smallest eigenvalue of F^T F."""
     f = gradient.reshape(-1, 3, 3) + np.eye(3)
     pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
     square, largest = np.stack([-(f[:, :, i] * f[:, :, j]).sum(axis=1) for i, j in pairs], axis=1), np.zeros(len(f))
@@ -59,7 +59,7 @@ def smallest_stretch(gradient: FloatArray) -> float:
 
 
 def energies_and_momentum(tables: Tables) -> dict[str, Any]:
-    """Return the energies of `STORED` and the plastic work [J], their sum `energy` without the latter, and the momentum."""
+    """Return a dictionary: the energies in `STORED`, plastic work, `energy` (sum of the stored ones) [J], and momentum."""
     solid, state, _, _ = tables
     mass, (x, y, z) = solid.nodes.mass, state.velocity.T
     depth = wall_depths(solid, state)

@@ -22,7 +22,7 @@ class Fields:
     """The outputs of a solid, computed from its state when they are read."""
 
     def __init__(self, assembly: Assembly, intact_tables: Tables, breaking: BreakingBody | None, temperature: float) -> None:
-        """Build from the tables of the body without cracks, its cracks if it can break, and its initial temperature [K]."""
+        """Build from the tables of the intact body, its cracks (None if it cannot break), and its initial temperature [K]."""
         self._assembly, self._breaking, self._temperature_at_start = assembly, breaking, temperature
         self._solid, self._state = intact_tables.solid, intact_tables.state
         self._lattice, self._point_count = assembly.lattice, len(assembly.points.volume)
@@ -96,7 +96,7 @@ class Fields:
         )  # fmt: skip
 
     def lattice_values(self, parameters: FloatArray) -> FloatArray:
-        """Return the values of a field at the positions of the nodes, from its parameters, shape (n, 3)."""
+        """Return the values of a field at the nodes' positions from its moving-least-squares parameters, shape (n, 3)."""
         if self._breaking is not None:
             return self._breaking.node_values(parameters)
         out = np.zeros_like(parameters)
@@ -104,18 +104,18 @@ class Fields:
         return out
 
     def node_means(self, values: FloatArray) -> FloatArray:
-        """Return means around each node of a field of the points, shape (n,); 0 for a node in no point's support."""
+        """Return for each node the mean of a field over the points with the node in their support, shape (n,); else 0."""
         sums, assembly = np.zeros((len(self._lattice.nodes), 2)), self._assembly
         seen = assembly.stencils if self._breaking is None else self._breaking.cracked_stencils
         kernels.weigh_points(seen, assembly.solid.nodes, assembly.points.volume, np.arange(len(sums)), values, sums)
         return np.divide(sums[:, 1], sums[:, 0], out=np.zeros(len(sums)), where=sums[:, 0] > 0.0)
 
     def _surface_means(self, values: Callable[[], FloatArray]) -> FloatArray:
-        """Return means of a field of the points around the nodes of the outer surface, shape (s,)."""
+        """Return for each node of the outer surface the mean of a field over the points around it, shape (s,)."""
         return self.node_means(values())[self._lattice.top_nodes]
 
     def mean_stress(self) -> FloatArray:
-        """Return the mean stress over neighbouring columns, shape (m, 6); see `column_means`."""
+        """Return for each of m points the stress averaged over neighbouring columns, shape (m, 6); see `column_means`."""
         if self._breaking is not None:
             return self._breaking.mean_stress()
         write_column_means(self._state.stress, self._column_means)
@@ -139,11 +139,11 @@ class Fields:
 
     @property
     def has_fracture_ratio(self) -> bool:
-        """True with a fracture law, or with a yield stress for comparison."""
+        """True if there is a fracture law, or a yield stress with which to compare stresses."""
         return self._solid.plastic or self._breaking is not None
 
     def fracture_ratio(self) -> FloatArray:
-        """Return the fracture ratio of each point, by the fracture law or, without one, by that of the paper, shape (m,)."""
+        """Return the fracture ratio (value over limit) of each point by its fracture law, or that of the paper, shape (m,)."""
         if self._breaking is not None:
             return self._breaking.fracture_ratios()
         out = np.zeros(self._point_count)
@@ -159,14 +159,14 @@ class Fields:
         return self._state.temperature if self._solid.plastic else np.full(self._point_count, self._temperature_at_start)
 
     def _mean_inner_radius(self) -> FloatArray:
-        """Return the mean distance of the inner surface from the axis at each station, weighted by the arcs at rest."""
+        """Return the mean distance of the inner surface from the axis at each station along the body, weighted by arcs."""
         ring = self._lattice.axes[1]
         place = (self._lattice.nodes + self.lattice_values(self._state.displacement))[self._solid.surface.nodes]
         radius = np.sqrt(place[:, 1] * place[:, 1] + place[:, 2] * place[:, 2]).reshape(-1, ring.count)
         return (radius * ring.widths).sum(axis=1) / ring.widths.sum()
 
     def _gauge_strain(self) -> FloatArray:
-        """Return E = (F^T F - 1) / 2 along the first two directions of the surface, shape (gauges, 2)."""
+        """Return Green's strain E = (F^T F - 1) / 2 at the gauges along both directions of the surface, shape (gauges, 2)."""
         found = np.zeros((len(self._assembly.gauges), 2))
         for row, gauge in enumerate(self._assembly.gauges):
             u = self._state.displacement[gauge.neighbours]

@@ -1,13 +1,13 @@
-"""Hourglass control: ties between neighbouring columns against modes that integration points at the columns do not resolve.
+"""Hourglass control: ties (springs) between neighbouring columns against modes that integration points at columns miss.
 
 The derivative in the middle of three columns vanishes for displacements that alternate from column to column. Between columns
-C and D at a distance X the mean displacements through the thickness must follow the mean of both gradients,
+C and D at a distance X the mean displacements through the thickness must follow the mean of both gradients H,
 
     r = (u_D - u_C) - (H_C + H_D) X / 2,    energy k r^2 / 2,    k = alpha E A / |X|.
 
-r vanishes to third order for a smooth field, so that bending is not stiffened; for an alternating field it is twice the
-amplitude. All forces derive from the energy, so momentum and angular momentum are conserved. The force is limited to the flow
-stress times A. Source: the idea of G. C. Ganzenmüller, Comput. Methods Appl. Mech. Eng. 286 (2015) 87, with both gradients.
+A is the section between the columns. r vanishes to third order for a smooth field, so that bending is not stiffened, and is
+twice the amplitude of an alternating one. All forces derive from the energy and conserve (angular) momentum; their limit is the
+flow stress times A. Source: idea of G. C. Ganzenmüller, Comput. Methods Appl. Mech. Eng. 286 (2015) 87, with both gradients.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def tie_misfit(ties, u, h, c, d):
     x, y, z = 0.0, 0.0, 0.0
     for layer in range(ties.layers):
         a, b = c * ties.layers + layer, d * ties.layers + layer
-        # Below a notch the layers have other shares.
+        # Below a notch the shares of the layers of nodes in the mean differ.
         share, other = ties.shares[a], ties.shares[b] - ties.shares[a]
         x += share * (u[b, 0] - u[a, 0]) + other * u[b, 0]
         y += share * (u[b, 1] - u[a, 1]) + other * u[b, 1]
@@ -61,14 +61,14 @@ def smallest_flow_stress(law, plastic_strain, temperature, column, count):
 
 @jit
 def write_tie_forces(ties, points, law, is_plastic, state, scratch, columns):
-    """Write forces and energies of the ties of some columns, and add to the pull of their points.
+    """Write forces and energies of the ties of some columns, and add their stresses to the pull of the points of these columns.
 
     Half of the energy of a tie belongs to each of its columns; beyond the largest force the energy is that of a constant force.
 
     Args:
         ties: `kernel_arrays.Hourglass`.
         points: `kernel_arrays.Points`.
-        law: `FlowConstants`.
+        law: `FlowConstants` of the material.
         is_plastic: whether the material can yield.
         state: `kernel_arrays.State`.
         scratch: `kernel_arrays.Scratch`.
@@ -122,7 +122,7 @@ def write_tie_forces(ties, points, law, is_plastic, state, scratch, columns):
 def tie_energy(tables: Tables, columns: IntArray) -> float:
     """Return half of the energy of the ties of some columns; the other half belongs to the other columns [J].
 
-    The kernel of a tick computes it, in the scratch of the tick.
+    It is computed by the kernel of a tick, which writes to the scratch.
     """
     solid, state, scratch, _ = tables
     write_tie_forces(solid.hourglass, solid.points, solid.law, solid.plastic, state, scratch, columns)
@@ -136,8 +136,8 @@ def make_hourglass(lattice: Lattice, points: int, young: float, alpha: float) ->
 
     Args:
         lattice: the body.
-        points: integration points of a column.
-        young: [Pa].
+        points: number of integration points of a column.
+        young: Young's modulus [Pa].
         alpha: stiffness of the ties over that of the material between the columns; 0 for no ties.
     """
     n, m, layers = lattice.shape
@@ -155,7 +155,7 @@ def make_hourglass(lattice: Lattice, points: int, young: float, alpha: float) ->
     apart = place[partner] - place[:, None]
     distance = np.sqrt(apart[..., 0] ** 2 + apart[..., 1] ** 2 + apart[..., 2] ** 2)
     distance = np.where(partner >= 0, distance, 1.0)
-    # Volume of half of both columns over the distance, i.e. the section between them.
+    # Volume of half of both columns over their distance, i.e. the area of the section between them.
     section = 0.5 * (volumes.sum(axis=1)[:, None] + volumes.sum(axis=1)[partner]) / distance
     section = np.where(partner >= 0, section, 0.0)
     return Hourglass(

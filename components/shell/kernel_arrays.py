@@ -1,6 +1,6 @@
-"""Tuples of arrays and numbers for kernels: points, nodes, hourglass control, surface, state, and scratch.
+"""Tuples of arrays and numbers for kernels: integration points, nodes, hourglass control, surface, state, and scratch.
 
-n nodes, m integration points, c columns of nodes through the thickness.
+There are n nodes, m points, c columns (rows of nodes through the wall). The support of a point contains its neighbour nodes.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from ..support.float_arrays import FloatArray
 
 IntArray = npt.NDArray[np.int64]
 IndexArray = npt.NDArray[np.uint32]
-# Column numbers, -1 for none.
+# Arrays of column numbers, -1 for none.
 ColumnArray = npt.NDArray[np.int32]
 
 
@@ -25,12 +25,12 @@ class Points(NamedTuple):
     Attributes:
         begin: start of the neighbours of each point in `nodes`, and the end of the last one, shape (m + 1,).
         nodes: neighbours of the points, shape (entries,).
-        kind: number of each point's stencil, shape (m,).
+        kind: number of the stencil of each point, i.e. of its table of shape functions, shape (m,).
         first: start of each stencil in `gradients`, shape (stencils + 1,).
-        gradients: of the shape functions in the frame of the point, shape (rows, 3) [1/m].
-        along: factor of the gradients along the body at each point, shape (m,).
-        volume: shape (m,) [m^3].
-        sine, cosine: of the rotation angle of the frame of a point, shape (m,).
+        gradients: gradients of the shape functions, along the axes at the point, shape (rows, 3) [1/m].
+        along: factor by which gradients along the body are multiplied at each point, see `stencils`, shape (m,).
+        volume: volume that each point represents, shape (m,) [m^3].
+        sine, cosine: of the angle of these axes to those of the body, shape (m,).
     """
 
     begin: IndexArray
@@ -48,9 +48,9 @@ class Nodes(NamedTuple):
     """The constant arrays of nodes.
 
     Attributes:
-        mass: shape (n,) [kg].
+        mass: mass of each node, shape (n,) [kg].
         prescribed: 0 for a free velocity component, otherwise 1 + the first column of its signal, shape (n, 3).
-        begin: start of the points with each node in their supports in `points`, and the end of the last one, shape (n + 1,).
+        begin: where the points with each node in their support begin in `points`, and the end of the last ones, shape (n + 1,).
         points: points with the node in their supports, in ascending order for each node, shape (entries,).
         slot: index of the node among the neighbours of this point, shape (entries,).
     """
@@ -66,13 +66,13 @@ class Hourglass(NamedTuple):
     """Springs between columns against modes that points at the columns do not resolve; see `hourglass`.
 
     Attributes:
-        layers: nodes of a column.
-        points: integration points of a column.
+        layers: number of nodes of a column.
+        points: number of integration points of a column.
         shares: weight of each node in the mean displacement of its column, shape (n,).
         place: mean position of each column, shape (c, 3) [m].
         partner: columns tied to each column, -1 for none, shape (c, 4).
         stiffness: of these ties, shape (c, 4) [N/m].
-        section: area of these ties; times the flow stress it limits their force, shape (c, 4) [m^2].
+        section: area that each tie represents; times the flow stress it is the largest force, shape (c, 4) [m^2].
     """
 
     layers: int
@@ -88,11 +88,11 @@ class Surface(NamedTuple):
     """The inner surface, on which the pressure acts: s nodes.
 
     Attributes:
-        nodes: shape (s,).
-        station: number of the station along the body, shape (s,).
+        nodes: their numbers, shape (s,).
+        station: number of the station (row of nodes around the body) of each, shape (s,).
         around: nodes of the surface before and after each one along the body and across it, itself if there is none,
             shape (s, 4).
-        reference: positions, shape (s, 3) [m].
+        reference: initial positions, shape (s, 3) [m].
     """
 
     nodes: IntArray
@@ -102,17 +102,17 @@ class Surface(NamedTuple):
 
 
 class State(NamedTuple):
-    """The changing arrays, all at the same tick.
+    """The state of the body, all arrays at the same tick.
 
     Attributes:
-        displacement: parameters of the nodes, shape (n, 3) [m].
-        velocity: parameters of the nodes, shape (n, 3) [m/s].
+        displacement: coefficients of the shape functions (not values at nodes), shape (n, 3) [m].
+        velocity: their time derivatives, shape (n, 3) [m/s].
         force: of stresses, hourglass control and wall on the nodes, shape (n, 3) [N].
         gradient: of the displacement, du_i/dX_j row by row, shape (m, 9).
         stress: Kirchhoff stress xx, yy, zz, xy, yz, zx, tension positive, shape (m, 6) [Pa].
-        plastic_strain: equivalent, shape (m,); (0,) for an elastic material, like the following.
+        plastic_strain: equivalent plastic strain, shape (m,); (0,) for an elastic material, like the next two arrays.
         temperature: shape (m,) [K].
-        plastic_work: per reference volume, shape (m,) [J/m^3].
+        plastic_work: plastic work per initial volume, shape (m,) [J/m^3].
         area: vector area of the inner surface at each of its nodes, normal into the body, shape (s, 3) [m^2].
     """
 
@@ -131,11 +131,11 @@ class Scratch(NamedTuple):
     """Scratch memory; its contents are not kept between ticks.
 
     Attributes:
-        pull: nominal stress times volume of each point, in its frame, shape (m, 9) [N m].
-        column_force: of the hourglass control, shape (c, 3) [N].
+        pull: nominal stress times volume of each point, along its own axes, shape (m, 9) [N m].
+        column_force: force of the hourglass control on each column, shape (c, 3) [N].
         tie_energy: half of the energy of each tie of the columns, shape (c, 4) [J].
         before: velocity of the nodes of the inner surface at the beginning of the tick, shape (s, 3) [m/s].
-        area: of the inner surface at these nodes at the end of the tick, shape (s, 3) [m^2].
+        area: vector area of the inner surface at these nodes at the end of the tick, shape (s, 3) [m^2].
     """
 
     pull: FloatArray
@@ -153,12 +153,12 @@ class Solid(NamedTuple):
         nodes: the nodes.
         hourglass: the hourglass control.
         surface: the inner surface.
-        law: of the material.
+        law: constants of the material.
         plastic: whether the material can yield.
         step: length of a tick [s].
         wall: x of a rigid wall, and 1 for a body above it, -1 for one below, 0 without a wall, shape (2,).
-        bounce: stiffness of the wall against each node, shape (n,) [N/m]; (0,) without a wall.
-        reference: positions of the nodes, shape (n, 3) [m].
+        bounce: stiffness of the contact of each node with the wall, shape (n,) [N/m]; (0,) without a wall.
+        reference: initial positions of the nodes, shape (n, 3) [m].
     """
 
     points: Points
@@ -182,7 +182,7 @@ class Tables(NamedTuple):
     tally: FloatArray
 
 
-# Entries of the tally since the reset; vectors have three entries. WALL_FORCE is the present value.
+# Entries of the tally (sums since the reset); vectors have three entries. WALL_FORCE is not a sum but the present force.
 PRESSURE_WORK, BOUNDARY_WORK, PRESSURE_IMPULSE, BOUNDARY_IMPULSE, WALL_IMPULSE, WALL_FORCE, TALLY = 0, 1, 2, 5, 8, 9, 10
 # Statuses of a tick: a point is inverted, strained too much in one tick, or beyond the limits of plastic strain or temperature.
 INVERTED, STRAINED, FLOWN, HEATED = 1, 2, 3, 4
@@ -196,11 +196,11 @@ def make_scratch(points: int, columns: int, surface: int) -> Scratch:
 
 
 def support_entries(points: Any, numbers: IntArray) -> tuple[IntArray, IntArray, IntArray]:
-    """Return for all neighbours of some points: the index of the point in `numbers`, the node, the row of its function.
+    """Return for each neighbour of each point: the index of the point in `numbers`, the node, the row of its shape function.
 
     Args:
         points: `Points`, or the `Stencils` of points.
-        numbers: of the points, shape (k,).
+        numbers: numbers of the points, shape (k,).
     """
     begin = points.begin[numbers].astype(np.int64)
     counts = points.begin[numbers + 1] - begin

@@ -21,7 +21,7 @@ from .shape_functions import UnspannedBasisError
 from .stencils import Stencils, make_stencils
 from .zero_modes import RIGID_MOTIONS, zero_mode_count
 
-# Layers, rule, points through the thickness, basis and radius of a combination without zero-energy modes.
+# A combination of layers, rule, points through the thickness, basis and radius that is known to have no zero-energy modes.
 _KNOWN = (3, "column", 2, "linear", 1.7)
 
 
@@ -29,9 +29,9 @@ class Gauge(NamedTuple):
     """A strain gauge at a node of the outer surface.
 
     Attributes:
-        neighbours: of the node, shape (k,).
-        gradients: of their shape functions in the frame of the node, shape (k, 3) [1/m].
-        along: factor of the gradients along the body, see `Stencils`.
+        neighbours: neighbours of the node, shape (k,).
+        gradients: gradients of their shape functions along the axes at the node, shape (k, 3) [1/m].
+        along: factor by which gradients along the body are multiplied, see `Stencils`.
         directions: unit vectors along the body, and across or around it, shape (2, 3).
     """
 
@@ -48,7 +48,7 @@ class Assembly:
     Attributes:
         lattice: the nodes.
         points: the integration points.
-        stencils: of the points.
+        stencils: stencils of the points.
         node_stencils: stencils of the nodes themselves, for reading fields; without gradients.
         gauges: strain gauges.
         solid: the tables of the kernels, without step and wall.
@@ -71,17 +71,17 @@ class Assembly:
         ]
 
     def describe_position(self, point: int) -> str:
-        """Return this position in words."""
+        """Return a text with the initial position of an integration point."""
         return self.lattice.describe_position(self.coordinates(point))
 
 
-# The parameters that determine the tables, and the assemblies in use.
+# The parameters that determine the tables of a body; and the assemblies in use, by the values of these parameters.
 _SOURCES = ("body", "material", "boundaries", "basis", "radius", "integration", "hourglass", "gauges")
 _in_use: WeakValueDictionary[str, Assembly] = WeakValueDictionary()
 
 
 def assemble_solid(p: ShellParameters) -> Assembly:
-    """Return the tables, which components with equal bodies share, e.g. the component from which a tube gets its step.
+    """Return the tables of a body; components with equal bodies share them, e.g. a tube and the component that finds its step.
 
     Raises:
         ParameterError: the rule has zero-energy modes, or the neighbours of a point do not span the basis.
@@ -146,7 +146,7 @@ def refuse_zero_energy_modes(p: ShellParameters) -> None:
 
 
 def transpose_stencils(stencils: Stencils, nodes: int) -> tuple[IndexArray, IndexArray, npt.NDArray[np.uint16]]:
-    """Return `begin`, `points` and `slot` of `kernel_arrays.Nodes`."""
+    """Return the points of each node from the nodes of each point: `begin`, `points` and `slot` of `kernel_arrays.Nodes`."""
     begin, seen = stencils.begin.astype(np.int64), stencils.nodes
     order = np.argsort(seen, kind="stable")
     point = np.repeat(np.arange(len(begin) - 1, dtype=np.uint32), np.diff(begin))[order]
@@ -173,7 +173,7 @@ def surface_quads(lattice: Lattice) -> IntArray:
 
 
 def station_means(assembly: Assembly, values: FloatArray) -> FloatArray:
-    """Return means of a field of the points over each row of points along the body, weighted by volume, shape (rows,)."""
+    """Return the volume-weighted mean of a field of the points over each row of points around the body, shape (rows,)."""
     volume = assembly.points.volume.reshape(len(assembly.points.lines[0].at), -1)
     return np.asarray((values.reshape(volume.shape) * volume).sum(axis=1) / volume.sum(axis=1), dtype=np.float64)
 

@@ -38,7 +38,7 @@ from .kernel_arrays import (
     STRAINED,
 )
 
-# Limits of plastic strain, temperature [K], and strain in one tick; a tick beyond them has failed.
+# Limits of plastic strain, temperature [K], and strain in one tick; a tick in which a point exceeds them has failed.
 LARGEST_PLASTIC_STRAIN, LARGEST_TEMPERATURE, LARGEST_STRAIN_OF_TICK = 10.0, 1e4, 0.2
 
 
@@ -54,7 +54,7 @@ def drift(nodes, surface, state, scratch, signals, pressures, step, tally):
         signals: means over the tick: the factor of the pressure, then velocities of edges, shape (k,).
         pressures: pressure that the factor scales at each station of the surface, shape (stations,) [Pa].
         step: length of the tick [s].
-        tally: shape (TALLY,).
+        tally: sums since the reset, see `kernel_arrays`, shape (TALLY,).
     """
     u, v, f, mass, prescribed = state.displacement, state.velocity, state.force, nodes.mass, nodes.prescribed
     half, factor = 0.5 * step, signals[0]
@@ -114,9 +114,9 @@ def kick(nodes, surface, state, scratch, signals, pressures, step, tally):
 
 @jit
 def write_areas(surface, u, out):
-    """Write the area vector of the inner surface at each of its nodes, along its normal into the body, shape (s, 3) [m^2].
+    """Write for each node of the inner surface its area vector, along the normal into the body, shape (s, 3) [m^2].
 
-    Half the area of the quadrilateral spanned by the four neighbours, which is exact for the quarter cells of a plane surface.
+    It is half the area of the quadrilateral of the four neighbours; if plane, a quarter of each adjacent cell.
     """
     x, nodes = surface.reference, surface.nodes
     for s in range(nodes.size):
@@ -133,7 +133,7 @@ def write_areas(surface, u, out):
 
 @jit
 def update_stresses(points, law, is_plastic, state, pull, begin, end, failure_out):
-    """Advance the stresses of some points to the present displacements, and write their pull on their nodes.
+    """Advance the stresses of some points to the present displacements, and write their nominal stress times volume.
 
     Args:
         points: `kernel_arrays.Points`.
@@ -143,10 +143,10 @@ def update_stresses(points, law, is_plastic, state, pull, begin, end, failure_ou
         pull: `kernel_arrays.Scratch.pull`.
         begin: first of the points.
         end: one past the last point.
-        failure_out: in a failure, its first entry is set to the point.
+        failure_out: if a point fails, the first entry is set to its number.
 
     Returns:
-        0, or a status; then the row of the point in `pull` contains the decisive value and its limit.
+        0, or the status of a failure; the point's row of `pull` then contains the value that is too large, and its limit.
     """
     u, starts, nodes = state.displacement, points.begin, points.nodes
     kind, first, gradients = points.kind, points.first, points.gradients
@@ -171,7 +171,7 @@ def update_stresses(points, law, is_plastic, state, pull, begin, end, failure_ou
             azz += uz * gz
         stretch = points.along[p]
         axx, ayx, azx = stretch * axx, stretch * ayx, stretch * azx
-        # From the frame of the point to that of the body.
+        # Rotate from the axes of the point to those of the body.
         c, s = points.cosine[p], points.sine[p]
         axy, axz = c * axy + s * axz, c * axz - s * axy
         ayy, ayz = c * ayy + s * ayz, c * ayz - s * ayy
@@ -211,7 +211,7 @@ def update_stresses(points, law, is_plastic, state, pull, begin, end, failure_ou
 
 @internal_inlined
 def write_point_pull(pull, p, nominal, volume, cosine, sine, along):
-    """Write the nominal stress of a point times its volume, in the frame of the point [N m]."""
+    """Write the nominal stress of a point times its volume to `pull`, along the axes of the point [N m]."""
     c, s, volume = volume * cosine, volume * sine, volume * along
     pull[p, 0], pull[p, 1], pull[p, 2] = volume * nominal.xx, volume * nominal.xy, volume * nominal.xz
     pull[p, 3], pull[p, 6] = c * nominal.yx - s * nominal.zx, s * nominal.yx + c * nominal.zx
@@ -221,7 +221,7 @@ def write_point_pull(pull, p, nominal, volume, cosine, sine, along):
 
 @internal_inlined
 def dissipation(moduli, before, after, strain):
-    """Return the work of a tick that is not stored, by the mean of both stresses: plastic, and against thermal expansion.
+    """Return the work per volume of a tick that is not stored: plastic, and against thermal expansion; of the mean stress.
 
     `before` is the rotated stress before the tick and `after` the stress after it [Pa], `strain` the strain of the tick.
     """
@@ -242,7 +242,7 @@ def gather_forces(points, nodes, hourglass, scratch, force, numbers):
         hourglass: `kernel_arrays.Hourglass`.
         scratch: `kernel_arrays.Scratch`, with the pull of the points.
         force: written, shape (n, 3) [N].
-        numbers: of the nodes, shape (k,).
+        numbers: numbers of the nodes, shape (k,).
     """
     pull, starts, seen, slots = scratch.pull, nodes.begin, nodes.points, nodes.slot
     kind, first, gradients = points.kind, points.first, points.gradients
@@ -267,7 +267,7 @@ def gather_forces(points, nodes, hourglass, scratch, force, numbers):
 
 @jit
 def interpolate_field(stencils, field, out):
-    """Write a field at points, from its parameters at the nodes, shape (n, 3): u(X_p) = sum_J N_J u_J.
+    """Write the values of a field at points from the coefficients `field` of the nodes, shape (n, 3): u(X_p) = sum_J N_J u_J.
 
     `stencils` are the `Stencils` of the points.
     """
@@ -286,15 +286,15 @@ def interpolate_field(stencils, field, out):
 
 @jit
 def weigh_points(stencils, nodes, volume, numbers, field, out):
-    """Write for some nodes their total weight in points, sum_p |N_J| V_p, and the same sum weighted by a field at the points.
+    """Write for some nodes their total weight at points, sum_p |N_J| V_p, and sum_p |N_J| V_p f_p with a field f of the points.
 
     Args:
         stencils: `Stencils` of the points.
         nodes: `kernel_arrays.Nodes`.
-        volume: of the points, shape (m,) [m^3].
-        numbers: of the nodes, shape (k,).
-        field: at the points, shape (m,).
-        out: shape (k, 2).
+        volume: volumes of the points, shape (m,) [m^3].
+        numbers: numbers of the nodes, shape (k,).
+        field: f, the field at the points, shape (m,).
+        out: written, shape (k, 2).
     """
     kind, first, values = stencils.kind, stencils.first, stencils.values
     for number in range(numbers.size):

@@ -1,4 +1,4 @@
-"""Outputs with their readers, so that an output is declared where it is computed."""
+"""Outputs with the functions that read them, so that an output is declared where it is computed."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ..variables import Variable
 
 
 class Output(NamedTuple):
-    """A variable, and the function that returns its value."""
+    """The declaration of an output, and the function that returns its value."""
 
     variable: Variable
     read: Callable[[], Any]

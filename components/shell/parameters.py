@@ -17,9 +17,9 @@ from .geometry.notch import notch_edge
 from .quadrature import RuleName
 from .shape_functions import BasisName
 
-# Support radius of a point, in spacings: the smallest sound one for each basis.
+# Support radius of a point in node distances: the smallest one that works for each basis.
 _RADII = {"linear": 1.7, "quadratic": 2.7}
-# An example that is quick to build, also by interpreted kernels.
+# Parameters of an example that is quick to build, also with kernels that are not compiled.
 COARSE_RING = {"name": "tube", "along": 4, "around": 12, "layers": 2}
 
 
@@ -99,7 +99,7 @@ class ShellParameters(Parameters):
 
     @property
     def chosen_radius(self) -> float:
-        """Support radius of a point, in spacings."""
+        """Support radius of a point, in node distances."""
         return _RADII[self.basis] if self.radius is None else self.radius
 
     @property
@@ -127,7 +127,7 @@ class ShellParameters(Parameters):
         body = self.body
         if not isinstance(body, Tube | Plate) or body.notch is None:
             return self
-        # A tube has planes of symmetry or no ends around it.
+        # Only a plate has such edges around: a tube has planes of symmetry there, or no edges.
         kinds = {str(one): kind for one, kind in self.boundaries.items()}
         places = [("position", body.notch.position, body.length, ("start", "end"))]
         if isinstance(body, Plate):

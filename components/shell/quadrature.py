@@ -26,7 +26,7 @@ class LinePoints(NamedTuple):
 
     Attributes:
         at: fractional indices of the axis, shape (m,).
-        length: of the axis that belongs to each point, shape (m,) [m or rad].
+        length: length of the axis that each point represents, shape (m,) [m or rad].
     """
 
     at: FloatArray
@@ -37,10 +37,10 @@ class IntegrationPoints(NamedTuple):
     """Points of a body, ordered by columns.
 
     Attributes:
-        lines: the points along each axis; their product gives all points, except heights below a notch.
+        lines: the points along each axis; all points are their combinations, except for the heights below a notch.
         heights: fractional index of each point through the thickness, shape (m,).
-        volume: shape (m,) [m^3].
-        sine, cosine: of the rotation angle of the frame of each point, shape (m,).
+        volume: volume that each point represents, shape (m,) [m^3].
+        sine, cosine: of the angle of the axes at each point to those of the body, shape (m,).
     """
 
     lines: tuple[LinePoints, LinePoints, LinePoints]
@@ -65,7 +65,7 @@ def points_at_planes(axis: Axis) -> LinePoints:
 
 
 def points_in_cells(axis: Axis, radius: float) -> LinePoints:
-    """Return two Gauss points between neighbouring planes, each with half a plane times dX/dxi of the shape functions."""
+    """Return two Gauss points between neighbouring planes; the length of each is half a plane times dX/dxi of the functions."""
     cells = axis.count if axis.is_closed else axis.count - 1
     offset, _ = gauss_points(2)
     index = (np.arange(cells)[:, None] + 0.5 + 0.5 * offset).ravel()
@@ -83,7 +83,7 @@ def _interpolated_slope(axis: Axis, index: float, radius: float) -> float:
     d2, determinant = (slope * offset * offset).sum(), m0 * m2 - m1 * m1
     if not determinant > 0.0:  # too few planes; the stencils refuse this
         return float(axis.slope(np.array([index]))[0])
-    # N = (a + b offset) weight with factors that give the sums 1 and 0; then their derivatives, by basis and weights.
+    # N = (a + b offset) weight, where a and b make the sums of N and of N offset 1 and 0; then their derivatives.
     a, b = m2 / determinant, -m1 / determinant
     first, second = a * d0 + b * d1, a * d1 + b * d2 - 1.0
     change = -(m2 * first - m1 * second) / determinant, (m1 * first - m0 * second) / determinant
@@ -92,7 +92,7 @@ def _interpolated_slope(axis: Axis, index: float, radius: float) -> float:
 
 
 def thickness_points(axis: Axis, count: int, top: int = -1) -> LinePoints:
-    """Return Gauss points between the first plane and the last, or the plane with number `top`."""
+    """Return Gauss points through the thickness, from the first plane to the last, or to the plane with number `top`."""
     offset, weight = gauss_points(count)
     first, last = axis.positions[0], axis.positions[top]
     place = 0.5 * (first + last) + 0.5 * (last - first) * offset
@@ -141,5 +141,5 @@ def integration_points(lattice: Lattice, rule: RuleName, thickness_count: int, r
 
 
 def thickness_volumes(lattice: Lattice, line: LinePoints) -> FloatArray:
-    """Return the volume of points through the thickness per area in surface coordinates."""
+    """Return for points through the thickness the volume per area of the surface coordinates."""
     return line.length * lattice.axes[2].coordinates(line.at) if lattice.bent else line.length

@@ -27,8 +27,8 @@ class UnspannedBasisError(ValueError):
     """The neighbours of a point do not span the basis.
 
     Attributes:
-        point: its index among the requested points.
-        place: its coordinates along the axes of the lattice, () if they are unknown.
+        point: index of the point among the requested points.
+        place: coordinates of the point along the axes of the lattice, () if they are unknown.
     """
 
     def __init__(self, point: int, message: str = "", place: tuple[float, ...] = ()) -> None:
@@ -46,7 +46,7 @@ def quartic_spline(s: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def basis_values(offsets: FloatArray, basis: BasisName) -> list[FloatArray]:
-    """Return the basis at offsets (..., 3): 1, the three coordinates, and their six products for a quadratic basis."""
+    """Return the basis at offsets from a point, (..., 3): 1, the coordinates, and for a quadratic basis their products."""
     x, y, z = offsets[..., 0], offsets[..., 1], offsets[..., 2]
     linear = [np.ones_like(x), x, y, z]
     return linear if basis == "linear" else [*linear, x * x, y * y, z * z, y * z, z * x, x * y]
@@ -61,13 +61,13 @@ def moving_least_squares(
         offsets: of the neighbours from the point, shape (k, s, 3) [m].
         weights: of the neighbours, 0 for padding, shape (k, s).
         slopes: gradients of the weights with respect to the point, shape (k, s, 3) [1/m].
-        basis: reproduced functions.
+        basis: "linear" or "quadratic", the functions that are reproduced.
 
     Raises:
         UnspannedBasisError: the neighbours of a point do not span the basis.
     """
     length = np.abs(np.where(weights[..., None] > 0.0, offsets, 0.0)).max(axis=(0, 2))
-    # A point without neighbours other than itself has no length; its moment matrix is singular with any length.
+    # A point without neighbours other than itself has no length scale; its moment matrix is singular with any scale.
     length = np.where(length > 0.0, length, 1.0)
     p = basis_values(offsets / length[:, None], basis)
     lower, pivots = decompose_ldl(_moment_matrix(p, weights))
@@ -83,7 +83,7 @@ def moving_least_squares(
 
 
 def _combine_basis(p: list[FloatArray], factors: list[FloatArray]) -> FloatArray:
-    """Return the sum of the basis functions at the neighbours, each times a factor of the point, shape (k, s)."""
+    """Return for each neighbour the sum of the basis functions times the factors of its point, shape (k, s)."""
     total = p[0] * factors[0]
     for one, factor in zip(p[1:], factors[1:], strict=True):
         total = total + one * factor
@@ -205,7 +205,7 @@ def least_squares_rows(offsets, weights, slopes, size, values, gradients, is_spa
 
 @internal
 def write_basis(offset, length, size, p):
-    """Write the basis at an offset divided by a length: 1, the coordinates and, for ten functions, their products."""
+    """Write to `p` the basis at an offset divided by a length: 1, the coordinates and, for ten functions, their products."""
     x, y, z = offset[0] / length, offset[1] / length, offset[2] / length
     p[0], p[1], p[2], p[3] = 1.0, x, y, z
     if size > 4:

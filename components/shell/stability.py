@@ -11,15 +11,15 @@ from ..support.stable_step import ResultCache
 from . import ticks
 from .kernel_arrays import Solid, State, make_scratch
 
-# Displacements, over the size of the stencils, small enough to leave the geometry unchanged.
+# Size of displacements in the iteration, over the size of the stencils: so small that the geometry is unchanged.
 _SMALL = 1e-7
 _ITERATIONS = 60
 _SETTLED = 1e-4
-# Upper bound, from measurements, of the highest frequency of a cracked body over that of the intact one: points with neighbours
-# on one side of a crack only are stiffer.
+# Upper bound, from measurements, of the ratio of the highest frequency of a cracked body to that of the intact one: points with
+# neighbours on one side of a crack only are stiffer.
 CRACKED = 1.5
-# Stiffness of a wall against a node over mass times the highest frequency squared: the step hardly decreases, and a rebounding
-# node loses no energy to the step (with ten times this stiffness 1 % of an impact would be lost).
+# Ratio of the stiffness of a wall against a node to mass times the squared highest frequency: the step hardly decreases, and a
+# rebounding node loses no energy by the step (with ten times this stiffness 1 % of an impact would be lost).
 WALL_STIFFNESS = 0.05
 _found = ResultCache()
 
@@ -27,7 +27,7 @@ _found = ResultCache()
 def highest_frequency(solid: Solid) -> float:
     """Return the highest angular frequency of the body at rest [rad/s], by power iteration; 0 if no node can move.
 
-    The solid has no wall; its material is treated as elastic.
+    The solid the tables of the body, without no wall; its material is treated as elastic.
     """
     nodes, tied = solid.nodes, solid.hourglass
     inputs = (
@@ -62,6 +62,6 @@ def _compute_frequency(solid: Solid) -> float:
 
 @np.errstate(all="ignore")
 def _norm_ratio(image: FloatArray, vector: FloatArray, mass: FloatArray) -> float:
-    """Return |image| / |vector| in the mass-weighted norm; both have shape (n, 3)."""
+    """Return |image| / |vector| in the norm weighted with nodal masses; both have the shape (n, 3)."""
     above, below = (ordered_sum(mass[:, None] * one * one) for one in (image, vector))
     return float(np.sqrt(above / below))

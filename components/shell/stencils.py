@@ -1,6 +1,6 @@
 """Stencils: the neighbouring nodes of each point and their weights, shared by points with equal neighbourhoods.
 
-In its own frame (along, around, through the thickness) a point of an even tube has the same neighbourhood as all points in its
+Along its own axes (along, around, through the wall) a point of an even tube has the same neighbourhood as all points in its
 row: the gradients of the shape functions are stored once per kind of neighbourhood, and rotated by the angle of the point. If
 distances grow uniformly along the body, neighbourhoods differ only in length, and their gradients along it are scaled.
 """
@@ -30,8 +30,8 @@ class Stencils(NamedTuple):
         kind: number of each point's stencil, shape (m,).
         first: start of each stencil in the two tables, and the end of the last one, shape (s + 1,).
         values: shape functions, shape (rows,).
-        gradients: their gradients in the frame of the point, shape (rows, 3) [1/m].
-        along: factor of the gradients along the body, shape (m,): the spacing at the point for which the stencil was computed
+        gradients: their gradients along the axes at the point, shape (rows, 3) [1/m].
+        along: factor by which gradients along the body are multiplied, shape (m,): spacing at the point of the stored stencil
             over the spacing at the point itself.
     """
 
@@ -52,16 +52,16 @@ class Stencils(NamedTuple):
         return self.begin[points + 1].astype(np.int64) - self.begin[points]
 
     def point_gradients(self, point: int) -> FloatArray:
-        """Return the rows of a point in `gradients`, shape (neighbours, 3)."""
+        """Return the gradients of the shape functions of a point's neighbours, rows of `gradients`, shape (neighbours, 3)."""
         first, end = self.first[self.kind[point] :][:2]
         return self.gradients[first:end]
 
     def drop_gradients(self) -> Stencils:
-        """Return the stencils without gradients, which take most of the memory, and without the factors of the gradients."""
+        """Return the stencils without gradients, which take most of the memory, and without the factors `along`."""
         return self._replace(gradients=np.zeros((0, 3)), along=np.zeros(0))
 
 
-# Spacings with a smaller relative difference, which is a rounding error, count as equal.
+# Two spacings count as equal if they differ by less than this fraction, i.e. by rounding errors.
 _SAME = 1e-12
 _Marks = npt.NDArray[np.bool_]
 
@@ -70,9 +70,9 @@ class _LineStencils(NamedTuple):
     """The neighbouring planes of points along one axis; at most k.
 
     Attributes:
-        planes: shape (m, k); padded with copies of the first.
-        present: shape (m, k).
-        kinds: number of the kind of each point, shape (m,).
+        planes: neighbouring planes of each point, shape (m, k); padded with copies of the first.
+        present: whether an entry of `planes` is a neighbour, not padding, shape (m, k).
+        kinds: number of the kind of neighbourhood of each point, shape (m,).
         kept: a representative point of each kind, shape (kinds,).
         at: fractional indices of the points, shape (m,).
         stretch: spacing at the representative point over the spacing at each point, shape (m,).
@@ -113,14 +113,14 @@ def make_stencils(
     lattice: Lattice, lines: tuple[LinePoints, LinePoints, LinePoints], radius: float, basis: BasisName,
     places: FloatArray | None = None,
 ) -> Stencils:  # fmt: skip
-    """Return the stencils of points that are the product of points along the axes, except those at a notch.
+    """Return the stencils of points that are all combinations of points along the axes, except those at a notch.
 
     Args:
         lattice: the nodes.
         lines: points along each axis.
         radius: support radius of a point along each axis, in spacings.
         basis: of the shape functions.
-        places: positions of the points, shape (m, 3), if a notch makes them differ from the product.
+        places: positions of the points, shape (m, 3), if a notch makes them differ from the combinations.
 
     Raises:
         UnspannedBasisError: the neighbours of a point do not span the basis.
@@ -139,7 +139,7 @@ def make_stencils(
 def _replace_stencils(
     stencils: Stencils, point_numbers: IntArray, nodes: IntArray, is_valid: _Marks, values: FloatArray, gradients: FloatArray
 ) -> Stencils:
-    """Return stencils with individual stencils for some points."""
+    """Return stencils in which some points have individual stencils, given by the last four arguments."""
     counts, own = np.diff(stencils.begin.astype(np.int64)), is_valid.sum(axis=1)
     is_own = np.zeros(len(counts), dtype=bool)
     is_own[point_numbers] = True
@@ -159,9 +159,9 @@ def _replace_stencils(
 def _individual_stencils(
     lattice: Lattice, places: FloatArray, radius: float, basis: BasisName
 ) -> tuple[IntArray, _Marks, FloatArray, FloatArray]:
-    """Return neighbours of arbitrary points, a mask of the valid ones, shape (m, k), and their functions and gradients.
+    """Return the neighbours of arbitrary points, which entries are valid, (m, k), and their shape functions and gradients.
 
-    Below a notch the third radius is shorter, see `Lattice.support_radius`.
+    Below a notch the radius through the wall is shorter, see `Lattice.support_radius`.
     """
     planes, near = [], []
     for axis, place in zip(lattice.axes[:2], places.T[:2], strict=True):
@@ -182,7 +182,7 @@ def _individual_stencils(
 
 
 def _expand_axis_arrays(lines: list[Any]) -> list[Any]:
-    """Return the product of the values of each point along three axes, each of shape (m, k)."""
+    """Expand the values of points along each axis to all combinations of points; return three arrays of shape (m, k)."""
     shape = (len(lines[0]), *(line.shape[1] for line in lines))
     forms = ((slice(None), slice(None), None, None), (slice(None), None, slice(None), None), (slice(None), None, None))
     return [np.broadcast_to(line[form], shape).reshape(shape[0], -1) for line, form in zip(lines, forms, strict=True)]
@@ -224,10 +224,10 @@ def _least_squares_functions(
     except UnspannedBasisError as error:
         place = tuple(float(one[error.point, 0]) for one in at_point)
         raise UnspannedBasisError(error.point, str(error), place) from None
-    # In units of the support's extent along each axis: distances may differ by many powers of ten.
+    # Offsets are in units of the support's extent along each axis: distances may differ by many powers of ten.
     reach = np.abs(offsets).max(axis=1, keepdims=True)
     offsets, gradients = offsets / reach, gradients.swapaxes(0, 1) * reach
-    # d(coordinate i)/d(the uniform coordinate j), by which the gradients are divided.
+    # Derivatives of the coordinates i with respect to the evenly spaced coordinates j; gradients are divided by them.
     stretch = [[(offsets[..., i] * gradients[..., j]).sum(axis=1) for j in range(3)] for i in range(3)]
     return values.T, _divide_by_matrices(gradients, stretch) / reach
 
@@ -247,12 +247,12 @@ def _divide_by_matrices(gradients: FloatArray, stretch: list[list[FloatArray]]) 
 def _product_stencils(
     lattice: Lattice, lines: tuple[LinePoints, LinePoints, LinePoints], radius: float, basis: BasisName
 ) -> Stencils:
-    """Return the stencils of points that are the product of points along the axes, as if all nodes existed."""
+    """Return the stencils of points that are all combinations of points along the axes, as if all nodes existed."""
     rows = [
         _make_line_stencils(axis, line.at, radius, not (lattice.bent and place == 2), place == 0)
         for place, (axis, line) in enumerate(zip(lattice.axes, lines, strict=True))
     ]
-    # A representative point of each kind: the product of the kinds along the axes.
+    # For each kind, a representative point: the combination of representative points along the axes.
     picks = [one.ravel() for one in np.meshgrid(*(row.kept for row in rows), indexing="ij")]
     pairs = list(zip(rows, picks, strict=True))
     own, seen = [row.at[pick][:, None] for row, pick in pairs], _expand_axis_arrays([row.planes[pick] for row, pick in pairs])
@@ -286,7 +286,7 @@ def _neighbours(lattice: Lattice, rows: Sequence[_LineStencils]) -> tuple[npt.ND
 
 
 def _product_values(axis_values: list[npt.NDArray[Any]], operation: np.ufunc) -> npt.NDArray[Any]:
-    """Return the values of product points along the three axes, joined by `operation`, shape (m, k)."""
+    """Return for all combinations of points along the axes their three values, joined by `operation`, shape (m, k)."""
     first, second, third = axis_values
     plane = operation(second[:, None, :, None], third[None, :, None, :])
     joined = operation(first[:, None, None, :, None, None], plane[None, :, :, None])
@@ -324,7 +324,7 @@ def point_weights(
 
 
 def local_offsets(lattice: Lattice, nodes: list[FloatArray], points: list[FloatArray]) -> FloatArray:
-    """Return the positions of nodes in the frames of the points with these neighbours, shape (m, k, 3) [m].
+    """Return the positions of nodes relative to the points of which they are neighbours, along the points' axes, (m, k, 3) [m].
 
     Args:
         lattice: straight or bent.

@@ -90,6 +90,6 @@ def front_amplification(ratio: float) -> float:
         return 1.0 + (square + root) / (2.0 * root)
     decay, turn = math.sqrt(0.5 * (1.0 - square)), math.sqrt(0.5 * (1.0 + square))
     lead = square / math.sqrt(1.0 - square * square)
-    # First zero of the slope behind the front.
+    # The largest displacement is at the first zero of the slope behind the front.
     s = (math.atan2(decay + turn * lead, turn - decay * lead) - math.pi) / turn
     return 1.0 - 0.5 * math.exp(decay * s) * (math.cos(turn * s) + lead * math.sin(turn * s))

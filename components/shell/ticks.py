@@ -16,12 +16,12 @@ from . import kernels
 from .hourglass import write_tie_forces
 from .kernel_arrays import WALL_FORCE, WALL_IMPULSE, IntArray, Scratch, Solid, State, Tables
 
-# Below this number of integration points a sweep is too short for the synchronisation of threads.
+# With fewer integration points a loop over them is too short to gain from threads.
 LEAST_POINTS = 20_000
 
 
 class Failure(NamedTuple):
-    """The failure of a tick at a point: a status of `kernel_arrays`, the decisive value, and its limit."""
+    """The failure of a tick at a point: a status of `kernel_arrays`, the value that is too large, and its limit."""
 
     status: int
     point: int
@@ -33,7 +33,7 @@ def advance(tables: Tables, signals: FloatArray, pressures: FloatArray, first_ti
     """Advance by one tick per row of `signals`; return 0 or a status of `kernel_arrays`.
 
     Args:
-        tables: the state in them is updated.
+        tables: tables of the kernels; the state in them is updated.
         signals: means over each tick: the factor of the pressure, then velocities of edges, shape (ticks, k).
         pressures: pressure that the factor scales at each station of the inner surface, shape (stations,) [Pa].
         first_tick: number at the beginning of the first of these ticks.
@@ -49,9 +49,9 @@ def advance(tables: Tables, signals: FloatArray, pressures: FloatArray, first_ti
 def advance_tick(
     tables: Tables, signals: FloatArray, pressures: FloatArray, is_bearable: Callable[[int], bool]
 ) -> list[Failure]:
-    """Advance by a tick; return the points at which it failed, ascending. After failures the tick must still be finished.
+    """Advance by a tick; return the points at which it failed, ascending. After failures, `finish_tick` must still be called.
 
-    A part of the points ends early at a failure that ends the run.
+    A thread stops at a failure that `is_bearable` does not accept, because it ends the run.
     """
     solid, state, scratch, tally = tables
     kernels.drift(solid.nodes, solid.surface, state, scratch, signals, pressures, solid.step, tally)
@@ -77,9 +77,13 @@ def finish_tick(tables: Tables, signals: FloatArray, pressures: FloatArray) -> N
 def write_forces(
     solid: Solid, state: State, scratch: Scratch, columns: IntArray | None = None, nodes: IntArray | None = None
 ) -> None:
-    """Write the forces on nodes: by stresses, hourglass control and a wall.
+    """Write the forces on nodes by stresses, hourglass control and a wall.
 
-    `columns` are those whose ties have changed, `nodes` those whose forces have; all by default.
+    Args:
+        solid: tables of the body.
+        state: `columns` is written.
+        scratch: contains the pull (nominal stress times volume) of the points.
+        columns: those whose ties have changed, `nodes` those whose forces have; all by default.
     """
     tied, points = solid.hourglass, solid.points
     columns = np.arange(len(tied.partner)) if columns is None else columns
@@ -94,7 +98,7 @@ def write_forces(
 
 
 def wall_depths(solid: Solid, state: State) -> FloatArray:
-    """Return the depth of each node behind the wall, shape (n,) [m], or (0,) without a wall."""
+    """Return how far each node lies behind the wall, shape (n,) [m], or an array of shape (0,) without a wall."""
     if not len(solid.bounce):
         return solid.bounce
     depth = solid.wall[1] * (solid.wall[0] - (solid.reference[:, 0] + state.displacement[:, 0]))
@@ -139,7 +143,7 @@ def _update_stresses(solid: Solid, state: State, scratch: Scratch, begin: int, e
 
 
 def record_failure(failure: Failure, scratch: Scratch, tick: int, failure_out: IntArray) -> int:
-    """Write a failure in the tick after `tick` to `failure_out` and to the scratch row of its point; return its status."""
+    """Write point and tick of a failure to `failure_out`, and value and limit to the point's scratch; return its status."""
     failure_out[:] = failure.point, tick + 1
     scratch.pull[failure.point, :2] = failure.value, failure.limit
     return failure.status

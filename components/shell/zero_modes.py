@@ -1,4 +1,4 @@
-"""The number of zero-energy modes of a free patch, i.e. modes that an integration rule does not resolve.
+"""The number of zero-energy modes of a free patch, i.e. of modes in which all integration points have no strain.
 
 A free body has six, the rigid motions. With a rule that has more, the body can deform without energy.
 """
@@ -18,7 +18,7 @@ from .shape_functions import BasisName
 from .stencils import Stencils, make_stencils
 
 RIGID_MOTIONS = 6
-# Columns along each side of the patch, and the fraction of the largest stiffness below which a stiffness counts as 0.
+# Number of columns along each side of the patch; a stiffness below this fraction of the largest one counts as 0.
 _COLUMNS, _NONE = 6, 1e-10
 _POISSON = 0.3
 
@@ -39,7 +39,7 @@ def zero_mode_count(layers: int, rule: RuleName, thickness_count: int, basis: Ba
 
 
 def gradient_matrices(nodes: int, points: IntegrationPoints, stencils: Stencils) -> FloatArray:
-    """Return the derivatives along x, y and z at the points by the parameters of the nodes, shape (3, m, n) [1/m]."""
+    """Return matrices from the nodes' coefficients to the derivatives along x, y, z at the points, shape (3, m, n) [1/m]."""
     count = len(points.volume)
     owner, seen, rows = support_entries(stencils, np.arange(count))
     along, around, out = stencils.gradients[rows].T
@@ -49,7 +49,7 @@ def gradient_matrices(nodes: int, points: IntegrationPoints, stencils: Stencils)
 
 
 def stiffness_matrix(nodes: int, points: IntegrationPoints, stencils: Stencils, young: float, poisson: float) -> FloatArray:
-    """Return the stiffness of a small body, ordered by all x, then y, then z, shape (3n, 3n) [N/m]."""
+    """Return the stiffness matrix of a small body, ordered by all x, then all y, then all z, shape (3n, 3n) [N/m]."""
     lame, shear = young * poisson / ((1 + poisson) * (1 - 2 * poisson)), 0.5 * young / (1 + poisson)
     slopes = gradient_matrices(nodes, points, stencils)
     # Sums over the points of V dN_J/dX_i dN_L/dX_k.

@@ -1,4 +1,4 @@
-"""The base class of breaking criteria, and the failure measure of a link, dispatched on the class of the law."""
+"""The base class of breaking criteria, and the function `failure_measure`, which each criterion registers for its constants."""
 
 from __future__ import annotations
 

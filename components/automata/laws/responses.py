@@ -24,8 +24,8 @@ from ...support.jit import internal_inlined
 from ...support.parameter_fields import Magnitude, NotNegativeMagnitude, field
 from ...support.tagged_union import Named, OneOrEach
 
-# Smallest remaining fraction of the shear modulus, kept by a worn-out pair. The decisive stress is the mean of both automata,
-# and their other pairs may keep it above the limit forever.
+# Smallest fraction g of the shear modulus that a degraded pair keeps. Its decisive stress is the mean of both automata, and the
+# other pairs may keep this mean above the limit forever.
 WORN_OUT = 1e-6
 
 
@@ -131,7 +131,7 @@ def link_response_constants(responses, number):
 
 
 class History(NamedTuple):
-    """Plastic strains along and across a pair, the remaining fraction of its stiffness, and its inelastic strain."""
+    """Plastic strains along and across a pair, the remaining fraction of its stiffness, and its total inelastic strain."""
 
     eps: float
     gamma: float

@@ -1,4 +1,4 @@
-"""Strain of a pair: the overlap parameter of the paper, linked while h = r - r0 < h_max, and a limit of the shear angle."""
+"""Strain criterion: a pair breaks if its overlap parameter h = r - r0 of the paper, or its shear angle, reaches a limit."""
 
 from __future__ import annotations
 

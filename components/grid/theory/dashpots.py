@@ -33,13 +33,13 @@ def reflected_energy(material: Material, angle: float, *, shear: bool = False) -
     p_goes = _excess_traction(material, (-p_cosine / p, along), (-p_cosine, along * p))
     s_goes = _excess_traction(material, (-s_cosine / s, along), (along * s, s_cosine))
     amplitudes = np.linalg.solve(np.array([p_goes, s_goes]).T, -np.array(coming))
-    # Beyond the critical angle the cosine of the P wave is imaginary, and this wave carries no energy away.
+    # Beyond the critical angle the cosine of the P wave is imaginary, so this wave carries no energy away from the edge.
     energies = abs(amplitudes) ** 2 * (p * p_cosine.real, s * s_cosine.real)
     return float(energies.sum()) / (speed * cosine)
 
 
 def _excess_traction(material: Material, slowness: Vector, motion: Vector) -> Vector:
-    """Return the traction of a wave of unit amplitude minus that of the dashpots, per i omega: normal, tangential."""
+    """Return the traction of a wave of unit amplitude minus that of the dashpots, divided by i omega: normal, tangential."""
     (sx, sy), (dx, dy) = slowness, motion
     first, shear = material.first_lame, material.shear_modulus
     normal = first * (sx * dx + sy * dy) + 2.0 * shear * sx * dx - material.density * material.longitudinal_speed * dx

@@ -34,7 +34,7 @@ class Front:
 
 
 def load_fronts(material: Material, time: float, source: float = 0.0) -> tuple[Front, ...]:
-    """Return the fronts of an impulse on the surface y = 0; C and R twice, to the left and to the right.
+    """Return the wave fronts of an impulse on the surface y = 0; C and R appear twice, to the left and to the right.
 
     Args:
         material: of the half-space.

@@ -70,7 +70,7 @@ class LineLoad:
         return 1.0 / self.material.longitudinal_speed, 1.0 / self.material.shear_speed
 
     def _body_wave(self, x: float, depth: float, times: FloatArray, *, shear: bool) -> FloatArray:
-        """Return the integral over s of the response times the force at t - c r cosh s, shape (times, 2)."""
+        """Return the integral over s of the impulse response times the force at t - c r cosh s, shape (times, 2)."""
         r, angle = math.hypot(x, depth), math.atan2(x, depth)
         c = self._slownesses[shear]
         latest = float(np.max(times, initial=0.0))
@@ -86,17 +86,17 @@ class LineLoad:
         r, angle, critical = math.hypot(x, depth), math.atan2(x, depth), math.asin(a / b)
         if angle <= critical:
             return np.zeros((len(times), 2))
-        # The response grows as sqrt(f - critical), so the points are the squares of a uniform grid.
+        # The response grows as the root of f - asin(a / b), so the points are the squares of a uniform grid.
         part = (np.arange(_POINTS) + 0.5) / _POINTS
         f = critical + (angle - critical) * part * part
         weight = 2.0 * (angle - critical) * part / _POINTS
-        # Above the real axis: eta_a = -i sqrt(p^2 - a^2).
+        # On the side above the real axis, eta_a = -i sqrt(p^2 - a^2).
         p = b * np.sin(f) + 0j
         values = self._slowness_response(p, True, head=True) * (b * np.cos(f) * weight)
         return self._convolve(values, b * r * np.cos(angle - f), 1.0, times)
 
     def _slowness_response(self, p: Any, shear: bool, *, head: bool = False) -> Any:
-        """Return the factors of dp for u_x and u_z, shape (2, points)."""
+        """Return the factors of dp in u_x and u_z at slownesses p, shape (2, points); see the equations above."""
         a, b = self._slownesses
         eta_a = -1j * np.sqrt((p * p).real - a * a) if head else np.sqrt(a * a - p * p)
         eta_b = np.sqrt(b * b - p * p)
@@ -106,7 +106,7 @@ class LineLoad:
         return np.stack([along, down]) / rayleigh
 
     def _convolve(self, values: Any, delays: FloatArray, spacing: float, times: FloatArray) -> FloatArray:
-        """Return the sum of Im(values) force(t - delay) spacing, shape (times, 2)."""
+        """Return the sum over the quadrature points of Im(values) force(t - delay) spacing, shape (times, 2)."""
         found = np.zeros((len(times), 2))
         for row, time in enumerate(times):
             since = time - delays

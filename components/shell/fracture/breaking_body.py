@@ -1,4 +1,4 @@
-"""A body that breaks: single ticks, cracks after each of them, their energies and events, and outputs on cracks."""
+"""A body that breaks: it advances by single ticks and adds cracks after each; energies, events and outputs of the cracks."""
 
 from __future__ import annotations
 
@@ -33,21 +33,21 @@ from .pieces import ACROSS, ALONG, Marks
 from .visibility import Visibility
 
 _FRACTURE, _ERODED = 0, 1
-# Largest value of an event.
+# Largest value that an event records.
 _LARGEST = 1e300
-# Range of relative volumes outside which a point at a crack has neighbours on other pieces.
+# A point at a crack with a relative volume outside this range has neighbours on other pieces.
 _VOLUMES = (0.5, 2.0)
 _FEWEST = {"linear": 4, "quadratic": 10}
-# Largest mass fraction of eroded points without a caution.
+# A caution is issued if a larger fraction of the mass is eroded.
 _ERODED_PART = 0.1
 AddEvent = Callable[[int, str, int, float, float], None]
 
 
 class BreakingBody:
-    """The cracks of a component, in its state and in the tables of its kernels."""
+    """The cracks of a body, kept in the state of its component and in the tables of the kernels."""
 
     def __init__(self, parameters: ShellParameters, law: FractureLaw, assembly: Assembly, intact_solid: Solid) -> None:
-        """Build from the body without cracks.
+        """Build from the tables of the intact body.
 
         Raises:
             ParameterError: the law requires a material with plastic flow.
@@ -75,11 +75,11 @@ class BreakingBody:
         self._seen_facets = np.zeros((0, 9))
 
     def attach_state(self, block: Block, tables: Tables, add_event: AddEvent) -> None:
-        """Attach the state, laid out with `growing` and `fields`, and the tables of the whole body that contain it."""
+        """Attach the state, whose layout has `growing` and `fields`, and the tables of the whole body that refer to it."""
         self._block, self._tables, self._add_event = block, tables, add_event
 
     def contradiction(self, state: Mapping[str, np.ndarray]) -> str:
-        """Return which list of the state does not match its events in length, or ""."""
+        """Return which list of the state has another length than its events require, or ""."""
         names, numbers = list(KINDS), state["events"][:, 1].astype(np.int64)
         for name, kinds in (("facets", (PARTED,)), ("eroded", LOST_KINDS), ("loosened", (LOOSENED,))):
             noted = np.count_nonzero(np.isin(numbers, [names.index(kind) for kind in kinds]))
@@ -95,7 +95,7 @@ class BreakingBody:
     # -- ticks ------------------------------------------------------------------------------------------------------
 
     def advance(self, signals: FloatArray, pressures: FloatArray, first_tick: int, failure_out: IntArray) -> int:
-        """Advance like `ticks.advance`, and at the end of each tick part the points beyond their limit."""
+        """Advance like `ticks.advance`; at the end of each tick add cracks at the points beyond their limit."""
         tables, cracks, block = self.tables(), self.cracks, self._block
         state = tables.state
         for row in range(len(signals)):
@@ -115,7 +115,7 @@ class BreakingBody:
         return 0
 
     def _add_cracks(self, cracking_points: IntArray, tick: int) -> Tables:
-        """Add cracks at some points; return the new tables of the body."""
+        """Add cracks at `cracking_points` at the end of a tick; return the new tables of the body."""
         state, scratch, losses = self._tables.state, self._tables.scratch, self._block["losses"]
         before = self.cracks.solid
         new_cracks = self._erode_distorted_points(self.cracks.add_cracks(state, cracking_points, tick))
@@ -131,7 +131,7 @@ class BreakingBody:
         return self._tables._replace(solid=after)
 
     def _erode_failed_points(self, failures: list[Failure], tick: int) -> Tables:
-        """Erode the points at which a tick failed; return the tables for finishing the tick."""
+        """Erode the points at which a tick failed; return the tables with which to finish the tick."""
         state, scratch = self._tables.state, self._tables.scratch
         torn = {failure.point: Cause(TORN, failure.value, failure.limit) for failure in failures}
         self._block["losses"][_ERODED] += ordered_sum(*(half_kick_work(self.cracks.solid, state, point) for point in torn))
@@ -158,14 +158,14 @@ class BreakingBody:
             )
 
     def _remove_eroded_stress(self, new_cracks: NewCracks) -> None:
-        """Remove the stress of eroded points, and update the gradients of all changed points."""
+        """Set the stress of eroded points to 0, and update the displacement gradients of all points with new neighbours."""
         state, points = self._tables.state, np.array(list(new_cracks.eroded), dtype=np.int64)
         self._block["losses"][_ERODED] += elastic_energy(self.cracks.solid, state, points)
         state.stress[points] = state.gradient[points] = 0.0
         state.gradient[new_cracks.changed] = displacement_gradients(self.cracks.points, state.displacement, new_cracks.changed)
 
     def _affected_parts(self, changed_points: IntArray) -> tuple[IntArray, IntArray, IntArray]:
-        """Return the points, tied columns, and nodes whose forces change with some points."""
+        """Return the points, the columns with ties, and the nodes whose forces change if some points change."""
         tied, points, columns = self._assembly.solid.hourglass, changed_points, np.zeros(0, dtype=np.int64)
         if len(tied.partner):
             own = np.unique(changed_points // tied.points)
@@ -198,19 +198,19 @@ class BreakingBody:
 
     @property
     def cracked_stencils(self) -> Any:
-        """The stencils of the points with the cracks of the state."""
+        """The stencils (neighbours and shape functions) of the points with the cracks of the state."""
         self.tables()
         return self.cracks.visibility.seen
 
     @cached_property
     def _node_stencils(self) -> Visibility:
-        """Stencils of the nodes themselves, for the output of displacements."""
+        """Stencils (neighbours and shape functions) at the nodes, for the output of displacements."""
         lattice, p = self._assembly.lattice, self._parameters
         self._seen_facets = np.zeros((0, 9))
         return Visibility(lattice, lattice.indices, self._assembly.node_stencils, p.chosen_radius, p.basis)
 
     def node_values(self, parameters: FloatArray) -> FloatArray:
-        """Return the values of a field at the nodes; a node isolated by cracks has the value of its parameter."""
+        """Return the values of a field at the nodes from its parameters; a node isolated by cracks has its parameter."""
         self.tables()
         nodes, facets, known = self._node_stencils, self.cracks.facets, len(self._seen_facets)
         if known > len(facets) or not np.array_equal(facets[:known], self._seen_facets):
@@ -227,22 +227,22 @@ class BreakingBody:
         return out
 
     def mean_stress(self) -> FloatArray:
-        """Return the mean stress used by the fracture law, shape (m, 6)."""
+        """Return the stress averaged over columns that the fracture law uses, shape (m, 6); see `column_means`."""
         write_column_means(self.tables().state.stress, self.cracks.means)
         return self.cracks.means.stress
 
     def fracture_ratios(self) -> FloatArray:
-        """Return the fracture ratio of each point, i.e. the decisive value over its limit."""
+        """Return the fracture ratio of each point: the value that the fracture law tests, over its limit."""
         self.mean_stress()
         return self.cracks.fracture_ratios(self._tables.state)
 
     def dissipated_energies(self) -> dict[str, float]:
-        """Return the energies dissipated by cracks [J]: of cut ties, and of eroded points."""
+        """Return the energies dissipated by cracks [J]: those of cut hourglass ties, and those of eroded points."""
         fracture, eroded = self._block["losses"].tolist()
         return {"fracture_energy": fracture, "eroded_energy": eroded}
 
     def report(self, step_size: float) -> dict[str, float]:
-        """Return the largest fracture ratio with its place and time, and figures on the cracks."""
+        """Return figures for the report: the largest fracture ratio with its place and time, and numbers on the cracks."""
         self.tables()
         ratio, point, tick = self._block["nearest"].tolist()
         found = {
@@ -331,7 +331,7 @@ class BreakingBody:
 
     @property
     def surface_pairs(self) -> ColumnArray:
-        """Pairs of neighbouring columns, along and across, shape (links, 2)."""
+        """The pairs of neighbouring columns, first along the body, then across, shape (links, 2)."""
         n, m, _ = self._assembly.lattice.shape
         columns = np.arange(n * m, dtype=np.int32).reshape(n, m)
         pairs = (
@@ -342,12 +342,12 @@ class BreakingBody:
 
     @property
     def _cells_across(self) -> int:
-        """Number of surface cells across or around the body."""
+        """Number of surface cells across the body, or around it."""
         across = self._assembly.lattice.axes[1]
         return across.count if across.is_closed else across.count - 1
 
     def _intact_sides(self) -> tuple[Marks, Marks]:
-        """Return whether columns are linked at the surface to the next one along, (n - 1, m), and across, (n, rows)."""
+        """Return whether columns are linked at the outer surface to the next one along, (n - 1, m), and across, (n, rows)."""
         cut, borne = (
             self._neighbour_sides(self.cracks.links[:, :, -1] > 0),
             self.cracks.borne.reshape(self._assembly.lattice.shape[:2]),
@@ -356,7 +356,7 @@ class BreakingBody:
         return ~cut.along[:-1] & borne[:-1] & borne[1:], across[:, : self._cells_across]
 
     def _surface_links(self) -> FloatArray:
-        """Return 1 for each intact link of `surface_pairs`, 0 for one cut by a crack or at a column without any support."""
+        """Return 1 for each intact link of `surface_pairs`, 0 for one cut by a crack, or at a column in no point's support."""
         return np.concatenate([sides.ravel() for sides in self._intact_sides()]).astype(np.float64)
 
     def _surface_cells(self) -> FloatArray:
@@ -366,24 +366,24 @@ class BreakingBody:
         return (sides & across[:-1] & across[1:]).ravel().astype(np.float64)
 
     def _cut_sides(self) -> CutSides:
-        """Return the sides between neighbouring columns that a crack cuts, at any depth of the wall.
+        """Return the sides between neighbouring columns that a crack cuts at any depth of the wall, as `CutSides`.
 
         Columns in no point's support do not count.
         """
         return self._neighbour_sides(np.any(self.cracks.links > 0, axis=2))
 
     def _severed_sides(self) -> CutSides:
-        """Return the sides that a crack cuts through the whole wall."""
+        """Return the sides between columns that a crack cuts through the whole wall, as `CutSides`."""
         return self._neighbour_sides(self.cracks.severed)
 
     def _neighbour_sides(self, is_cut: Marks) -> CutSides:
-        """Return which of the cut links, shape (columns, 4), lie between neighbouring columns."""
+        """Return as `CutSides` the cut links, shape (columns, 4), along and across, where there is a next column."""
         around, (n, m, _) = self._assembly.solid.surface.around, self._assembly.lattice.shape
         own = np.arange(len(around))
         return CutSides(*((is_cut[:, way] & (around[:, side] != own)).reshape(n, m) for way, side in ((ALONG, 1), (ACROSS, 3))))
 
     def outcome(self) -> int:
-        """Return the number of the outcome in `OUTCOMES`."""
+        """Return the number, in `OUTCOMES`, of what has become of the body."""
         lattice, cracks, state = self._assembly.lattice, self.cracks, self._tables.state
         is_severed = not connects_ends(cracks.labels, cracks.borne, lattice.shape[:2])
         strain = station_means(self._assembly, state.plastic_strain) if cracks.solid.plastic else np.zeros(1)
@@ -391,7 +391,7 @@ class BreakingBody:
         return outcome(lattice, through if through.is_cut else self._cut_sides(), is_severed, strain)
 
     def conclusions(self, step_size: float) -> list[str]:
-        """Return sentences on the outcome for the body, and why it did or did not break."""
+        """Return sentences on what has become of the body, and why it did or did not break."""
         self.tables()
         facets, number = self.cracks.facets, self.outcome()
         found = [f"outcome: {OUTCOMES[number]}"]
@@ -409,7 +409,7 @@ class BreakingBody:
         return [*found, f"{self.law.quantity} {near if ratio > 0.0 else 'stayed below half of its limit everywhere'}"]
 
     def _describe_cracks(self) -> str:
-        """Return the extent of cracks in words, at any depth and through the wall."""
+        """Return a text on the extent of cracks at any depth, and through the whole wall."""
         lattice, through = self._assembly.lattice, self._severed_sides()
         whole, leaks = "circumference" if lattice.bent else "width", "none of them passes through the wall"
         if through.is_cut:
@@ -417,7 +417,7 @@ class BreakingBody:
         return f"cracks {_describe_extent(lattice, self._cut_sides())} of the {whole}, {leaks}"
 
     def _describe_pieces(self) -> str:
-        """Return the number of pieces in words, and the number of detached columns."""
+        """Return a text with the number of pieces, and the number of columns in detached pieces."""
         pieces, lost = self.cracks.piece_count, np.count_nonzero(~self.cracks.borne)
         words = f"{pieces} {'piece' if pieces == 1 else 'pieces'}"
         return f"{words}, and {lost} fully detached {'column' if lost == 1 else 'columns'} of nodes" if lost else words

@@ -1,4 +1,4 @@
-"""The cracks of a body: facets in the state, and the kernel tables derived from them."""
+"""The cracks of a body: facets (plane pieces of crack surface, see `facets`) in the state, and the kernel tables for them."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ from .laws.fracture_law import FractureLaw
 from .pieces import Marks, crack_lips, detached_columns, label_columns, severed_links
 from .visibility import Visibility
 
-# Offset of a facet from its point: about halfway to the next nodes if points lie at nodes, otherwise close to the point.
+# Distance of a facet from its point: about halfway to the next nodes if points lie at nodes, otherwise close to the point.
 _BESIDE_NODES, _BESIDE_POINTS = 0.45, 0.05
-# Relative difference below which the ratios on two sides count as equal.
+# Two fracture ratios on the two sides of a point count as equal below this relative difference.
 _EQUAL = 1e-9
-# Offset in index space beyond which a point lies on one side of another point.
+# A point lies on one side of another point if it is farther than this from it, in index space (node numbers along the axes).
 _ASIDE = 0.3
-# A point is eroded if its share of the squared frequency exceeds this multiple of the largest initial one.
+# A point at a crack is eroded if its part in the squared highest frequency exceeds this multiple of the largest initial part.
 _STIFFEST = 2.0
-# A node is loosened, i.e. removed from all supports, if its weight in points falls below this fraction of the initial one.
+# A node is loosened, i.e. removed from all supports, if its total weight at points falls below this part of the initial one.
 _LOOSE = 0.2
-# Number of points whose stiffness is computed at a time.
+# The stiffness is computed for this many points at a time, to limit memory.
 _AT_A_TIME = 4096
-# Unloading time of a parted point: the time in which sound travels this number of the longest spacings.
+# Unloading time of a cracked point: the time in which sound travels this multiple of the longest node distance.
 _SPACINGS_TO_UNLOAD = 4.0
 # More ticks than any run has.
 _ENDLESS = 2.0**62
@@ -46,12 +46,12 @@ KINDS = {
     LOOSENED: "cracks have removed a node from almost all supports of points: it moves on without forces",
     ERODED: "the neighbours that cracks have left to a point do not span its basis: it no longer carries stress",
 }
-# Events after which a point carries no stress.
+# Kinds of events after which a point carries no stress.
 LOST_KINDS = (SPENT, TORN, ERODED)
 
 
 class Cause(NamedTuple):
-    """The cause of an event: its kind, the decisive value, and its limit."""
+    """Why a point cracks or is eroded: the kind of the event, the value tested, and its limit."""
 
     kind: str
     value: float
@@ -65,7 +65,7 @@ class NewCracks(NamedTuple):
         facets: new facets, rows of `facets.facet_declaration`, with their causes.
         eroded: points that no longer carry stress, with their causes (None if cracks have left too few neighbours).
         loosened: nodes that had hardly any weight in points.
-        changed: points whose neighbours have changed, including eroded ones, shape (k,).
+        changed: points with changed neighbours, including eroded points, shape (k,).
     """
 
     facets: list[tuple[FloatArray, Cause]]
@@ -74,16 +74,16 @@ class NewCracks(NamedTuple):
     changed: IntArray
 
     def merged_with(self, other: NewCracks) -> NewCracks:
-        """Return these cracks with the points and nodes of the cracks that they caused."""
+        """Return these cracks together with the eroded points and loosened nodes that are their consequence."""
         eroded, loosened = {**self.eroded, **other.eroded}, self.loosened + other.loosened
         return NewCracks(self.facets, eroded, loosened, np.union1d(self.changed, other.changed))
 
 
 class Cracks:
-    """The cracks and the tables derived from them, which are rebuilt if the state has other cracks."""
+    """The cracks, and the kernel tables derived from them, which are rebuilt if the state contains other cracks."""
 
     def __init__(self, parameters: ShellParameters, law: FractureLaw, assembly: Assembly, intact_solid: Solid) -> None:
-        """Build from a body without cracks."""
+        """Build from the tables of a body without cracks."""
         self._lattice, self._points, self._whole = assembly.lattice, assembly.points, intact_solid
         lattice, points = self._lattice, self._points
         along, across, thickness = lattice.axes
@@ -107,7 +107,7 @@ class Cracks:
         self.clear()
 
     def _ticks_to_unload(self, solid: Solid) -> int:
-        """Return the number of ticks in which sound travels a few spacings of the lattice."""
+        """Return the number of ticks in which sound travels `_SPACINGS_TO_UNLOAD` of the longest node distances."""
         axes, density = self._lattice.axes, float(solid.nodes.mass[0] / self._lattice.volumes[0])
         radius = axes[2].positions[-1] if self._lattice.bent else 1.0
         longest = max(float(np.diff(axes[0].positions).max()), float(np.diff(axes[1].positions).max()) * radius)
@@ -126,7 +126,7 @@ class Cracks:
         self._update_tables()
 
     def load_state(self, facets: FloatArray, eroded_points: FloatArray, loosened_nodes: FloatArray) -> None:
-        """Update the tables to the facets, eroded points and loosened nodes of the state if they differ."""
+        """Make the tables those of the facets, eroded points and loosened nodes of the state, unless they are already."""
         given, known = (facets, eroded_points, loosened_nodes), (self.facets, self.eroded, self.loosened)
         if all(np.array_equal(one, other) for one, other in zip(given, known, strict=True)):
             return
@@ -143,10 +143,10 @@ class Cracks:
     # -- adding cracks ----------------------------------------------------------------------------------------------
 
     def add_cracks(self, state: State, points: IntArray, tick: int) -> NewCracks:
-        """Part the body at points beyond their limit, beginning with the one whose own stress exceeds it most.
+        """Add a facet at each of the points beyond their limit, beginning with the one whose own stress exceeds it most.
 
-        Several points may pass it together, because stresses are means over columns. A point that loses neighbours to a crack
-        of this tick waits for the next tick. A parted point that has had time to unload is eroded: its remaining links are
+        Several points may pass it together, because stresses are means over columns. A point that loses neighbours by a crack
+        of this tick waits for the next tick. A cracked point that has had time to unload is eroded: its remaining links are
         bridges that the lattice leaves between cracks.
         """
         limit, check = self.check.limit, self.check
@@ -168,21 +168,21 @@ class Cracks:
         return self._rebuild_supports(changed, spent)._replace(facets=facets)
 
     def erode_points(self, points: dict[int, Cause]) -> NewCracks:
-        """Erode some points, which then no longer carry stress."""
+        """Erode some points, i.e. let them carry no stress from now on."""
         return self._rebuild_supports(set(), points)
 
     def _fracture_values(self, state: State, stress: FloatArray, points: IntArray) -> FloatArray:
-        """Return for some points the decisive value, and the normal of a crack there in index space, shape (k, 4)."""
+        """Return for each point the value that its law tests, and the unit normal of a crack there in index space, (k, 4)."""
         out = np.zeros((len(points), 4))
         write_fracture_values(self.check, stress, state.gradient, state.plastic_strain, points, out)
         return out
 
     def fracture_ratios(self, state: State) -> FloatArray:
-        """Return the fracture ratio of each point, by the means written last, shape (m,)."""
+        """Return the fracture ratio (value over limit) of each point, from the stress means written last, shape (m,)."""
         return self._fracture_values(state, self.means.stress, np.arange(len(self.check.limit)))[:, 0] / self.check.limit
 
     def _rebuild_supports(self, changed_points: set[int], points_to_erode: dict[int, Cause]) -> NewCracks:
-        """Rebuild supports, erode points with too few neighbours, and loosen nodes with hardly any weight, until all is sound.
+        """Rebuild supports; erode points with too few neighbours and loosen nodes of hardly any weight until none is left.
 
         `changed_points` have lost neighbours.
         """
@@ -207,7 +207,7 @@ class Cracks:
         return NewCracks([], eroded, loosened, np.array(sorted(concerned), dtype=np.int64))
 
     def _loosen_nodes(self, points: IntArray, loosened_nodes: list[int]) -> set[int]:
-        """Hide nodes near some points that have hardly any weight left; return the points that lose them as neighbours."""
+        """Hide near some points the nodes with hardly any weight; return the points that lose these nodes as neighbours."""
         nodes = np.unique(support_entries(self.points, points)[1]).astype(np.int64)
         losing = set[int]()
         known = {int(j) for j in self.loosened} | set(loosened_nodes)
@@ -218,13 +218,13 @@ class Cracks:
         return losing
 
     def _node_weights(self, nodes: IntArray) -> FloatArray:
-        """Return the total weight of nodes in points: the sum of shape functions times volumes, shape (k,) [m^3]."""
+        """Return the total weight of nodes at points: the sum over points of shape function times volume, shape (k,) [m^3]."""
         found, volume = np.zeros((len(nodes), 2)), self._points.volume
         weigh_points(self.visibility.seen, self._whole.nodes, volume, nodes, volume, found)
         return found[:, 0]
 
     def _hide_node(self, node: int) -> IntArray:
-        """Hide a node from all points; return those of which it was a neighbour."""
+        """Hide a node from all points; return the points of which it was a neighbour."""
         nodes, hidden = self._whole.nodes, self.visibility.hidden
         entries = slice(int(nodes.begin[node]), int(nodes.begin[node + 1]))
         points = nodes.points[entries].astype(np.int64)
@@ -234,12 +234,12 @@ class Cracks:
         return points[saw]
 
     def is_beside_crack(self, point: int) -> bool:
-        """Return whether cracks hide neighbours of a point that carries stress."""
+        """Return whether a point carries stress and has neighbours that cracks hide."""
         begin, end = self._whole.points.begin[point : point + 2].tolist()
         return bool(self.visibility.hidden[begin:end].any()) and float(point) not in self.eroded
 
     def _add_facet(self, facet: FloatArray) -> IntArray:
-        """Add a facet; return the points that lose neighbours."""
+        """Add a facet, and hide nodes behind it; return the points that lose neighbours."""
         p = int(facet[0])
         if self.check.cracks[p] == 0:
             self.check.normal[p] = facet[4:7]
@@ -275,7 +275,7 @@ class Cracks:
         return np.concatenate([[p], middle + side * beside * normal, normal, [cell[1]]])
 
     def _point_indices(self, p: int) -> FloatArray:
-        """Return the fractional indices of a point."""
+        """Return the position of a point in index space: its fractional node numbers along the axes."""
         return self._points.indices(np.array([p]))[0]
 
     def _thickness_cell(self, p: int) -> tuple[float, float]:
@@ -297,14 +297,14 @@ class Cracks:
         return offsets
 
     def _open_side(self, p: int, normal: FloatArray) -> int:
-        """Return the side on which a point has lost more neighbours; 0 for none."""
+        """Return the side (+1 or -1 along the normal) on which a point has lost more neighbours; 0 for none."""
         begin, end = self._whole.points.begin[p : p + 2].tolist()
         _, nodes, _ = support_entries(self._whole.points, np.array([p]))
         lost = nodes[self.visibility.hidden[begin:end]].astype(np.int64)
         return int(np.sign(np.sign((self._index_offsets(self._lattice.indices(lost), p) * normal).sum(axis=1)).sum()))
 
     def _loaded_side(self, state: State, p: int, normal: FloatArray) -> int:
-        """Return the side whose neighbouring points are closer to their limits; 0 if the sides are equal."""
+        """Return the side whose neighbouring points have larger fracture ratios; 0 if both are equal."""
         around = self._neighbour_points(p)
         beyond = (self._index_offsets(self._points.indices(around), p) * normal).sum(axis=1)
         ratios = self._fracture_values(state, self.means.stress, around)[:, 0] / self.check.limit[around]
@@ -321,7 +321,7 @@ class Cracks:
         return around[around != column] * self._through + layer
 
     def _point_stiffness(self, points: IntArray) -> FloatArray:
-        """Return V sum |grad N_J|^2 / m_J of points: their share of the squared frequency, over the squared speed of sound."""
+        """Return V sum_J |grad N_J|^2 / m_J of points: their part in the squared frequency over the squared sound speed."""
         table = self.points
         owner, nodes, rows = support_entries(table, points)
         gradients = table.gradients[rows]
@@ -338,7 +338,7 @@ class Cracks:
         return self._whole.points._replace(kind=seen.kind, first=seen.first, gradients=seen.gradients, along=seen.along)
 
     def _update_tables(self) -> None:
-        """Update the tables of the kernels: rows, ties and the surface under pressure."""
+        """Update the tables of the kernels: neighbours of points, hourglass ties, and the surface under pressure."""
         lattice, whole = self._lattice, self._whole
         self.means.sound[self.eroded.astype(np.int64)] = False
         self.labels, self.borne = self._label_pieces()
@@ -350,7 +350,7 @@ class Cracks:
         )
 
     def _label_pieces(self) -> tuple[IntArray, Marks]:
-        """Return the piece number of each column, i.e. the piece's first column, and whether a point supports the column."""
+        """Return the piece number of each column, i.e. the piece's first column, and whether any point supports the column."""
         n, m, layers = self._lattice.shape
         labels, borne = np.zeros(n * m, dtype=np.int64), np.zeros(n * m, dtype=bool)
         if not len(self.facets):
@@ -366,14 +366,14 @@ class Cracks:
         return len(np.unique(self.labels[self.borne]))
 
     def _cut_sides(self, is_cut: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-        """Return whether each column is cut from its neighbours before and after along and across, shape (columns, 4)."""
+        """Return whether each column is cut from its neighbour before and after, along and across, shape (columns, 4)."""
         n, m, _ = self._lattice.shape
         along, across = is_cut[:, 0].reshape(n, m), is_cut[:, 1].reshape(n, m)
         sides = (np.roll(along, 1, axis=0), along, np.roll(across, 1, axis=1), across)
         return np.stack([one.ravel() for one in sides], axis=1)
 
     def _uncut_ties(self) -> ColumnArray:
-        """Return the partners of hourglass control: none across a crack, and none for a column with an eroded point."""
+        """Return the partners of each column in hourglass control: none across a crack or at a column with an eroded point."""
         partner = self._whole.hourglass.partner
         if len(partner) == 0:
             return partner
@@ -383,9 +383,9 @@ class Cracks:
         return np.where(cut | lost[:-1, None] | lost[partner], -1, partner)
 
     def _area_neighbours(self) -> ColumnArray:
-        """Return the neighbours that span the area of each node of the inner surface; across a crack it is the node itself.
+        """Return for each node of the inner surface the neighbours that span its area; across a crack, the node itself.
 
-        A loose node spans no area with the nodes from which it has separated, because this area would grow without bound.
+        A loosened node spans no area with the nodes from which it has separated, because this area would grow without bound.
         """
         around = self._whole.surface.around
         own = np.broadcast_to(np.arange(len(around), dtype=np.int32)[:, None], around.shape)

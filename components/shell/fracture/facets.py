@@ -1,8 +1,8 @@
-"""Facets: pieces of crack surface, one for each parted point, and the lines that they cross.
+"""Facets: plane pieces of crack surface, one for each cracked point, and the lines that they cross.
 
-A facet is the part of a plane, in the index space of the lattice, that lies in the cell of its point: half a spacing to each
-side in the surface, and its share of the thickness. It runs between the columns of nodes, not through them. A node is hidden
-from a point if the straight line between them crosses a facet.
+A facet is the part of a plane in index space (node numbers as coordinates) that lies in the cell of its point: half a spacing
+to each side in the surface, and its share of the thickness. It runs between the columns of nodes, not through them. A node is
+hidden from a point if the straight line between them crosses a facet.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ _WAYS = ((1, 0), (0, 1), (1, 1), (1, -1))
 
 
 def facet_declaration(points: int, shape: tuple[int, int, int]) -> Field:
-    """Return the declaration of facets in the state: point, middle, normal in index space, half thickness extent, tick.
+    """Return the declaration of facets in the state: point, middle, normal, half the thickness (all in index space), tick.
 
     Args:
-        points: number of points; each parts at most twice.
+        points: number of points; each cracks at most twice.
         shape: numbers of planes of nodes along the axes.
     """
     high = (points - 1, *shape, 1.0, 1.0, 1.0, shape[2], MOST_INDEX)
@@ -49,7 +49,7 @@ def crosses_facet(facet: FloatArray, period: int, a: FloatArray, b: FloatArray) 
         shift = np.zeros_like(a)
         shift[:, 1] = nearest_period_multiple(middle[1] - a[:, 1], period)
         a, b = a + shift, b + shift
-    # Term by term, because a sum along an axis has no fixed order.
+    # Summed term by term, because a sum along an array axis has no fixed order.
     first, second = (
         (one[:, 0] - middle[0]) * normal[0] + (one[:, 1] - middle[1]) * normal[1] + (one[:, 2] - middle[2]) * normal[2]
         for one in (a, b)
@@ -62,7 +62,7 @@ def crosses_facet(facet: FloatArray, period: int, a: FloatArray, b: FloatArray) 
 
 
 def nearest_period_multiple(distance: FloatArray, period: int) -> FloatArray:
-    """Return the multiples of the period nearest to the distances."""
+    """Return the multiple of the period nearest to each distance."""
     return period * np.floor(distance / period + 0.5)
 
 

@@ -1,4 +1,4 @@
-"""Gradients, forces and energies of points and nodes at new cracks, with the remaining neighbours."""
+"""Gradients, forces and energies of points and nodes at new cracks, computed again with the remaining neighbours."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..kernels import write_point_pull
 
 
 def displacement_gradients(points: Points, displacement: FloatArray, numbers: IntArray) -> FloatArray:
-    """Return the displacement gradients of k points with their present neighbours, shape (k, 9); bitwise as in a tick."""
+    """Return the displacement gradients of the points `numbers` with their present neighbours, (k, 9); bitwise as in a tick."""
     owner, neighbours, rows = support_entries(points, numbers)
     local = points.gradients[rows]
     terms = displacement[neighbours][:, :, None] * local[:, None, :]
@@ -24,14 +24,14 @@ def displacement_gradients(points: Points, displacement: FloatArray, numbers: In
 
 
 def volume_ratios(gradients: FloatArray) -> FloatArray:
-    """Return the relative volumes for displacement gradients, shape (k,)."""
+    """Return the relative volumes det(1 + H) for displacement gradients H, shape (k,)."""
     f = gradients.reshape(-1, 3, 3) + np.eye(3)
     minors = f[:, 1, [1, 2, 0]] * f[:, 2, [2, 0, 1]] - f[:, 1, [2, 0, 1]] * f[:, 2, [1, 2, 0]]
     return (f[:, 0, 0] * minors[:, 0] + f[:, 0, 1] * minors[:, 1]) + f[:, 0, 2] * minors[:, 2]
 
 
 def half_kick_work(solid: Solid, state: State, point: int) -> float:
-    """Return minus the work of a point's stress on the nodes in the half kick before a tick's new stresses [J]."""
+    """Return minus the work [J] of a point's stress on the nodes in the half kick before the stresses of the tick."""
     own, one, none, stress = slice(point, point + 1), np.ones(1), np.zeros(1), np.zeros((1, 9))
     write_pulls(state.gradient[own], state.stress[own], one, one, none, one, np.zeros(1, dtype=np.int64), stress)
     change = displacement_gradients(solid.points, state.displacement, np.array([point]))[0] - state.gradient[point]
@@ -40,13 +40,13 @@ def half_kick_work(solid: Solid, state: State, point: int) -> float:
 
 @jit
 def write_pulls(gradient, stress, volume, cosine, sine, along, numbers, pull):
-    """Write the pull (nominal stress times volume) of some points, without ties, from present stresses and gradients."""
+    """Write the pull (nominal stress times volume) of the points `numbers` from their stress and gradient, without ties."""
     for p in numbers:
         nominal = nominal_stress(load_deformation_gradient(gradient, p), load_symmetric_tensor(stress, p))
         write_point_pull(pull, p, nominal, volume[p], cosine[p], sine[p], along[p])
 
 
 def write_pull(solid: Solid, state: State, scratch: Scratch, numbers: IntArray) -> None:
-    """Write the pull (nominal stress times volume) of some points of the body."""
+    """Write the pull (nominal stress times volume) of the points `numbers` of the body."""
     p = solid.points
     write_pulls(state.gradient, state.stress, p.volume, p.cosine, p.sine, p.along, numbers, scratch.pull)

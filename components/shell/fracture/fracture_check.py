@@ -1,4 +1,4 @@
-"""The fracture check of points: the decisive value, and the plane of the crack."""
+"""The fracture check of points: the value that the law compares with its limit, and the plane of the crack."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from ..parameters import ShellParameters
 from .laws.fracture_law import Point, decisive_value, may_exceed
 from .pieces import Marks
 
-# A point parts a second time if the cosine between the two crack normals is smaller than this.
+# A point may crack a second time if the cosine between both crack normals is smaller than this.
 _ANOTHER_DIRECTION = 0.7
-# A crack plane is parallel to the wall if its normal has at least this component along the thickness, else normal to it.
+# A crack plane is parallel to the wall if its normal has at least this component along the thickness; else it is normal to it.
 _PARALLEL = 0.9
-# Smaller ratios to the limit are not recorded.
+# Smaller fracture ratios are not recorded as the largest one.
 _NOTED = 0.5
-# The limit of unbreakable points: above any stress and strain, with a finite square.
+# Limit of points that cannot break: above any stress and strain, with a square that does not overflow.
 UNBREAKABLE = 1e100
 _GRIPPED = ("clamped", "moved")
 
@@ -34,14 +34,14 @@ class FractureCheck(NamedTuple):
 
     Attributes:
         law: constants of the fracture law.
-        limit: of each point, shape (m,).
-        along, across, through: distances of planes at the points along each axis, or angles [m].
-        radius: at the points through the thickness, 1 for a straight body, shape (points through,).
+        limit: limit of each point for the value that the law tests, shape (m,).
+        along, across, through: distance of planes of nodes at the points along each axis [m, or rad around a tube].
+        radius: radius of the points through the thickness, 1 for a straight body, shape (points through,).
         sine, cosine: of the rotation angle of the frame of each point, shape (m,).
-        normal: of the first crack of each point, in index space, shape (m, 3).
+        normal: normal of the first crack of each point, in index space, shape (m, 3).
         cracks: number of cracks of each point, shape (m,).
         since: tick of the last crack, shape (m,).
-        wait: number of ticks for a parted point to unload.
+        wait: number of ticks in which a cracked point unloads.
     """
 
     law: Any
@@ -60,14 +60,14 @@ class FractureCheck(NamedTuple):
 
 @jit
 def find_cracking_points(check, stress, gradient, plastic_strain, points_out, largest_ratio, tick):
-    """Write the points that pass their limit, ascending, and return their number.
+    """Write the points whose fracture value exceeds their limit, ascending, and return their number.
 
-    A parted point passes its limit if its stress has another direction, or after the time for unloading.
+    A cracked point counts if its stress has another direction than at its crack, or after the time for unloading.
 
     Args:
         check: `FractureCheck`.
         stress: mean stress over columns, shape (m, 6) [Pa].
-        gradient: of the displacement, shape (m, 9).
+        gradient: displacement gradient, shape (m, 9).
         plastic_strain: shape (m,); (0,) for an elastic body.
         points_out: written, shape (m,).
         largest_ratio: largest ratio to the limit so far of intact points, from one half on, with its point and its tick;
@@ -98,7 +98,7 @@ def find_cracking_points(check, stress, gradient, plastic_strain, points_out, la
 
 @jit
 def write_fracture_values(check, stress, gradient, plastic_strain, points, out):
-    """Write for some points the decisive value, and the crack normal in index space, shape (k, 4)."""
+    """Write for each of `points` the value that its law tests, and the crack normal in index space, shape (k, 4)."""
     for number in range(points.size):
         p = points[number]
         value, nx, ny, nz = fracture_value(check.law, stress, gradient, plastic_strain, p)
@@ -114,7 +114,7 @@ def point_plastic_strain(plastic_strain, p):
 
 @internal
 def fracture_value(law, stress, gradient, plastic_strain, p):
-    """Return the decisive value of a point and the direction of its largest principal stress."""
+    """Return the value of a point that the law tests, and the direction of its largest principal stress."""
     volume = determinant(load_deformation_gradient(gradient, p))
     largest, nx, ny, nz = largest_principal(load_symmetric_tensor(stress, p))
     return decisive_value(law, Point(largest, volume, point_plastic_strain(plastic_strain, p))), nx, ny, nz
@@ -122,9 +122,9 @@ def fracture_value(law, stress, gradient, plastic_strain, p):
 
 @internal
 def index_normal(check, h, p, nx, ny, nz):
-    """Return the unit normal, in index space, of the reference plane whose present normal is (nx, ny, nz).
+    """Return the unit normal, in index space, of the crack plane whose normal in the present body is (nx, ny, nz).
 
-    The normal lies in the surface of the body or along the thickness, and points towards increasing indices.
+    It lies in the surface of the body or along the thickness, and points towards increasing indices.
     """
     x = nx * (1.0 + h[p, 0]) + ny * h[p, 3] + nz * h[p, 6]
     y = nx * h[p, 1] + ny * (1.0 + h[p, 4]) + nz * h[p, 7]
@@ -145,7 +145,7 @@ def index_normal(check, h, p, nx, ny, nz):
 
 
 def points_in_grips(p: ShellParameters, assembly: Assembly, length: float) -> Marks:
-    """Return which points lie within a length of a clamped or moved edge, shape (m,).
+    """Return which points lie within `length` of a clamped or moved edge and must not crack, shape (m,).
 
     Raises:
         ParameterError: there is no such edge, or all points lie within the length.

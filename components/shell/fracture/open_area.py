@@ -11,18 +11,18 @@ from ..kernel_setup import Assembly
 from .cracks import Cracks
 from .pieces import ACROSS, ALONG, Marks
 
-# Largest number of links over which a gap is measured at once: on a ring longer chords become inaccurate.
+# A gap is measured over at most this many links at once: on a ring, longer chords become inaccurate.
 _LONGEST = 4
 
 
 def crack_length(assembly: Assembly, cracks: Cracks) -> float:
-    """Return the length of all facets in the surface, each weighted by its share of the thickness [m]."""
+    """Return the length of all facets along the surface, each times its share of the thickness [m]."""
     if not len(cracks.facets):
         return 0.0
     check, through = cracks.check, len(assembly.points.lines[2].at)
     point = cracks.facets[:, 0].astype(np.int64)
     a, b, layer = point // through // len(check.across), point // through % len(check.across), point % through
-    # The part of the line inside the cell of the point, along both axes.
+    # The part inside the cell of the point, along both axes, of the line in which the facet cuts the surface.
     line = np.stack([-cracks.facets[:, 5], cracks.facets[:, 4]], axis=1)
     line = line / np.maximum(np.abs(line).max(axis=1), 1e-300)[:, None]
     x, y = line[:, 0] * check.along[a], line[:, 1] * check.across[b] * check.radius[layer]
@@ -33,7 +33,7 @@ def crack_length(assembly: Assembly, cracks: Cracks) -> float:
 def open_areas(lattice: Lattice, cracks: Cracks, displacement: FloatArray) -> FloatArray:
     """Return the open area of the cracks through the wall at each station, on the inner surface, shape (stations,) [m^2].
 
-    It is the increase of the distance between the columns on both sides, times the width of the edge. Columns severed from both
+    It is the increase of the distance between the columns on both sides, times the width of a column. Columns severed from both
     neighbours, or in no point's support, do not bound a gap: it is measured across them and shared by the cracks there.
     """
     n, m, layers = lattice.shape
@@ -50,7 +50,7 @@ def open_areas(lattice: Lattice, cracks: Cracks, displacement: FloatArray) -> Fl
 
 
 def _cut_masks(cracks: Cracks, shape: tuple[int, int], direction: int) -> tuple[Marks, Marks]:
-    """Return which columns are not linked to the next one in a direction, and which are severed by a crack through the wall."""
+    """Return which columns are not linked to the next one in a direction, and which are separated from it through the wall."""
     borne, severed = cracks.borne.reshape(shape), cracks.severed[:, direction].reshape(shape)
     return severed | ~borne | ~np.roll(borne, -1, axis=direction), severed
 
@@ -58,7 +58,7 @@ def _cut_masks(cracks: Cracks, shape: tuple[int, int], direction: int) -> tuple[
 def crack_openings(
     is_cut: Marks, is_severed: Marks, present_positions: FloatArray, initial_positions: FloatArray, is_closed: bool
 ) -> FloatArray:
-    """Return the opening of each severed link, for rows of successive columns, shape (rows, k) [m].
+    """Return the crack opening at each link that is cut through the wall, for rows of successive columns, shape (rows, k) [m].
 
     Args:
         is_cut: whether each column is not linked to the next one (the last to the first), shape (rows, k).
@@ -83,9 +83,9 @@ def crack_openings(
 
 
 def _cut_runs(is_cut: Marks) -> list[IntArray]:
-    """Return the cut links as runs of neighbours, at most a few links long."""
+    """Return the cut links as runs of successive links; a run has at most a few links."""
     count = len(is_cut)
-    # Start at an intact link, so that no run is divided at the beginning of the row.
+    # Rows are read from an intact link on, so that no run is divided at the beginning of the row.
     start = int(np.argmin(is_cut)) if not is_cut.all() else 0
     links = start + np.flatnonzero(np.roll(is_cut, -start))
     runs = np.split(links, np.flatnonzero(np.diff(links) > 1) + 1) if len(links) else []
@@ -97,7 +97,7 @@ def _gap_widths(
 ) -> FloatArray:
     """Return the increase of the distance between pairs of columns, at least 0 [m].
 
-    Crack lips supported by few points may swing back: if the columns beyond them have moved apart less, these are used.
+    Crack edges supported by few points may swing back: if the columns beyond them have moved apart less, these are used.
     """
     count, row = present_positions.shape[1], np.array(rows, dtype=np.int64)
     first, last = np.array(ends, dtype=np.int64).reshape(-1, 2).T

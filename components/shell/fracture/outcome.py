@@ -15,10 +15,10 @@ from .pieces import Marks
 
 OUTCOMES = ("whole", "bulged", "axial crack", "hoop crack", "severed")
 WHOLE, BULGED, AXIAL, HOOP, SEVERED = range(5)
-# Mean plastic strain over a station above which a wall has bulged: its circumference has grown permanently.
+# A wall has bulged, i.e. its girth has grown for good, if the mean plastic strain over a station (points around) exceeds this.
 BULGED_STRAIN = 0.002
-# Cracks that cover a smaller fraction of the circumference at a station, or fewer sides of columns, do not count as hoop
-# cracks: a crack along the body may be offset by a column or two.
+# A crack that covers a smaller fraction of the circumference at a station, or fewer sides of columns, is no hoop crack: a crack
+# along the body may be offset by a column or two.
 _TURNED, _TURNED_SIDES = 0.05, 3
 
 
@@ -26,8 +26,8 @@ class CutSides(NamedTuple):
     """The sides of columns that a crack cuts from the next column.
 
     Attributes:
-        along: from the next column along the body, shape (n, m); the crack runs around the body.
-        across: from the next column around the body, shape (n, m); the crack runs along the body.
+        along: whether it is cut from the next column along the body, shape (n, m); the crack then runs around the body.
+        across: whether it is cut from the next column around the body, shape (n, m); the crack then runs along the body.
     """
 
     along: Marks
@@ -51,18 +51,18 @@ def circumferential_crack_part(lattice: Lattice, cut_sides: CutSides) -> float:
 
 
 def _crack_extents(lattice: Lattice, cut_sides: CutSides) -> tuple[FloatArray, IntArray]:
-    """Return the extent of each crack at each station that it crosses: fraction of the circumference, and number of sides."""
+    """Return for each crack at each station: the fraction of the circumference that it covers, and its number of sides."""
     widths = lattice.axes[1].widths
     station, column = np.nonzero(cut_sides.along)
     if not len(station):
         return np.zeros(0), np.zeros(0, np.int64)
-    # A table of all stations and cracks would take more memory than the state.
+    # Only existing pairs are listed: a table of all stations and cracks would take more memory than the state.
     _, part = np.unique(_crack_labels(lattice, cut_sides) * len(cut_sides.along) + station, return_inverse=True)
     return np.bincount(part, widths[column]) / widths.sum(), np.bincount(part)
 
 
 def _crack_labels(lattice: Lattice, cut_sides: CutSides) -> IntArray:
-    """Return the crack number of each cut side along the body; cracks join at corners, halfway between four columns."""
+    """Return the number of the crack of each side in `CutSides.along`; cracks join at corners, halfway between four columns."""
     n, m = cut_sides.along.shape
     corners = m if lattice.axes[1].is_closed else m + 1
     ends = []
@@ -90,8 +90,8 @@ def outcome(lattice: Lattice, cut_sides: CutSides, is_severed: bool, plastic_str
     Args:
         lattice: of the nodes.
         cut_sides: sides of the columns that cracks cut.
-        is_severed: whether no piece joins both ends any more.
-        plastic_strain: mean at each station, i.e. row of points, shape (stations,).
+        is_severed: whether no piece reaches from one end of the body to the other any more.
+        plastic_strain: mean plastic strain at each station, i.e. row of points around the body, shape (stations,).
     """
     if is_severed:
         return SEVERED

@@ -9,23 +9,23 @@ from ...support.jit import internal, jit
 from ..geometry.lattice import Lattice
 from ..kernel_arrays import IntArray
 
-# Ways of `facets.mark_cut_links`: along, across, and both diagonals.
+# The four kinds of links of `facets.mark_cut_links`: along, across, and both diagonals.
 ALONG, ACROSS = 0, 1
 Marks = npt.NDArray[np.bool_]
-# Smallest shape function that connects: that of a direct neighbour is 0.04, across a corner 0.006.
+# A node connects to a point if its shape function is larger: that of a direct neighbour is 0.04, across a corner 0.006.
 _CONNECTS = 0.01
 
 
 @jit
 def label_columns(stencils, is_stressless, layers, labels, is_supported):
-    """Write for each column of nodes the first column to which points connect it.
+    """Write for each column of nodes the first column of its piece, i.e. the first one to which points connect it.
 
     A point that carries stress connects all columns with nodes in its support, except nodes with very small shape functions.
 
     Args:
         stencils: `Stencils` of the points.
         is_stressless: which points carry no stress, shape (m,).
-        layers: nodes of a column.
+        layers: number of nodes of a column.
         labels: written, shape (columns,).
         is_supported: written: whether any point supports each column, shape (columns,).
     """
@@ -68,7 +68,7 @@ def severed_links(links: npt.NDArray[np.uint8]) -> Marks:
 
 
 def crack_lips(lattice: Lattice, is_severed: Marks) -> Marks:
-    """Return the columns next to cracks through the whole wall."""
+    """Return the columns on both sides of cracks through the whole wall."""
     n, m, _ = lattice.shape
     lips = np.zeros((n, m), dtype=bool)
     for way, axis in ((ALONG, 0), (ACROSS, 1)):

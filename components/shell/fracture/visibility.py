@@ -1,4 +1,4 @@
-"""Stencils of points at cracks: rebuilt for points whose neighbours a crack hides, shared with all other points elsewhere."""
+"""Stencils (neighbours and shape functions) of points at cracks: rebuilt where a crack hides neighbours, shared elsewhere."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from ..stencils import Stencils, point_weights
 from .facets import crosses_facet, nearest_period_multiple
 
 _BASIS_SIZES = {"linear": 4, "quadratic": 10}
-# Number of points whose functions are computed at a time, to limit temporary memory.
+# Shape functions are computed for this many points at a time, to limit temporary memory.
 _AT_A_TIME = 256
 
 
 class Visibility:
     """Stencils of points that may lose neighbours.
 
-    The lists of neighbours do not change: a hidden neighbour has the shape function 0. After the rows of the stencils without
-    cracks come rows of zeros for points without neighbours, and then rows for each point.
+    The lists of neighbours do not change: a hidden neighbour has the shape function 0. The shape functions are stored in rows:
+    first those of the stencils without cracks, then zeros for points without neighbours, then own rows of each point.
 
     Attributes:
-        hidden: marks of all entries of the lists of neighbours, shape (entries,).
+        hidden: whether each entry of the lists of neighbours is hidden, shape (entries,).
         seen: the stencils after cracks; without gradients if the given ones have none.
     """
 
     def __init__(
         self, lattice: Lattice, places: Callable[[IntArray], FloatArray], stencils: Stencils, radius: float, basis: BasisName
     ) -> None:
-        """Build from a function for the fractional indices of points, shape (k, 3), and their stencils without cracks."""
+        """Build from the points' fractional indices, a function with the result (k, 3), and their stencils without cracks."""
         self._lattice, self._places, self._even, self._radius, self._basis = lattice, places, stencils, radius, basis
         self._order = _column_bins(lattice, places(np.arange(len(stencils.kind))))
         self._period = lattice.shape[1] if lattice.axes[1].is_closed else 0
@@ -46,7 +46,7 @@ class Visibility:
         self.seen = self._even
 
     def nearby_points(self, place: FloatArray) -> IntArray:
-        """Return the points whose neighbours a facet at a place may hide."""
+        """Return the points near a place in index space, of which a facet there may hide neighbours."""
         lattice, reach = self._lattice, self._radius + 1.5
         along, ring = lattice.axes[:2]
         first, last = max(int(place[0] - reach), 0), min(int(place[0] + reach) + 1, along.count - 1)
@@ -61,7 +61,7 @@ class Visibility:
         return self._mark_hidden(facet, self.nearby_points(facet[1:4]))
 
     def is_spanned_behind(self, facet: FloatArray, point: int) -> bool:
-        """Return whether the remaining neighbours of a point would span the basis after one more facet."""
+        """Return whether the neighbours that a point would keep after one more facet still span the basis of its functions."""
         begin, end = (int(one) for one in self._even.begin[point : point + 2])
         before = self.hidden[begin:end].copy()
         own = np.array([point])
@@ -87,7 +87,7 @@ class Visibility:
         return np.unique(points[owner[lost]])
 
     def rebuild_stencils(self, points: IntArray) -> npt.NDArray[np.bool_]:
-        """Give points their own rows, for their remaining neighbours; return which of them span the basis."""
+        """Compute the functions of points with their remaining neighbours; return for which points these span the basis."""
         sound = np.zeros(len(points), dtype=bool)
         self._set_stencil_numbers(points, len(self._even.first) + points)
         for begin in range(0, len(points), _AT_A_TIME):
@@ -106,10 +106,10 @@ class Visibility:
         self._set_stencil_numbers(points, len(self._even.first) - 1)
 
     def _set_stencil_numbers(self, points: IntArray, kinds: IntArray | int) -> None:
-        """Set the stencil numbers of points, after allocating rows for all points."""
+        """Set the stencil numbers of points; allocate own rows of all points at the first call."""
         even = self._even
         if self.seen is even:
-            # Rows that are never written take no physical memory.
+            # Allocated rows that are never written take no physical memory.
             room, own = self._slots + len(even.nodes), len(even.values) + self._slots + even.begin[:-1]
             self.seen = even._replace(
                 kind=even.kind.copy(), first=np.concatenate([even.first, own]).astype(np.uint32), along=even.along.copy(),
@@ -121,7 +121,7 @@ class Visibility:
             self.seen.along[points] = 1.0
 
     def _compute_functions(self, points: IntArray) -> tuple[FloatArray, FloatArray, npt.NDArray[np.bool_]]:
-        """Return shape functions (s, k), gradients (s, k, 3) of points with present neighbours, and if they span the basis."""
+        """Return functions (s, k), gradients (s, k, 3) of points with present neighbours, and whether these span the basis."""
         some, counts = self._even, self._even.neighbour_counts(points)
         slot = np.arange(int(counts.max(initial=1)))
         entry = some.begin[points].astype(np.int64)[:, None] + np.minimum(slot, counts[:, None] - 1)
@@ -142,7 +142,7 @@ class Visibility:
 
 
 def _column_bins(lattice: Lattice, places: FloatArray) -> tuple[IndexArray, IndexArray]:
-    """Return the start of each column's points in a list, and this list; each point belongs to its nearest column."""
+    """Return where the points of each column begin in a list, and this list; a point belongs to its nearest column."""
     n, m, _ = lattice.shape
     column = lattice.nearest_columns(places)
     order = np.argsort(column, kind="stable")

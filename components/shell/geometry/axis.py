@@ -12,9 +12,9 @@ from ...errors import ParameterError
 from ...support.float_arrays import FloatArray
 
 IntArray = npt.NDArray[np.int64]
-# Smallest distance of neighbouring planes over their coordinate; below it rounding would spoil gradients.
+# Smallest ratio of a distance of neighbouring planes to their coordinate; below it rounding would spoil gradients.
 _LEAST_DISTANCE = 1e-6
-# Largest ratio of neighbouring distances.
+# Largest allowed ratio of successive distances between planes.
 LARGEST_GROWTH = 1.6
 _BISECTIONS = 60
 _ROUNDING = 1e-9
@@ -25,8 +25,8 @@ class Axis:
     """Coordinates of the planes of nodes along one direction; between planes the coordinate is linear in the index.
 
     Attributes:
-        positions: shape (n,), increasing [m, or rad around a tube].
-        period: after which the first plane follows the last one; 0 for an axis with two ends.
+        positions: coordinate of each plane, shape (n,), increasing [m, or rad around a tube].
+        period: length after which the planes repeat (around a closed axis); 0 for an axis with two ends.
     """
 
     positions: FloatArray
@@ -44,12 +44,12 @@ class Axis:
 
     @property
     def length(self) -> float:
-        """Length; the period for a closed axis."""
+        """Length of the axis; its period if it is closed."""
         return self.period if self.is_closed else float(self.positions[-1])
 
     @property
     def bounds(self) -> FloatArray:
-        """Ends of the intervals that belong to the planes, halfway between neighbours, shape (n + 1,)."""
+        """Bounds of the interval that each plane represents, halfway between neighbours, shape (n + 1,)."""
         x = self.positions
         middle = 0.5 * (x[1:] + x[:-1])
         if self.is_closed:
@@ -59,7 +59,7 @@ class Axis:
 
     @property
     def widths(self) -> FloatArray:
-        """Length of the interval that belongs to each plane, shape (n,)."""
+        """Length of the interval that each plane represents, shape (n,)."""
         return np.diff(self.bounds)
 
     def coordinates(self, index: FloatArray) -> FloatArray:
@@ -83,7 +83,7 @@ class Axis:
         return np.concatenate([step[:1], 0.5 * (step[1:] + step[:-1]), step[-1:]])
 
     def _interpolation_table(self, values: FloatArray, jump: float) -> tuple[FloatArray, FloatArray]:
-        """Return indices and values; for a closed axis with one additional value on each side."""
+        """Return indices and values for interpolation; of a closed axis with a value more on each side, changed by `jump`."""
         if not self.is_closed:
             return np.arange(self.count, dtype=np.float64), values
         return np.arange(-1.0, self.count + 1.0), np.concatenate([[values[-1] - jump], values, [values[0] + jump]])
@@ -95,7 +95,7 @@ class Axis:
         return found if self.is_closed else [plane for plane in found if 0 <= plane < self.count]
 
     def is_covered(self, middle: float, extent: float) -> bool:
-        """Return whether an interval covers the whole axis."""
+        """Return whether an interval (its middle and extent) covers the whole axis."""
         if self.is_closed:
             return extent >= self.length * (1.0 - _ROUNDING)
         first, last = middle - 0.5 * extent, middle + 0.5 * extent
@@ -116,9 +116,9 @@ def refuse_coinciding_planes(axis: Axis, measure: float, *name: str) -> None:
     """Raise `ParameterError` if rounding errors could make planes of an axis coincide.
 
     Args:
-        axis: with its planes in ascending order.
+        axis: axis with its planes in ascending order.
         measure: the measure of the body that determines their distances [m].
-        name: of this measure, in the body.
+        name: name of this measure in the parameters of the body.
     """
     x = axis.positions
     distance, largest = float(np.diff(x).min()), float(np.abs(x).max())
@@ -193,11 +193,11 @@ def refuse_outside_interval(base_axis: Axis, middle: float, extent: float, name:
 
 
 def divide_cells(below: float, above: float, cells: int, step: float, name: str) -> tuple[int, int]:
-    """Return the numbers of cells on both sides of a notch, so that distances grow about equally on both."""
+    """Return the numbers of cells below and above a notch for which distances grow about equally on both sides."""
     counts, lengths = [int(below > 0.0), int(above > 0.0)], (below, above)
     for _ in range(cells - sum(counts)):
         growths = [growth_ratio(length, count, step) if count else 0.0 for length, count in zip(lengths, counts, strict=True)]
-        # The lower side first if both growths are equal, to rounding.
+        # If both growths are equal, to rounding, the lower side gets the cell.
         counts[1 if growths[1] > growths[0] * (1.0 + _ROUNDING) else 0] += 1
     if cells < 1 or sum(counts) != cells:
         raise unresolved_notch_error(name, "too few remain outside it")
@@ -205,7 +205,7 @@ def divide_cells(below: float, above: float, cells: int, step: float, name: str)
 
 
 def growing_steps(length: float, count: int, step: float, name: str) -> FloatArray:
-    """Return a given number of distances with a given sum, which grow from a given first distance."""
+    """Return `count` distances whose sum is `length`, which grow from the first distance `step`."""
     if count == 0:
         return np.zeros(0)
     steps = step * ratio_powers(refuse_large_growth(growth_ratio(length, count, step), name), count)
@@ -213,7 +213,7 @@ def growing_steps(length: float, count: int, step: float, name: str) -> FloatArr
 
 
 def closing_steps(length: float, count: int, step: float, name: str) -> FloatArray:
-    """Return distances around the rest of a ring, which grow towards its far side."""
+    """Return `count` distances around the rest of a ring, with the sum `length`, which grow towards its far side."""
     if count < 2:
         raise unresolved_notch_error(name, "too few remain outside it")
     ratio = refuse_large_growth(growth_ratio(0.5 * length, 0.5 * count, step), name)
@@ -223,14 +223,14 @@ def closing_steps(length: float, count: int, step: float, name: str) -> FloatArr
 
 
 def refuse_large_growth(ratio: float, name: str) -> float:
-    """Return a ratio of neighbouring distances; raise `ParameterError` if it is too large."""
+    """Return a ratio of neighbouring distances if it is allowed; raise `ParameterError` if it is too large."""
     if ratio > LARGEST_GROWTH:
         raise unresolved_notch_error(name, f"distances would grow by a factor of {ratio:.3g} from plane to plane")
     return ratio
 
 
 def growth_ratio(length: float, count: float, step: float) -> float:
-    """Return the ratio q of a progression step, step q, ..., step q^(count - 1) with a given sum, by bisection."""
+    """Return the ratio q for which step, step q, ..., step q^(count - 1) have the sum `length`, by bisection."""
     if count <= 1:
         return length / (count * step)
     low, high = 0.1, 10.0

@@ -14,10 +14,10 @@ from .axis import Axis, closed_axis, even_axis, refuse_coinciding_planes
 from .lattice import Lattice
 from .notch import Notch, notched_lattice
 
-# Largest number of planes of nodes along a body, and through it (one Gauss point fewer than layers).
+# Largest number of planes of nodes along a body, and through it (the number of Gauss points is then one less).
 MOST_PLANES, MOST_LAYERS = 1_000_000, 9
 _AT_MOST = f"at most {MOST_LAYERS}, i.e. {MOST_LAYERS - 1} Gauss points"
-# The ends of the three axes of a lattice, by name.
+# The names of the two ends of each of the three axes of a lattice.
 EDGES = {"start": (0, 0), "end": (0, -1), "left": (1, 0), "right": (1, -1), "bottom": (2, 0), "top": (2, -1)}
 
 

@@ -16,7 +16,7 @@ from .axis import Axis, IntArray
 
 
 class Hollow(NamedTuple):
-    """The part of a lattice that a notch removes.
+    """The part of a lattice that a notch removes. A column is a row of nodes through the wall.
 
     Columns below a notch have the same number of nodes as all others, closer together: with two planes of nodes a ligament
     could not get thinner on one side alone, and would lock under plastic flow.
@@ -30,7 +30,7 @@ class Hollow(NamedTuple):
     bottom: int
 
     def layer_step(self, layers: int) -> float:
-        """Return the distance of nodes in columns below the notch, in planes of the lattice; each column has `layers` nodes."""
+        """Return the distance of nodes in columns below the notch, in planes of the lattice; columns have `layers` nodes."""
         return self.bottom / (layers - 1)
 
 
@@ -52,7 +52,7 @@ class Lattice:
     hollow: Hollow | None = None
 
     def describe_position(self, place: Sequence[float]) -> str:
-        """Return coordinates along the axes in words, with their names and units."""
+        """Return a text with the coordinates of a place along the axes, their names and units."""
         x, y, z = place
         if self.bent:
             return f"x = {x:.4g} m, angle {y:.3g} rad, radius {z:.4g} m"
@@ -78,7 +78,7 @@ class Lattice:
 
     @property
     def volumes(self) -> FloatArray:
-        """Volume of each node, shape (n,) [m^3]."""
+        """Volume that each node represents, shape (n,) [m^3]."""
         along, across, _ = (axis.widths for axis in self.axes)
         through = self._thickness_weights(self.axes[2].bounds)
         volumes = along[:, None, None] * across[:, None] * through
@@ -108,11 +108,11 @@ class Lattice:
     def support_radius(self, index: FloatArray, radius: float) -> FloatArray:
         """Return the support radius of points through the thickness, shape (m,) [planes].
 
-        Below a notch a point has close nodes in its column and distant ones in the next; their mean distance is used.
+        Below a notch nodes are close in the column of the point and distant in the next one; a mean distance is used.
 
         Args:
             index: fractional indices of the points, shape (m, 3).
-            radius: in node distances, of which the geometric mean is used.
+            radius: support radius in node distances; the geometric mean of both distances is used.
         """
         return radius * np.sqrt(self.layer_steps[self.nearest_columns(index)])
 
@@ -140,7 +140,7 @@ class Lattice:
         return np.stack([along, through * sine, through * cosine], axis=-1)
 
     def frame_rotation(self, across: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return sine and cosine of the rotation angle of a point's frame about -x; 0 and 1 for a straight body."""
+        """Return sine and cosine of the angle by which the frame of a point is rotated about -x; 0, 1 for a straight body."""
         if not self.bent:
             return np.zeros_like(across), np.ones_like(across)
         return sine_of_pi(across / np.pi), sine_of_pi(0.5 - across / np.pi)
@@ -154,7 +154,7 @@ class Lattice:
 def column_neighbours(n: int, m: int, is_closed: bool) -> IntArray:
     """Return the columns before and after each one along and across, itself if there is none, shape (n m, 4).
 
-    Of n columns along and m across, the first one across follows the last one if `is_closed`.
+    Of n number of columns along and m: number of columns across, the first one across follows the last one if `is_closed`.
     """
     along, across = np.meshgrid(np.arange(n), np.arange(m), indexing="ij")
     before, after = np.maximum(along - 1, 0), np.minimum(along + 1, n - 1)

@@ -1,6 +1,6 @@
 """A notch: a slot in the outer surface of a tube, or in the upper surface of a plate.
 
-Compared with plane finite elements (Wilson's incompatible modes, 40,000 unknowns), a ligament of one column is 1.15 times too
+Compared with plane finite elements (Wilson's incompatible modes, 40,000 unknowns), a ligament one column wide is 1.15 times too
 stiff and, when it flows, 1.6 times too strong. With three columns both errors are below 4 %. A ligament with two planes of
 nodes locks, with stresses across it of 4 times the yield stress. The wall has three planes; its triaxiality stays below 1.5.
 """
@@ -18,10 +18,10 @@ from ...support.validation import Parameters
 from .axis import Axis, graded_axis, refuse_coinciding_planes
 from .lattice import Hollow, Lattice
 
-# Relative tolerance, as a fraction of the notch, for positions that count as equal.
+# Positions count as equal within this fraction of the size of the notch.
 _ROUNDING = 1e-9
 _FEWEST_ALONG, _MOST_COLUMNS = 3, 1000
-# Largest factor by which planes above the bottom of a notch are closer together than those below it.
+# Planes above the bottom of a notch may be closer together than those below it by at most this factor.
 _CROWDED = 20.0
 
 
@@ -52,9 +52,9 @@ def notched_lattice(
 
     Args:
         notch: the slot.
-        base_axes: planes at equal distances along the body, and across or around it.
+        base_axes: the axes with planes at equal distances: along the body, and across or around it.
         inner: coordinate of the inner surface; for a tube its radius [m].
-        wall: thickness [m].
+        wall: thickness of the wall [m].
         layers: number of planes through the wall.
         is_bent: whether the second axis is an angle.
 
@@ -83,13 +83,13 @@ def notch_edge(middle: float | None, length: float, start: str, end: str) -> str
 
 
 def notch_sizes(notch: Notch) -> tuple[tuple[str, float], tuple[str, float]]:
-    """Return names and sizes [m] of the notch's measures along the body, and across or around it."""
+    """Return the names and values [m] of the parameters for the extent of the notch along the body, and across or around it."""
     length, width = ("length", notch.length), ("width", notch.width)
     return (length, width) if notch.direction == "axial" else (width, length)
 
 
 def notch_spacing(notch: Notch, narrow_direction: str, axis: Axis, radius: float) -> float:
-    """Return the largest distance of planes in the notch: that of the even axis or, across the notch, width / columns."""
+    """Return the largest distance of planes in the notch: that of the even axis or, across the notch, its width / columns."""
     even = float(axis.slope(np.zeros(1))[0])
     if notch.direction == narrow_direction:
         return min(even, notch.width / (notch.columns * radius))

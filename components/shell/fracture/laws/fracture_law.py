@@ -25,8 +25,8 @@ class Point(NamedTuple):
 
     Attributes:
         principal: largest principal Kirchhoff stress [Pa].
-        volume: relative to the start.
-        plastic_strain: equivalent; 0 for an elastic body.
+        volume: volume over initial volume.
+        plastic_strain: equivalent plastic strain; 0 for an elastic body.
     """
 
     principal: float
@@ -36,23 +36,23 @@ class Point(NamedTuple):
 
 @dispatch_by_class
 def decisive_value(law, point):
-    """Return the value at a `Point` that a law compares with its limit."""
+    """Return for a `Point` the value that the law compares with its limit."""
 
 
 @dispatch_by_class
 def may_exceed(law, value, stress, plastic_strain):
-    """Return False if a cheap bound shows that the decisive value is not above `value`.
+    """Return False if a cheap bound shows that the value that the law tests cannot be above `value`.
 
     Args:
         law: constants of a fracture law.
-        value: in the unit of the limit.
+        value: value to compare with, in the unit of the limit.
         stress: Kirchhoff stress of the point, a `SymmetricTensor` [Pa].
-        plastic_strain: of the point.
+        plastic_strain: plastic strain of the point.
     """
 
 
 class FractureLaw(Named):
-    """A condition for the parting of a point, chosen by its `name`; the crack is normal to the largest principal stress."""
+    """A condition under which a point cracks, chosen by its `name`; the crack is normal to the largest principal stress."""
 
     unit: ClassVar[str]
     quantity: ClassVar[str]
@@ -71,13 +71,13 @@ class FractureLaw(Named):
 
     @abstractmethod
     def limit(self, law: FlowConstants) -> float:
-        """Return the limit at which a point parts, in `unit`."""
+        """Return the limit at which a point cracks, in `unit`."""
 
     @abstractmethod
     def constants(self, law: FlowConstants) -> Any:
         """Return the law for kernels, a named tuple."""
 
     def limits(self, law: FlowConstants, columns: int, through: int) -> FloatArray:
-        """Return the limit of each point, the same for all points of a column, shape (columns * through,)."""
+        """Return the limit of each point, equal for all points of a column, shape (columns * through,)."""
         spread = 1.0 + self.scatter * (2.0 * uniform(self.seed, _STREAM, columns) - 1.0)
         return np.repeat(self.limit(law) * spread, through)

@@ -1,4 +1,4 @@
-"""A point parts if its plastic strain passes a limit while its largest principal stress is above half the yield stress."""
+"""A point cracks if its plastic strain passes a limit while its largest principal stress is above half the yield stress."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from ....materials.thermoviscoplastic import FlowConstants
 from ....support.parameter_fields import Magnitude, field
 from .fracture_law import FractureLaw, decisive_value, may_exceed
 
-# Fraction of the yield stress that the largest principal stress of a parting point must exceed.
+# The largest principal stress at a point that cracks must exceed this fraction of the yield stress.
 _TENSION = 0.5
 
 
 class PlasticStrainConstants(NamedTuple):
-    """Largest principal stress that a parting point must exceed [Pa]; a point unloaded by a crack does not part."""
+    """The stress [Pa] that the largest principal stress must exceed at a point that cracks, so that unloaded points do not."""
 
     tension: float
 
 
 class PlasticStrain(FractureLaw):
-    """The equivalent plastic strain decides, if the largest principal stress is above half the yield stress."""
+    """The plastic strain is tested, while the largest principal stress is above half the yield stress."""
 
     unit: ClassVar[str] = "1"
     quantity: ClassVar[str] = "the plastic strain"
@@ -32,11 +32,11 @@ class PlasticStrain(FractureLaw):
         return True
 
     def limit(self, law: FlowConstants) -> float:
-        """Return the plastic strain at which a point parts."""
+        """Return the plastic strain at which a point cracks."""
         return self.strain
 
     def constants(self, law: FlowConstants) -> PlasticStrainConstants:
-        """Return the tension below which no point parts."""
+        """Return the largest principal stress below which no point cracks."""
         return PlasticStrainConstants(_TENSION * law.yield_stress)
 
 

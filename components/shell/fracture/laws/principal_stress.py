@@ -1,7 +1,7 @@
-"""A point parts if its largest principal Cauchy stress passes a multiple of the yield stress, or a given strength.
+"""A point cracks if its largest principal Cauchy stress passes a multiple of the yield stress, or a given strength.
 
-Source: Gato & Shie (2010), whose factor is 3. Their material flows at up to 1.6; whether constraint in a notch raises the
-stress to 3 depends on the mesh.
+Source: Gato & Shie (2010), with the factor 3. Their material flows at up to 1.6 yield stresses; whether constraint in a notch
+raises the stress to 3 depends on the mesh.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from ....support.parameter_fields import Magnitude, field
 from .fracture_law import FractureLaw, decisive_value, may_exceed
 
 _FACTOR = 3.0
-# Below this fraction of the limit, a Kirchhoff stress gives no Cauchy stress above it: bodies in tension do not shrink more.
+# A Kirchhoff stress below this fraction of the limit cannot be a Cauchy stress above it: bodies in tension do not shrink more.
 _SAFE = 0.8
 
 
@@ -26,7 +26,7 @@ class PrincipalStressConstants(NamedTuple):
 
 
 class PrincipalStress(FractureLaw):
-    """The largest principal stress decides."""
+    """The largest principal stress is tested."""
 
     unit: ClassVar[str] = "Pa"
     quantity: ClassVar[str] = "the largest principal stress"
@@ -36,7 +36,7 @@ class PrincipalStress(FractureLaw):
 
     @model_validator(mode="after")
     def _validate_one_limit(self) -> PrincipalStress:
-        # Laws are written out with all their fields, so the default factor next to a stress is not a second limit.
+        # Laws are stored with all their fields, so the default factor next to a given strength is not a second limit.
         if self.stress is not None and self.factor != _FACTOR:
             raise ParameterError(
                 f"got {self.factor:g} in addition to stress = {self.stress:g} Pa", expected="one of the two",
@@ -50,7 +50,7 @@ class PrincipalStress(FractureLaw):
         return self.stress is None
 
     def limit(self, law: FlowConstants) -> float:
-        """Return the stress at which a point parts [Pa]."""
+        """Return the stress at which a point cracks [Pa]."""
         return self.factor * law.yield_stress if self.stress is None else self.stress
 
     def constants(self, law: FlowConstants) -> PrincipalStressConstants:
