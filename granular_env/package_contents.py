@@ -32,13 +32,13 @@ def shipped_overview() -> dict[str, dict[str, str]]:
 
 
 def _file_title(path: Path) -> str:
-    """Return the first sentence of a file's initial comment or of its description."""
+    """Return the one-line description of a TOML file: the first sentence of its initial comment or of its `description`."""
     text = path.read_text(encoding="utf-8")
     comment = [line.removeprefix("#") for line in takewhile(lambda line: line.startswith("#"), text.splitlines())]
     return first_sentence(" ".join(comment) if comment else tomllib.loads(text)["description"])
 
 
 def first_sentence(text: str) -> str:
-    """Return the first sentence of a text: up to a full stop before a capital letter, so not up to "et al. (2003)"."""
+    """Return the first sentence of a text: up to a full stop with a capital letter after it, so not up to "et al. (2003)"."""
     paragraph = " ".join(text.strip().partition("\n\n")[0].split())
     return re.split(r"\. (?=[A-Z`])", paragraph, maxsplit=1)[0].rstrip(".") + "."
