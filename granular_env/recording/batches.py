@@ -101,7 +101,7 @@ class Profiles:
         return known[1]
 
     def new_profiles(self) -> dict[str, np.ndarray]:
-        """Return the profiles not yet in the log as concatenated arrays, and by position the patterns of those that have one."""
+        """Return the profiles not yet in the log as concatenated arrays, and the patterns of those with one, by position."""
         profiles, self._new = self._new, []
         patterns = {f"pattern.{place}": p.pattern for place, p in enumerate(profiles) if p.pattern is not None}
         return patterns | {

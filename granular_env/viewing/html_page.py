@@ -32,7 +32,7 @@ def render_page(title: str, lead: Markup, sections: Sequence[tuple[str, Markup]]
 
     Args:
         title: plain text.
-        lead: parts below the title.
-        sections: heading (plain text) and parts of each section.
+        lead: HTML parts shown below the title, before the first section.
+        sections: for each section its heading (plain text) and its HTML parts.
     """
     return _ENVIRONMENT.get_template("report.html").render(title=title, lead=lead, sections=sections)
