@@ -47,7 +47,7 @@ def progress_bar(title: str, total: float | None = 1.0, *, done: float = 0.0, sh
     Args:
         title: text before the bar.
         total: value of `done` at the end; None if unknown.
-
+        done: amount already completed.
         show: False for a bar that draws nothing, so that callers need no second path; a function is called with the
             completed fraction.
     """

@@ -249,8 +249,8 @@ def _next_piece_ticks(piece: int, done: int, took: float) -> int:
     """Return the number of ticks of the run's next piece: more if the last piece was complete and fast, half if it was slow.
 
     Args:
-        piece: planned ticks.
-: completed ticks.
+        piece: planned number of ticks of the last piece.
+        done: number of its ticks that were completed.
         took: wall time of the piece, relative to the intended wall time.
     """
     if took > 2.0:

@@ -25,7 +25,7 @@ class Place(NamedTuple):
 
     Attributes:
         segment: number of the segment.
-: first tick of the segment.
+        start: first tick of the segment.
         before: number of ticks before the segment, in the log and in the logs from which it was branched.
     """
 
@@ -48,7 +48,7 @@ class Batch:
         steps: for each step two entries: the tick at its end, and the inputs that it set.
         frames: (tick, one value for each recorded variable).
         hashes: (tick, row of hashes from `records.make_hash_row`).
-: (tick, START, KEY or END, snapshot).
+        snapshots: (tick, START, KEY or END, snapshot).
         events: rows of events, shape (events, 5) each.
         incidents: (tick, JSON content), for example of a failed step.
         size: approximate size of frames, hashes, snapshots and events [bytes].

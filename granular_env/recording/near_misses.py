@@ -24,15 +24,15 @@ class EventRatio:
     Attributes:
         kinds: kinds of events decided by the quantity.
         variable: name of the output with the ratio; see `events.EventDetail.ratio`.
-        index: index of the link, cell, ...
-: time of the largest ratio [s].
+        index: index of the element.
+        time: time of the largest ratio [s].
         ratio: decisive quantity divided by its limit; 1 is an event.
-        passed: number of places at which such an event happened in the run or before the log.
+        passed: number of elements at which such an event happened in the run or before the log.
         instants: number of examined times: frames, ends of segments, and a thousand more.
         all_instants: number of all times: the start, and the end of each internal step.
         nearest: the kind of event that came closest to its limit; "" if the component does not provide it.
-        limited: False if there is no limit at this place, so that the event cannot happen.
-        events: events at this place, of `kinds` and others, including those before the log.
+        limited: False if there is no limit at this element, so that the event cannot happen.
+        events: events at this element, of `kinds` and others, including those before the log.
     """
 
     kinds: tuple[str, ...]

@@ -37,19 +37,19 @@ class RecordReader:
     Attributes:
         path: the file.
         source: name of the log in messages.
-        limits: on sizes in the file.
+        limits: the limits on sizes in the file.
         container: the MCAP file.
         size: size of the file [bytes].
         identity: eight unique bytes in hex, by which a branch names its parent.
         header, header_arrays: content of the first record, of which only the parts used for the attributes below are checked.
         step_size: length of a tick [s].
         elapsed: for a branch, number of ticks in its parent logs before its start; otherwise 0.
-        variables: recorded name -> `Variable`.
-        input_variables: input name -> `Variable`.
+        variables: the recorded variables by name.
+        input_variables: the inputs of the component by name.
         index: one row per record.
         closing: the record that closes the log; None for a log that was not closed.
         start_tick: start of the log's time: 0, or later for a branch.
-: end of the log's time, with concatenated segments.
+        end_tick: end of the log's time, with concatenated segments.
     """
 
     def __init__(self, path: Path, allow_large: bool = False, scan: bool = False) -> None:

@@ -21,8 +21,8 @@ class Views:
     """Base class of the views of a domain; it adds no view.
 
     Args:
-        motion: a whole run, or the first frame of a live run.
-        scales: scales of the generic scene.
+        motion: the particles in all frames of a log, or in the first frame of a live run.
+        scales: scales of the scene to which the views are added.
         begin: start of a live run [s].
         end: end of a live run [s]; None if unknown.
     """
@@ -54,8 +54,8 @@ class Views:
 
         Args:
             recording: rerun's recording.
-            motion: the frames.
-            scales: scales of the generic scene.
+            motion: the particles in the frames to send.
+            scales: scales of the scene to which the views are added.
             positions: drawn positions of the particles, shape (frames, n, 3) [m].
             colours: colours of the particles, shape (frames, n, 3).
             when: rerun's time columns.

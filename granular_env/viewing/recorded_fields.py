@@ -127,7 +127,7 @@ class Field:
     """A quantity with one value per place (particle, contact, cell, ...) in some frames of a run.
 
     Attributes:
-        variable: name, unit and meaning.
+        variable: name, unit and meaning of the quantity.
         times: shape (frames,) [s].
         values: shape (frames, n), in the variable's unit.
         place: what a place is, from the variable's axes, such as "grain" or "contact"; "element" if it declares none.

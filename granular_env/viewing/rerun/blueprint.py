@@ -33,7 +33,7 @@ def make_blueprint(scene_data: SceneData, scales: Scales | None, views: Views | 
 
     Args:
         scene_data: the scene.
-: None if nothing is drawn in space.
+        scales: scales of the scene; None if it has plots but no shapes.
         views: views of the component's domain; None without particles.
         duration: simulated time of the run [s], which sets the playback speed; None for a running simulation.
     """

@@ -43,7 +43,7 @@ def send_links(recording: Any, motion: Motion, positions: npt.NDArray[Any], eye:
 
     Args:
         recording: rerun's recording.
-        motion: the frames.
+        motion: the particles and links in the frames to send.
         positions: drawn positions of the particles, shape (frames, n, 3) [m].
         eye: position of the camera, shape (3,) [m].
         when: rerun's time columns.
@@ -170,7 +170,7 @@ def send_mesh(
 
     Args:
         recording: rerun's recording.
-        mesh: the frames.
+        mesh: the cells in the frames to send.
         positions: drawn positions of the nodes, shape (frames, n, 3) [m].
         colours: colours of the nodes or of the cells, shape (frames, n or m, 3).
         when: rerun's time columns.
