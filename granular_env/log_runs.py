@@ -91,7 +91,7 @@ def run_branch(
 
     Raises:
         ParameterError: an argument is invalid; nothing has been written.
-        StepError: the physics would break down; the log until then is complete, a note of the error names it.
+        StepError: the physics would break down; the log up to that time is complete, a note of the error names its path.
         LogError: the log cannot be written.
     """
     where, end = f"log {os.fspath(log)!r}", branch.end_tick(until)

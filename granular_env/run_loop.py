@@ -55,7 +55,7 @@ class RunResult:
     Attributes:
         component: the component in its state at the end of the run.
         log: the log's path, or None without a log.
-        ticks: number of ticks.
+        ticks: number of internal steps (ticks) made.
         seconds: wall time of the stepping [s].
         stopped_by: the stop rule that ended the run, as text, or None.
         interrupted: whether Ctrl-C ended the run; the log is complete up to this point.
@@ -166,14 +166,14 @@ def advance_component(
         component: the component to advance.
         end: the tick to reach.
         inputs: inputs of the first step, held afterwards.
-        changes: tick -> further inputs from this tick on.
+        changes: mapping from tick to the inputs to set there.
         stops: rules that end the run early.
         title: title of the progress bar.
         progress: show the bar, or call this with the completed fraction.
         observers: observers of the component during the loop.
         log: path of the log in the result.
         issued_warnings: list to which the warnings of the run are added.
-        closing_stack: closed after the last step (the recorder).
+        closing_stack: context managers, such as the recorder, to be closed after the last step.
     """
     first, began = component.tick, perf_counter()
     stopped_by, interrupted = None, False

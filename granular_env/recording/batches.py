@@ -46,9 +46,9 @@ class Batch:
         place: position of the segment in the log.
         first: tick at which the first step of the batch starts.
         steps: for each step two entries: the tick at its end, and the inputs that it set.
-        frames: (tick, one value for each recorded variable).
+        frames: (tick, list with the value of each recorded variable).
         hashes: (tick, row of hashes from `records.make_hash_row`).
-        snapshots: (tick, START, KEY or END, snapshot).
+        snapshots: (tick, kind START, KEY or END, snapshot of the state).
         events: rows of events, shape (events, 5) each.
         incidents: (tick, JSON content), for example of a failed step.
         size: approximate size of frames, hashes, snapshots and events [bytes].

@@ -33,7 +33,7 @@ def event_place(index: int | None, detail: EventDetail | None, drawables: Sequen
 
     Args:
         index: index of the events; None for events that have no index.
-        detail: details of the kind of event; None without details.
+        detail: details that the component declares for this kind of event; None if it declares none.
         drawables: drawables of the component.
     """
     by_name = {one.name: one for one in drawables}

@@ -64,7 +64,7 @@ class Log(RecordReader):
         identity: eight unique bytes in hex, by which a branch names its parent.
         variables: the recorded variables by name.
         input_variables: the inputs of the component by name.
-        step_size: length of a tick [s].
+        step_size: length of a tick (internal step) [s].
         start_tick, end_tick: first tick (0, or later for a branch) and last tick of the log's time, with concatenated segments.
         components: component classes outside this package, by name, for running the log again.
     """

@@ -42,7 +42,7 @@ class RecordReader:
         size: size of the file [bytes].
         identity: eight unique bytes in hex, by which a branch names its parent.
         header, header_arrays: content of the first record, of which only the parts used for the attributes below are checked.
-        step_size: length of a tick [s].
+        step_size: length of a tick (internal step) [s].
         elapsed: for a branch, number of ticks in its parent logs before its start; otherwise 0.
         variables: the recorded variables by name.
         input_variables: the inputs of the component by name.

@@ -223,7 +223,7 @@ class Recorder:
         self._plan_observations(tick, all_kinds=True)
 
     def _begin_segment_after_gap(self, component: Component) -> None:
-        """Start a segment if the component has moved since the last step, because a parent may have stepped it."""
+        """Start a segment because the component has moved unrecorded: a component of which it is a part may have stepped it."""
         first, last = self._tick, component.tick
         times = sorted(tick * component.step_size for tick in (first, last))
         between = "between {:.12g} s and {:.12g} s of the component's time".format(*times)

@@ -1,14 +1,14 @@
 """The records of a log (its messages, except those for viewers): their topics, and their conversion to and from bytes.
 
 A log is an MCAP file. Its exact content is in the topics ``granular/...``. A *segment* is an uninterrupted history that starts
-with a reset or a restore, and with a snapshot.
+with a reset or a restore, and with a snapshot. A *tick* is one internal step; `schedule` chooses the key ticks.
 
 ====================  =================================================================================================
 granular/header       the first message: component, parameters, experiment, versions, machine, recorded variables
 granular/snapshots    the state at the start of each segment (with the earlier events), at key ticks and at the end
 granular/steps        for many calls of `step`: lengths in ticks and the inputs that were set
 granular/frames/NAME  for one variable: ticks and values
-granular/hashes       at key ticks: a digest of each state variable, of the whole state, and of the held inputs
+granular/hashes       at key ticks: a digest of each state variable, of the whole state, and of the inputs in effect
 granular/events       events of the component: rows of tick, kind, index, value and limit
 granular/incidents    incidents of the recording: failures, a recovery; at the end "closed", with the index of all messages
 ====================  =================================================================================================

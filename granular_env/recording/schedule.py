@@ -1,4 +1,4 @@
-"""The recorded variables, and the ticks of frames, hashes and snapshots, which are the same for the same run."""
+"""Choice of the recorded variables, and of the ticks (internal steps) of frames, hashes, snapshots; the same on any machine."""
 
 from __future__ import annotations
 

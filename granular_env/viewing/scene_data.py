@@ -163,7 +163,7 @@ class SceneData:
         title: title of the run.
         motions: particles.
         meshes: cells.
-        inputs: input name -> curves; for an array, the curves of its active elements or of its extremes.
+        inputs: the curves of each input by name; of an array, those of its non-zero elements or of its extremes.
         profiles: fields along a line; only for a log, whose ranges are known.
         remark: sentences of the domain on pictures of the component; "" for none.
         conclusions: sentences on the state at the end of the run.

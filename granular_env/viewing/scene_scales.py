@@ -58,7 +58,7 @@ def colour_scales(shown: Iterable[tuple[Variable, FloatArray]], is_plane: bool =
 
     Args:
         shown: for each output its variable and its values, of any shape.
-        is_plane: whether to ignore a few outstanding values (see above).
+        is_plane: whether the shapes lie in a plane, where a few outstanding values do not set the limit (see above).
     """
     groups: dict[str, list[tuple[Variable, FloatArray]]] = {}
     for variable, values in shown:

@@ -69,7 +69,7 @@ def colouring_outputs(drawables: Sequence[Drawable], variables: Mapping[str, Var
 
 
 def _can_colour(drawable: Drawable, variables: Mapping[str, Variable], name: str) -> bool:
-    """Return whether an output has one value per node, cell or point, in the order of the present colouring output."""
+    """Return whether an output can colour a drawable: it has one value per node, cell or point, in the drawable's order."""
     if not isinstance(drawable, Points | Cells):
         return False
     counts = {element_count(drawable), len(drawable.nodes) if isinstance(drawable, Cells) else 0}

@@ -9,7 +9,7 @@ import numpy as np
 from ...components.support.float_arrays import FloatArray
 from ...components.support.round_numbers import round_down_to_125
 
-# Drawn size of the deepest overlap of two neighbours, relative to the smaller radius.
+# Largest size with which the deepest overlap of two neighbours is drawn, relative to the smaller radius.
 _DRAWN_OVERLAP = 0.5
 # Largest drawn displacement of points and of the nodes of cells, relative to the scene's length.
 _DRAWN_TRAVEL, _DRAWN_NODE_TRAVEL = 1.0, 0.1

@@ -76,7 +76,7 @@ _Picture = tuple[int, dict[str, np.ndarray]]
 
 
 class Preview:
-    """The frames kept for the preview of a log: every n-th one, so that memory and file size are bounded for any run.
+    """The frames kept for the preview of a log: every n-th frame, so that memory and file size are bounded for any run.
 
     Args:
         title: title of the log.

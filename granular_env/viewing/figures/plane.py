@@ -36,7 +36,7 @@ _EDGE, _LINK, _CRACK, _SPOKE = "#737373", "#218a52", "#101214", "#808080"
 _WIDEST_EDGE, _EDGE_PART, _LEAST_EDGED = 0.6, 1.0 / 16.0, 3.0  # largest width [point], part of the size, smallest size [point]
 # Smallest cell drawn with edges [point]: cells touch, and the edges of smaller cells would hide the colours.
 _LEAST_EDGED_CELL = 8.0
-# Light comes from the eye: the more a cell faces away, the more it is darkened, by up to this fraction. Colour of the inside.
+# Light comes from the eye: the more a cell faces away, the darker it is, by up to this fraction; the inside has this colour.
 _SHADE, _INSIDE = 0.35, np.array([0.23, 0.24, 0.26])
 # Events closer than this to the start or the end, as a fraction of the run, get no extra picture.
 _MARGIN = 0.05
