@@ -36,7 +36,7 @@ from granular_env.progress import Progress, progress_bar
 # once. For a large state the pieces are longer, so that a copy at this rate [bytes/s] takes at most 5 % of a piece.
 _PIECE_SECONDS = 0.02
 _COPY_SHARE, _COPY_RATE = 0.05, 2e9
-# Largest ratio of the lengths of two successive pieces.
+# Largest ratio of the numbers of ticks in two successive pieces of a run.
 _GROWTH = 64
 # Default wall time of a live run [s]; all shipped experiments take less.
 _LIVE_SECONDS = 10.0

@@ -57,7 +57,7 @@ class ComponentTable(Table):
 
 
 class RecordTable(Table):
-    """The content of the log in addition to inputs, hashes and snapshots."""
+    """The table `record`: what the log contains in addition to inputs, hashes of the state, and snapshots."""
 
     every: float | None = Field(
         default=None, gt=0.0, description="time between two frames of the outputs [s]; default: 160 to 400 frames"

@@ -21,7 +21,7 @@ _ARRAYS = {
 }  # fmt: skip
 # Fields of a drawable that are optional, so they are written only if a drawable has them.
 _OF_SOME = ((Cells, "state"), (Points, "period"))
-# Largest accepted coordinate [m]: squares of distances must be finite.
+# Largest accepted coordinate [m], so that squares of distances do not overflow.
 _FARTHEST = 1e100
 # The arrays with the positions of each kind of drawable; then, per output, the arrays one of which has a row per value.
 _PLACES = {Points: ("reference", "radius"), Links: ("pairs",), Cells: ("nodes",), Curve: ("coordinate",)}

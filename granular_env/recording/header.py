@@ -1,4 +1,4 @@
-"""The header of a log: component, machine, versions and recorded variables."""
+"""The header (first record) of a log: component, machine, versions and recorded variables."""
 
 from __future__ import annotations
 

@@ -56,16 +56,16 @@ class Schedule:
     least_snapshot_interval: int = _SNAPSHOT_TICKS
 
     def next_frame(self, tick: int, elapsed: int) -> int:
-        """Return the next tick for a frame; `elapsed` counts the ticks of the whole log."""
+        """Return the tick of the next frame after `tick`; `elapsed` counts the ticks of the whole log."""
         interval = self.frame_every or 1 << max((elapsed // self.doubling).bit_length() - 1, 0)
         return (tick // interval + 1) * interval
 
     def next_hash(self, tick: int) -> int:
-        """Return the next tick for a hash."""
+        """Return the tick of the next hash of the state after `tick`."""
         return (tick // self.hash_every + 1) * self.hash_every
 
     def next_snapshot(self, tick: int, elapsed: int) -> int:
-        """Return the next tick for a snapshot."""
+        """Return the tick of the next snapshot after `tick`; `elapsed` counts the ticks of the whole log."""
         return tick + (self.snapshot_every or max(self.least_snapshot_interval, elapsed >> _SNAPSHOT_SHIFT))
 
 

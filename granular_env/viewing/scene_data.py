@@ -230,5 +230,5 @@ class SceneData:
                 yield mesh.field_variable, mesh.field
 
     def named_curves(self, names: Iterable[str]) -> list[Curve]:
-        """Return the existing curves with these names, without curves that stay zero."""
+        """Return the curves with these names, except curves that are always zero; missing names are ignored."""
         return [self.curves[name] for name in names if name in self.curves and np.any(self.curves[name].values != 0.0)]

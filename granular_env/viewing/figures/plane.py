@@ -116,7 +116,7 @@ def _choose_instants(log: Any, clock: FloatArray) -> list[float]:
     third, events = start + (end - start) / 3.0, visible_events(log)
     first = events[0].tick * log.step_size if events else third
     if not _MARGIN <= (first - start) / max(end - start, 1e-300) <= 1.0 - _MARGIN:
-        first = third  # too close to the start or the end
+        first = third  # the first event is too close to the start or the end
     return [start, first, 0.5 * (first + end), end]
 
 
@@ -145,7 +145,7 @@ def draw_plane(plane: Plane) -> Figure:
 
 
 def instant_text(plane: Plane, frame: int) -> str:
-    """Return a label with the time of a frame and the validity of the results."""
+    """Return the label of a frame: its time and, if the results have ceased to be valid before it, a note on that."""
     scale, unit = time_unit(float(plane.times[-1]))
     time = plane.times[frame]
     return f"{time * scale:.4g} {unit}{'' if time < plane.scene.valid_until else ', not valid'}"
