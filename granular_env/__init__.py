@@ -1,4 +1,4 @@
-"""Wave and fracture experiments in granular and heterogeneous media, as stepping components."""
+"""Simulations of waves and fracture in granular and heterogeneous media; each model is a component with a method `step`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A hash of the code that determines results, for stored results of sweeps and studies."""
+"""A hash of the code that determines results, by which sweeps and studies recognise results stored by other code."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 
 from granular_env.components.support.jit import kernel_source_hash
 
-# `kernel_source_hash` covers the components; the command line and the pictures do not affect results.
+# `kernel_source_hash` hashes the components. The command line and the pictures are left out: they do not affect results.
 _ELSEWHERE = ("components", "cli", "viewing")
 
 

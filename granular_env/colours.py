@@ -1,4 +1,4 @@
-"""Colours of logs, viewer, figures and environments: a diverging map, and a colour-blind safe palette for lines."""
+"""Colours of all pictures: a map for signed values, a map for values without a sign, and a colour-blind safe line palette."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-# Blue - near white - red (ColorBrewer RdBu without its darkest ends, which are invisible on a dark background).
+# Map for signed values: blue, near white, red (ColorBrewer RdBu without its darkest ends, invisible on a dark background).
 DIVERGING = ("#2166ac", "#4393c3", "#92c5de", "#d1e5f0", "#f7f7f7", "#fddbc7", "#f4a582", "#d6604d", "#b2182b")
-# Dark to light yellow (part of matplotlib's "cividis"-like path), for quantities without a sign.
+# Map for quantities without a sign: dark to light yellow (similar to a part of matplotlib's "cividis").
 SEQUENTIAL = ("#3b4a6b", "#666970", "#958f78", "#c8b866", "#fee838")
-# Okabe and Ito's palette without black and pale yellow, then wine, teal, grey and violet. These four are as distinct from the
-# palette and from one another, also for the colour-blind, and are visible on white and dark backgrounds.
+# Line colours: Okabe and Ito's palette without black and yellow, then wine, teal, grey and violet. These four differ from the
+# others and from each other as clearly as the palette's, also for the colour-blind, and are visible on white and on dark.
 PALETTE = (
     "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#960f3c", "#006969", "#a5b4a5", "#4b0fe1",
 )  # fmt: skip
@@ -32,11 +32,11 @@ def _interpolate_colours(fraction: npt.NDArray[np.float64], anchors: tuple[str, 
 
 
 def diverging_colours(values: npt.NDArray[np.float64], limit: float, zero: str | None = None) -> npt.NDArray[np.uint8]:
-    """Return the colours of signed values between -limit (blue) and +limit (red); shape (*values.shape, 3).
+    """Return the colours of signed values, from blue at -limit to red at +limit, shape (*values.shape, 3).
 
     Args:
-        values: any shape.
-        limit: magnitude at the ends of the colour map.
+        values: the signed values, an array of any shape.
+        limit: magnitude of the values at the two ends of the colour map.
         zero: the colour of 0, such as a grey that is visible on white; default: near white.
     """
     anchors = DIVERGING if zero is None else (DIVERGING[0], zero, DIVERGING[-1])
@@ -56,5 +56,5 @@ def symmetric_limit(values: npt.ArrayLike) -> float:
     if largest <= 0.0:
         return 1.0
     decade = 10.0 ** (math.floor(math.log10(largest)) - 1)
-    # Subtract a small tolerance, so that rounding of the division does not turn 50 into 51.
+    # Subtract a small tolerance before rounding up, so that a rounding error of the division does not turn 50 into 51.
     return float(f"{math.ceil(largest / decade - 1e-9) * decade:.6g}")

@@ -13,7 +13,7 @@ from granular_env.components.errors import ParameterError
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.validation import positive_number
 
-# Number of samples for the interpolating polynomial.
+# Number of samples through which the interpolating polynomial passes.
 SAMPLES = 7
 
 
@@ -24,8 +24,8 @@ class Crest:
     Attributes:
         time: time of the maximum.
         height: value of the maximum.
-        begin: time of the minimum before it, or of the last sample at or below 0.
-        end: time of the minimum after it, or of the first sample at or below 0.
+        begin: time of the minimum before the crest, or of the last sample at or below 0 before it.
+        end: time of the minimum after the crest, or of the first sample at or below 0 after it.
         duration: time for which the curve exceeds half the height; NaN if it does not fall below half on both sides.
     """
 
@@ -75,7 +75,7 @@ def crests(times: Any, values: Any, above: float, separation: float = 1.0) -> li
 
 
 def crest_indices(values: FloatArray, above: float, separation: float) -> list[tuple[int, int, int]]:
-    """Return sample indices of each maximum: the minimum before it (or the last value at or below 0), top, minimum after."""
+    """Return three sample indices per maximum: its begin (minimum or last value at or below 0 before it), its top, its end."""
     from scipy.signal import find_peaks
 
     above, separation = positive_number("above", above), positive_number("separation", separation)
@@ -95,13 +95,13 @@ def _foot_before(values: FloatArray, first: int, peak: int) -> int:
 
 
 def _foot_after(values: FloatArray, peak: int, last: int) -> int:
-    """Return the end of a maximum: the first value at or below 0, or the smallest value before the next maximum."""
+    """Return the sample index of a maximum's end: the first value at or below 0, else the smallest before the next maximum."""
     down = values[peak : last + 1] <= 0.0
     return peak + int(np.argmax(down) if down.any() else np.argmin(values[peak : last + 1]))
 
 
 def interpolated_maximum(times: FloatArray, values: FloatArray, peak: int) -> tuple[float, float]:
-    """Return the time and height of the maximum next to a sample."""
+    """Return time and height of the curve's maximum near the sample `peak`, from the polynomial through its neighbours."""
     curve, time = _local_polynomial(times, values, peak), float(times[peak])
     low, high = (float(times[min(max(i, 0), len(times) - 1)]) - time for i in (peak - 1, peak + 1))
     place = _bracketed_root(lambda x: curve.value_and_slope(x)[1], low, high)
@@ -112,7 +112,7 @@ def interpolated_maximum(times: FloatArray, values: FloatArray, peak: int) -> tu
 
 
 def resolved_maximum(times: FloatArray, values: FloatArray, peak: int) -> tuple[float, float] | None:
-    """Return the time and height of the maximum next to a sample, or None if the samples do not resolve it.
+    """Return time and height of the curve's maximum near the sample `peak`, or None if the samples do not resolve it.
 
     A maximum is resolved if the curve is concave at the sample and at both neighbours. Jumps, plateaus, pulses of two or three
     samples, and maxima at the end of the curve are not resolved: a polynomial would invent values between these samples.
@@ -127,7 +127,7 @@ def resolved_maximum(times: FloatArray, values: FloatArray, peak: int) -> tuple[
 
 
 def crossing_time(times: FloatArray, values: FloatArray, sample: int, level: float) -> float:
-    """Return the time at which the curve crosses a level between a sample and the next, which lie on different sides."""
+    """Return the time at which the curve crosses `level` between `sample` and the next sample, which lie on opposite sides."""
     curve, length = _local_polynomial(times, values, sample), float(times[sample + 1] - times[sample])
     place = _bracketed_root(lambda x: curve.value_and_slope(x)[0] - level, 0.0, length)
     if place is None:
@@ -142,7 +142,7 @@ class _Polynomial(NamedTuple):
     coefficients: list[float]
 
     def value_and_slope(self, x: float) -> tuple[float, float]:
-        """Return the value and the slope at x."""
+        """Return the polynomial's value and derivative at x."""
         value, slope = self.coefficients[-1], 0.0
         for node, coefficient in zip(self.nodes[-2::-1], self.coefficients[-2::-1], strict=True):
             slope = slope * (x - node) + value
@@ -151,7 +151,7 @@ class _Polynomial(NamedTuple):
 
 
 def _local_polynomial(times: FloatArray, values: FloatArray, sample: int) -> _Polynomial:
-    """Return the polynomial through the samples nearest to sample `sample`, in the time since this sample [s]."""
+    """Return the polynomial through the samples nearest to `sample`; its variable is the time since this sample [s]."""
     first = min(max(sample - SAMPLES // 2, 0), max(len(times) - SAMPLES, 0))
     nodes, differences = times[first : first + SAMPLES] - times[sample], values[first : first + SAMPLES].copy()
     for order in range(1, len(nodes)):
@@ -160,7 +160,7 @@ def _local_polynomial(times: FloatArray, values: FloatArray, sample: int) -> _Po
 
 
 def _bracketed_root(function: Callable[[float], float], low: float, high: float) -> float | None:
-    """Return the zero of a function between two points, or None if it has the same sign at both."""
+    """Return the zero of a function between low and high, or None if the function has the same sign at both."""
     from scipy.optimize import brentq
 
     if not function(low) * function(high) <= 0.0 or low == high:

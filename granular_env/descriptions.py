@@ -22,7 +22,7 @@ from granular_env.terminal_text import align_columns, wrap_text
 
 
 class DescribedTable(NamedTuple):
-    """A table of a description: its parameter ("" for the whole component), its title, and its rows."""
+    """A printed table of parameters or variables: the parameter it describes ("": the component), its title, and its rows."""
 
     key: str
     text: str
@@ -53,7 +53,7 @@ def describe_component(name: str, parameters: dict[str, Any]) -> str:
 
 
 def described_parameters(model: type[BaseModel]) -> list[DescribedTable]:
-    """Return the parameters of a model (name, unit, default, meaning), then the parameters of each named table choice."""
+    """Return the table of a model's parameters (name, unit, default, meaning), then one table for each named choice."""
     found = [DescribedTable("", "parameters", _parameter_rows(model))]
     for parameter, choice, table in _chosen_tables(model):
         rows = [row for row in _parameter_rows(table) if row[0] != "name"]
@@ -66,7 +66,7 @@ def described_parameters(model: type[BaseModel]) -> list[DescribedTable]:
 
 
 def described_variables(component: Component) -> list[DescribedTable]:
-    """Return the inputs and outputs of a component (name, unit, shape, meaning), and its events (name, meaning)."""
+    """Return tables of a component's inputs and outputs (name, unit, shape, meaning) and of its events (name, meaning)."""
     found: list[DescribedTable] = []
     for causality in ("input", "output"):
         chosen = [v for v in component.variables.values() if v.causality == causality]
@@ -77,7 +77,7 @@ def described_variables(component: Component) -> list[DescribedTable]:
 
 
 def _component_name(model: type[BaseModel]) -> str:
-    """Return the name of the component that has this parameter model (for a part of another component), or "".
+    """Return the name of the component whose parameters this pydantic model describes; "" if it belongs to no component.
 
     Only imported components are searched: a component imports its parts, and importing all components takes seconds.
     """
@@ -98,7 +98,7 @@ def component_facts(name: str, parameters: dict[str, Any]) -> dict[str, Any]:
 
 
 def _variable_remarks(variable: Variable) -> str:
-    """Return further declarations of a variable in brackets: axes, whether it is state, bounds."""
+    """Return further properties of a variable as text in brackets: its axes, its bounds, whether it is part of the state."""
     remarks = [f"by {' and '.join(variable.axes)}"] if variable.axes else []
     remarks += ["state"] if variable.state else []
     remarks += [variable.variability] if variable.variability != "continuous" else []
@@ -117,13 +117,13 @@ def _variable_facts(variable: Variable) -> dict[str, Any]:
 
 
 def _component_environments(name: str) -> list[tuple[str, str]]:
-    """Return the registered environments of a component, each with the kind of batch from make_vec."""
+    """Return the registered Gymnasium environments of a component, each with the kind of batch that `make_vec` gives."""
     offered = find_domain(name).load_attribute("environments") or {}
     return [(registered, "native batch" if find_domain(name).rows else _NO_BATCH) for registered in offered]
 
 
 def _parameter_rows(model: type[BaseModel], prefix: str = "") -> list[tuple[str, str, str, str]]:
-    """Return name, unit, default and meaning of each field, followed by the keys of its tables (such as `notch.depth`)."""
+    """Return rows (name, unit, default, meaning) of a model's fields; a table's keys follow it, such as `notch.depth`."""
     rows = []
     for key, field in model.model_fields.items():
         name = prefix + key
@@ -134,7 +134,7 @@ def _parameter_rows(model: type[BaseModel], prefix: str = "") -> list[tuple[str,
 
 
 def _short_default(field: FieldInfo) -> str:
-    """Return a default as TOML; for a table only differences from the defaults of its keys, which have separate lines."""
+    """Return a field's default as TOML; of a table only keys that differ from their own defaults, since they have own lines."""
     value = field.default
     if not isinstance(value, BaseModel | Mapping):
         return default_text(field)
@@ -144,7 +144,7 @@ def _short_default(field: FieldInfo) -> str:
 
 
 def _chosen_tables(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, str, type[Parameters]]]:
-    """Yield tables chosen by name, as (parameter, name, model), including those within tables."""
+    """Yield (parameter, name, model) of each table that is chosen by a name, such as a contact law, also inside tables."""
     for key, field in model.model_fields.items():
         for place, choice, table in _field_choices(model, key):
             yield f"{prefix}{key}{place}", choice, table
@@ -154,7 +154,7 @@ def _chosen_tables(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[s
 
 
 def _field_choices(model: type[BaseModel], key: str) -> list[tuple[str, str, type[Parameters]]]:
-    """Return location, name and table of each named table of a field or of its elements; see `_parts_of_type`."""
+    """Return location, name and table of each models, with locations, of the tables chosen by name in a field or its elements; see `_parts_of_type`."""
     if key in (own := table_choices(model)):
         return [("", choice, table) for choice, table in own[key].items()]
     found = _parts_of_type(model.model_fields[key].annotation)
@@ -163,7 +163,7 @@ def _field_choices(model: type[BaseModel], key: str) -> list[tuple[str, str, typ
 
 
 def _field_tables(field: FieldInfo) -> list[tuple[str, type[Parameters]]]:
-    """Return the unnamed tables of a field, except parts that are components; see `_parts_of_type`."""
+    """Return the models of a field's tables that are not chosen by name, except of components; see `_parts_of_type`."""
     if any(isinstance(mark, Choices) for mark in field.metadata):
         return []
     found = _parts_of_type(field.annotation)
@@ -171,7 +171,7 @@ def _field_tables(field: FieldInfo) -> list[tuple[str, type[Parameters]]]:
 
 
 def _parts_of_type(annotation: Any, place: str = "") -> Iterator[tuple[str, type[Parameters] | Choices]]:
-    """Yield the tables in a type with their location: "" for itself, "[]" in a list, ".*" in a table with arbitrary keys."""
+    """Yield the table models in a type annotation, with location: "" the type itself, "[]" in a list, ".*" in a mapping."""
     if isinstance(annotation, type) and issubclass(annotation, Parameters):
         yield place, annotation
         return

@@ -37,7 +37,7 @@ def replay(
     allow_large: bool = False,
     components: Mapping[str, type[Component]] | None = None,
 ) -> RunResult:
-    """Run a log again from start to end without comparing the results; arguments as for `verify`.
+    """Run the simulation of a log again from start to end, without comparing the results; arguments as for `verify`.
 
     Raises:
         LogError: not a log, or the log cannot be run again.
@@ -79,19 +79,19 @@ def run_branch(
     progress: Progress = False,
     overwrite: bool = False,
 ) -> RunResult:
-    """Continue from a branch and record it; the result is bitwise identical to `Branch.run`.
+    """Run a branch of a log and record it, with a progress bar; the result is bitwise identical to that of `Branch.run`.
 
     Args:
-        branch: a new branch.
+        branch: the branch, not yet stepped.
         log: path of the new log.
-        inputs: inputs from here on, instead of the log's inputs.
-        until: end time on the component's clock [s]; default: the end of the log's segment.
+        inputs: values or profiles of inputs from the branch's start on, instead of those in the log.
+        until: end time on the component's clock [s]; default: the end of the log or, before it, the next reset in it.
         progress: show a bar, or call this with the completed fraction.
         overwrite: whether an existing file may be replaced.
 
     Raises:
         ParameterError: an argument is invalid; nothing has been written.
-        StepError: the physics would break down; the log until then is complete, a note of the error names it.
+        StepError: the physics would break down; the log up to that time is complete, a note of the error names its path.
         LogError: the log cannot be written.
     """
     where, end = f"log {os.fspath(log)!r}", branch.end_tick(until)
@@ -159,7 +159,7 @@ def resume(
             _refuse_other_program(program, wanted, where)
         _refuse_failed_run(opened, where)
         if not opened.calls:
-            # The process was killed before its first step reached the disk.
+            # The process was killed before its first step was written: record the experiment from the start.
             return run(wanted or program, log=target, progress=progress, overwrite=replace)
         found = make_continuation(opened)
         component, end = found.component, found.component.duration_ticks(program.duration)
@@ -188,7 +188,7 @@ def resume(
 
 
 def _logged_experiment(log: Log, where: str) -> Experiment:
-    """Return the experiment of a log."""
+    """Return the experiment stored in a log; `where` names the log in errors."""
     header = log.header
     if header.get("parent") is not None:
         raise LogError("the log is a branch", hint="start a new branch from it: granular-env branch", source=where)
@@ -214,7 +214,7 @@ def _refuse_other_program(program: Experiment, expected: Experiment, where: str)
 
 
 def _refuse_failed_run(log: Log, where: str) -> None:
-    """Refuse a run that ended with an error, because the error would recur."""
+    """Raise an error for a log whose run ended with an error, because the error would occur again."""
     incidents = log.incidents
     failed = next((one for one in incidents if one.get("incident") == "failed"), None)
     if failed is not None and log.complete:

@@ -14,7 +14,7 @@ _FOLDERS = {"experiments": "experiments", "plans of sweeps": "sweep/plans", "stu
 
 
 def shipped_files(kind: str) -> dict[str, Path]:
-    """Return name -> file of the experiments, the plans of sweeps or the studies, sorted by name."""
+    """Return the files of all shipped items of a kind (experiments, plans of sweeps or studies) by name, sorted."""
     folder = _ROOT / _FOLDERS[kind]
     found = {path.relative_to(folder).as_posix().removesuffix(".toml"): path for path in folder.rglob("*.toml")}
     return dict(sorted(found.items()))
@@ -26,19 +26,19 @@ def shipped_names() -> list[str]:
 
 
 def shipped_overview() -> dict[str, dict[str, str]]:
-    """Return kind -> name -> one-line description of all shipped items."""
+    """Return the one-line descriptions of all shipped items, by kind and name."""
     found = {"components": {name: catalogue.component_summary(name) for name in catalogue.component_names()}}
     return found | {kind: {name: _file_title(path) for name, path in shipped_files(kind).items()} for kind in _FOLDERS}
 
 
 def _file_title(path: Path) -> str:
-    """Return the first sentence of a file's initial comment or of its description."""
+    """Return the one-line description of a TOML file: the first sentence of its initial comment or of its `description`."""
     text = path.read_text(encoding="utf-8")
     comment = [line.removeprefix("#") for line in takewhile(lambda line: line.startswith("#"), text.splitlines())]
     return first_sentence(" ".join(comment) if comment else tomllib.loads(text)["description"])
 
 
 def first_sentence(text: str) -> str:
-    """Return the first sentence of a text: up to a full stop before a capital letter, so not up to "et al. (2003)"."""
+    """Return the first sentence of a text: up to a full stop with a capital letter after it, so not up to "et al. (2003)"."""
     paragraph = " ".join(text.strip().partition("\n\n")[0].split())
     return re.split(r"\. (?=[A-Z`])", paragraph, maxsplit=1)[0].rstrip(".") + "."

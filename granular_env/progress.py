@@ -24,17 +24,17 @@ Progress = bool | Callable[[float], None]
 
 
 class Bar:
-    """A progress bar followed by short texts (figures), the most important first."""
+    """A progress bar, followed by short texts with numbers on the run; texts at the end are cut off first."""
 
     def __init__(self, show: Callable[[float, tuple[str, ...]], None] | None, refresh: float = 0.0) -> None:
         self._show, self._refresh, self._next = show, refresh, 0.0
 
     def is_due(self) -> bool:
-        """Return whether an update would be displayed now; check before computing costly figures."""
+        """Return whether an update would be displayed now; ask this before computing costly texts for the bar."""
         return self._show is not None and perf_counter() >= self._next
 
     def update(self, done: float, *figures: str) -> None:
-        """Show the completed amount, in units of the bar's total."""
+        """Show that `done` of the bar's total is completed."""
         self._next = perf_counter() + self._refresh
         if self._show is not None:
             self._show(done, figures)

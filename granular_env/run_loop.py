@@ -32,15 +32,15 @@ from granular_env.experiments.preparation import prepare_experiment
 from granular_env.experiments.stop_rules import StopWatch
 from granular_env.progress import Progress, progress_bar
 
-# Wall time of a piece of a run [s]; Ctrl-C, progress bar and recorder are handled between pieces. Each piece copies the state
-# once. Large states have longer pieces, so that the copy takes at most 5 % of a piece at this rate [bytes/s].
+# A run is made in pieces of this wall time [s]; Ctrl-C and the progress bar are handled between pieces. Each copies the state
+# once. For a large state the pieces are longer, so that a copy at this rate [bytes/s] takes at most 5 % of a piece.
 _PIECE_SECONDS = 0.02
 _COPY_SHARE, _COPY_RATE = 0.05, 2e9
-# Largest ratio of the lengths of two successive pieces.
+# Largest ratio of the numbers of ticks in two successive pieces of a run.
 _GROWTH = 64
 # Default wall time of a live run [s]; all shipped experiments take less.
 _LIVE_SECONDS = 10.0
-# Largest number of copies of the state in a recorder: snapshots in the write queue, and their bytes.
+# Copies of the state that a recorder may need at once: snapshots in the write queue, and the bytes encoded from them.
 _COPIES_RECORDED = 6
 # Energies below this are rounding errors of a state at rest [J].
 _LEAST_ENERGY = 1e-24
@@ -55,11 +55,11 @@ class RunResult:
     Attributes:
         component: the component in its state at the end of the run.
         log: the log's path, or None without a log.
-        ticks: number of ticks.
+        ticks: number of internal steps (ticks) made.
         seconds: wall time of the stepping [s].
         stopped_by: the stop rule that ended the run, as text, or None.
         interrupted: whether Ctrl-C ended the run; the log is complete up to this point.
-        report: figures on the validity of the model's assumptions, name with unit -> value.
+        report: numbers that show whether the model's assumptions hold, by name with unit.
         conclusions: sentences on the state of the component at the end.
         cautions: a sentence for each violated assumption.
         warnings: warnings of the run.
@@ -166,14 +166,14 @@ def advance_component(
         component: the component to advance.
         end: the tick to reach.
         inputs: inputs of the first step, held afterwards.
-        changes: tick -> further inputs from this tick on.
+        changes: mapping from tick to the inputs to set there.
         stops: rules that end the run early.
         title: title of the progress bar.
         progress: show the bar, or call this with the completed fraction.
         observers: observers of the component during the loop.
         log: path of the log in the result.
         issued_warnings: list to which the warnings of the run are added.
-        closing_stack: closed after the last step (the recorder).
+        closing_stack: context managers, such as the recorder, to be closed after the last step.
     """
     first, began = component.tick, perf_counter()
     stopped_by, interrupted = None, False
@@ -213,7 +213,7 @@ def _step_until(
     interrupt: Interrupt,
     show: Callable[[Component], None] | None,
 ) -> str | None:
-    """Step until the end, Ctrl-C, or a stop rule; return the text of the rule that stopped the run."""
+    """Step until the tick `end`, Ctrl-C, or a stop rule; return the text of the rule that stopped the run, else None."""
     piece, turns = 1, sorted(changes)
     length = max(_PIECE_SECONDS, component.state_bytes / _COPY_RATE / _COPY_SHARE)
     while component.tick < end and not interrupt.pressed:
@@ -232,7 +232,7 @@ def _step_until(
 
 
 def _step_to_tick(component: Component, stop: int, inputs: Inputs) -> None:
-    """Step to a tick; if that fails, to the last tick before the failure, so that the log contains it."""
+    """Step to the tick `stop`; if that fails, step to the last tick before the failure, so that the log contains it."""
     tick, step = component.tick, component.step_size
     try:
         component.step((stop - tick) * step, **inputs)
@@ -246,9 +246,11 @@ def _step_to_tick(component: Component, stop: int, inputs: Inputs) -> None:
 
 
 def _next_piece_ticks(piece: int, done: int, took: float) -> int:
-    """Return the number of ticks of the next piece: more after a fast complete piece, half as many after a slow piece.
+    """Return the number of ticks of the run's next piece: more if the last piece was complete and fast, half if it was slow.
 
-    Of the `piece` planned ticks, `done` were completed; `took` is the wall time relative to the intended wall time.
+    Of the `piece` planned number of ticks of the last piece.
+        done` were number of its ticks that were completed.
+        took` is the wall time relative to the intended wall time.
     """
     if took > 2.0:
         return max(1, piece // 2)
@@ -283,7 +285,7 @@ class Interrupt:
 
 @contextmanager
 def translate_memory_errors(what: str, kind: type[GranularError]) -> Iterator[None]:
-    """Turn `MemoryError` into an error of class `kind`."""
+    """Turn a `MemoryError` raised in the block into an error of class `kind`; `what` is the beginning of its message."""
     try:
         yield
     except MemoryError as error:
@@ -341,7 +343,7 @@ def _progress_display(
 
 
 def energy_residual_text(component: Component) -> str:
-    """Return text with the absolute energy residual and, for a non-zero energy, the relative residual."""
+    """Return text on the residual of the energy balance: absolute and, if there is energy, relative to it."""
     energy = next((balance for balance in component.balances() if balance.quantity == "energy"), None)
     if energy is None:
         return ""

@@ -31,7 +31,7 @@ def wrap_text(text: str, indent: int = 2) -> str:
 
 
 def align_columns(rows: Iterable[Sequence[str]], indent: str = "  ") -> str:
-    """Return aligned rows of cells; the last cell of a row wraps at words if the terminal is too narrow."""
+    """Return rows of cells as text in aligned columns; the last cell of a row wraps at words if the terminal is too narrow."""
     table = [tuple(row) for row in rows]
     if not table:
         return ""
@@ -53,7 +53,7 @@ def align_columns(rows: Iterable[Sequence[str]], indent: str = "  ") -> str:
 
 
 def align_table(rows: Iterable[Sequence[str]]) -> str:
-    """Return a table with a line of headings, split into blocks that repeat the first column if the terminal is narrow."""
+    """Return a table as text, headings first; if it is too wide, it is split into blocks that all repeat the first column."""
     cells = [tuple(row) for row in rows]
     if not cells:
         return ""

@@ -45,7 +45,7 @@ def check(file: str, as_json: bool, overrides: Overrides, allow_large: bool) -> 
     return Status.DONE
 
 
-# The findings of a check: facts for programs, a sentence, and notes in addition to the warnings.
+# The result of a check: facts for the JSON output, a sentence for the text output, and notes printed after the warnings.
 Checked = tuple[dict[str, Any], str, list[str]]
 
 
@@ -100,7 +100,7 @@ def _check_log(path: str, allow_large: bool, as_json: bool) -> int:
     from granular_env.recording import open_log
 
     with open_log(path, allow_large=allow_large) as log:
-        # Read all variables before printing, so that a damaged log is not reported as complete.
+        # Read the frames of all variables before printing, so that a damaged log is not reported as complete.
         for name in log.variables:
             log.series(name)
         component, ticks = log.metadata["component"], log.end_tick - log.start_tick

@@ -44,5 +44,5 @@ class Command(click.Command):
 
 
 def command(name: str, **attributes: Any) -> Callable[[Body], Command]:
-    """Make a command of a function, whose docstring is the help."""
+    """Return a decorator that makes a command of a function; the function's docstring is the help of the command."""
     return click.command(name, cls=Command, **attributes)

@@ -71,13 +71,13 @@ def describe(name: str, as_json: bool, overrides: Overrides) -> int:
 
 
 def _interpret_kernels() -> None:
-    """Run the kernels of this process as plain Python, so that the example of a component is built without compilation."""
+    """Make numba run this process's functions as plain Python, so that an example component is built without compilation."""
     if "numba" not in sys.modules:
         os.environ["NUMBA_DISABLE_JIT"] = "1"
 
 
 def _nested_overrides(overrides: Overrides) -> dict[str, Any]:
-    """Return overrides as nested mappings; a component's parameters may have their names in a file, component.grains."""
+    """Return overrides as nested mappings; a parameter may have the prefix `component.`, as in an experiment file."""
     from granular_env.documents.overrides import set_key
 
     given: dict[str, Any] = {}
@@ -114,7 +114,7 @@ def new(template: str, out: str | None, force: bool) -> int:
 
 
 def _document_text(name: str) -> tuple[str, str]:
-    """Return the text of a plan or a study, or "", and the command that runs such a file."""
+    """Return the text of the plan or study `name` ("" if it is neither), and the command that runs a file of its kind."""
     from granular_env.documents import find_file
 
     kind = document_kind(name)

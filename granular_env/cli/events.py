@@ -50,7 +50,7 @@ def events(
     allow_large: bool,
     components: dict[str, Any],
 ) -> int:
-    """List the events of a run, with their times and exceeded limits, or the nearest misses."""
+    """List the events of a run with their times and exceeded limits, or the places that came closest to an event."""
     from granular_env.recording import open_log
     from granular_env.recording.event_places import event_table, listed_events, refuse_unknown_place
     from granular_env.recording.near_misses import find_near_misses, kinds_by_ratio
@@ -94,7 +94,7 @@ def events(
 
 
 def _near_miss_text(log: Log, ratios: list[EventRatio], kind: str | None) -> str:
-    """Return the output of `--nearest` as text."""
+    """Return the text that `--nearest` prints: for each kind of event, the place that came closest to its limit."""
     from granular_env.recording.near_misses import kinds_by_ratio
 
     if not log.event_kinds:
@@ -142,13 +142,14 @@ def _near_miss_json(log: Log, ratios: list[EventRatio]) -> str:
 def _event_row(
     event: Event, step_size: float, details: Mapping[str, EventDetail], drawables: Sequence[Drawable]
 ) -> dict[str, Any]:
-    """Return an event as JSON values."""
+    """Return one event (time, kind, index, value, limit, place) as JSON values."""
     place = _place_facts(event.index, details.get(event.kind), drawables)
     return {**dataclasses.asdict(event), "time": event.tick * step_size, **place}
 
 
 def event_summary(events: Sequence[Event], earlier: Sequence[Event], start: float) -> str:
-    """Return the number of events of each kind as text; `earlier` ones happened before the log, which starts at `start` [s]."""
+    """Return the number of events of each kind as text; `earlier` ones happened before the start of the log, for example before a branch.
+        start: which starts at `start` [s]."""
     if not earlier:
         return f"{count_text(len(events), 'event')}: {_kind_counts(events)}"
     here = f"{count_text(len(events), 'event')} in this log: {_kind_counts(events)}" if events else "no event in this log"
@@ -160,13 +161,13 @@ def _kind_counts(events: Sequence[Event]) -> str:
 
 
 def _table_cells(row: list[Any]) -> tuple[str, ...]:
-    """Return a row of the table of events as text: the time to the tick, other numbers to six digits, and no -0."""
+    """Return an event's table row as text: the time precise to a tick, other numbers to six digits, and 0 instead of -0."""
     words = [f"{one + 0.0:.6g}" if isinstance(one, float) else printable_text(str(one)) for one in row[1:]]
     return f"{row[0]:.9g}", *words
 
 
 def _place_facts(index: int | None, detail: EventDetail | None, drawables: Sequence[Drawable]) -> dict[str, Any]:
-    """Return unit and place of events with an index as JSON values."""
+    """Return, for the events of one kind at one index, the unit of their values and their place, as JSON values."""
     from granular_env.recording.event_places import event_place
 
     place = event_place(index, detail, drawables)

@@ -52,7 +52,7 @@ def _failure_message(command: click.Command | None, failure: BaseException) -> t
 
 
 def _name_option(command: click.Command | None, fault: Fault) -> Fault:
-    """Return a fault of an argument, located at the option that set it; faults of documents (with a source) are unchanged."""
+    """Return a fault that names the option that set the argument; a fault in a file (it has a source) is returned unchanged."""
     flags: dict[str | int | None, str] = {}
     for option in command.params if command else ():
         if isinstance(option, click.Option):

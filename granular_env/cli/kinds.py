@@ -1,4 +1,4 @@
-"""The kinds of documents: experiments, plans of sweeps and studies, and the command that runs each."""
+"""The kinds of TOML files (experiments, plans of sweeps, studies), and for each kind the command that runs it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,10 @@ from granular_env.components.errors import ExperimentError
 
 
 class Kind(NamedTuple):
-    """A kind of document: its name, its command, and top-level keys, at least one of which is in each file of this kind."""
+    """A kind of TOML file that a command runs.
+
+    Attributes:
+        words: its name, its command, and top-level keys that identify the kind: each file of this kind has at least one of them."""
 
     words: str
     command: str
@@ -26,7 +29,7 @@ KINDS = {
 
 
 def document_kind(name: str) -> str:
-    """Return the kind of a TOML file, by its keys, or of a shipped name; "" for anything else."""
+    """Return the kind of the TOML file `name`, found from its keys, or of the shipped item `name`; "" for anything else."""
     from granular_env.documents import read_toml
     from granular_env.package_contents import shipped_files
 
@@ -37,7 +40,7 @@ def document_kind(name: str) -> str:
 
 
 def refuse_other_kinds(name: str, command: str) -> None:
-    """Raise `ExperimentError` for a document that another command runs, with the name of that command."""
+    """Raise `ExperimentError` if the document `name` is run by another command than `command`; the error names that command."""
     found = KINDS.get(document_kind(name))
     if found is not None and found.command != command:
         hint = f"run it with: granular-env {found.command} {shlex.quote(name)}"

@@ -46,7 +46,7 @@ log_argument = click.argument("log", help="A log.", type=FILE)
 @large_option()
 @component_option()
 def replay(log: str, verify: bool, as_json: bool, allow_large: bool, components: dict[str, Any]) -> int:
-    """Run a log again."""
+    """Run the simulation of a log again, from its recorded parameters, start and inputs."""
     if verify:
         return _verify_log(log, as_json, allow_large, components)
     from granular_env.log_runs import replay
@@ -109,7 +109,7 @@ def branch(
 
 
 def _branch_time_text(requested: float, actual: float, step_size: float) -> str:
-    """Return the start time of a branch as text, with a note if it was rounded to the nearest tick."""
+    """Return the start time of a branch as text, with a note if the requested time was rounded to the nearest tick."""
     between = abs(requested / step_size - round(requested / step_size)) > 1e-6
     return f"{actual:.9g} s" + (f" (the step nearest to {requested:.9g} s)" if between else "")
 
@@ -120,7 +120,7 @@ def _branch_time_text(requested: float, actual: float, step_size: float) -> str:
 @overwrite_option("Replace OUT if it exists.")
 @large_option()
 def recover(log: str, out: str, overwrite: bool, allow_large: bool) -> int:
-    """Write a complete log with the intact part of a log whose program was killed."""
+    """Write a new, complete log from the intact part of a log whose program was killed."""
     from granular_env.recording import recover
 
     whole = recover(log, out, allow_large=allow_large, overwrite=overwrite)

@@ -14,13 +14,13 @@ from granular_env.cli.command import Body
 from granular_env.components.errors import Override
 
 Decorator = Callable[[Body], Body]
-# Their completion in the shell is click's own.
+# For arguments of these types, click itself completes file names in the shell.
 FILE, FOLDER = click.Path(), click.Path(file_okay=False)
 Overrides = tuple[Override, ...]
 
 
 class ShippedName(click.ParamType):
-    """The type of an argument: a shipped name of given kinds, or a file; the shell completes both."""
+    """The type of an argument that is a file or the name of a shipped item of given kinds; the shell completes both."""
 
     name = "name"
 
@@ -112,7 +112,7 @@ def _load_components(ctx: click.Context, param: click.Parameter, names: Sequence
 
 
 def exclusive_options(*names: str) -> Decorator:
-    """Refuse a command line with more than one of these options."""
+    """Return a decorator of a command that refuses a command line with more than one of the given options."""
 
     def decorate(body: Body) -> Body:
         @functools.wraps(body)

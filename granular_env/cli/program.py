@@ -34,10 +34,10 @@ COMMANDS: tuple[Command, ...] = (
 
 
 class Program(click.Group):
-    """The group of the commands, in the order of their table."""
+    """The group of all commands; the help lists them in the order in which the table of this module does."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Return the names of the commands."""
+        """Return the names of the commands, in the order of the help."""
         return list(self.commands)
 
 

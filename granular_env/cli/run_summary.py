@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def print_result(result: RunResult, quiet: bool = False, as_json: bool = False) -> int:
-    """Print a result; return the exit status of the command."""
+    """Print the result of a run; return the exit status of the command."""
     if as_json:
         print(json.dumps(_result_facts(result), indent=2))
     elif not quiet:
@@ -39,7 +39,7 @@ def silence_own_warnings() -> warnings.catch_warnings:
 
 
 def _result_facts(result: RunResult) -> dict[str, Any]:
-    """Return a result as JSON values; figures without a value are null."""
+    """Return the result of a run as JSON values; reported numbers that have no value (NaN) are null."""
     component = result.component
     found, earlier = _split_events(result)
     return {
@@ -60,7 +60,7 @@ def _result_facts(result: RunResult) -> dict[str, Any]:
 
 
 def _split_events(result: RunResult) -> tuple[list[Event], list[Event]]:
-    """Return the events of the run, and the earlier events of its component, such as those before a branch."""
+    """Return the events of the run, and the component's events before the run, such as those before a branch."""
     found = result.component.events()
     return [event for event in found if event.tick > result.start], [event for event in found if event.tick <= result.start]
 
@@ -95,7 +95,7 @@ def _print_summary(result: RunResult) -> None:
     for text in (*result.warnings, *result.cautions):
         print(wrap_text(f"note: {printable_text(text)}"))
     for name, value in result.report.items():
-        # Some figures have no value, such as the contact pressure without contacts.
+        # Some reported numbers have no value, such as the contact pressure if there are no contacts.
         if not math.isnan(value):
             print(f"  {name}: {value:.4g}")
     if result.log is not None:

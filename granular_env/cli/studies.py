@@ -17,7 +17,7 @@ from granular_env.terminal_text import align_columns, align_table
 if TYPE_CHECKING:
     from granular_env.control.results import StudyResult
 
-# Largest number of printed notes.
+# Largest number of notes printed after a study.
 _MOST_NOTES = 3
 
 
@@ -31,7 +31,7 @@ _MOST_NOTES = 3
 @click.option("--only", metavar="METHOD", multiple=True, help="Run only this method (may be repeated).")
 @quiet_option("table")
 def study(study: str | None, listing: bool, out: str | None, overrides: Overrides, only: tuple[str, ...], quiet: bool) -> int:
-    """Optimise the drive of a task by several methods and compare the results; an interrupted study continues."""
+    """Optimise the drive (inputs over time) of a task by several methods, and compare them; an interrupted study continues."""
     if listing:
         return _list_studies()
     from granular_env.control.results import TABLE
@@ -49,7 +49,7 @@ def study(study: str | None, listing: bool, out: str | None, overrides: Override
 
 
 def closing_text(result: StudyResult) -> str:
-    """Return the comparison of the methods, and the paths of the table, the figure and the logs."""
+    """Return the text printed at the end of a study: comparison of the methods, and paths of table, figure and logs."""
     from granular_env.control.results import FIGURE, TABLE
 
     rows = result.comparison()

@@ -56,7 +56,7 @@ def sweep(
     quiet: bool,
     as_json: bool,
 ) -> int:
-    """Run an experiment for many values of its keys and write one table; tasks with a result are not repeated."""
+    """Run an experiment for many values of its keys and write one table; runs that already have a result are not repeated."""
     from granular_env.sweep import load_plan, open_sweep, run_sweep
     from granular_env.sweep.console import closing_text
     from granular_env.sweep.runner import results_folder

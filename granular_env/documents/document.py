@@ -1,4 +1,4 @@
-"""Documents: pydantic models of whole files, with references to their file and overrides."""
+"""Documents: pydantic models of whole TOML files, which know their file and overrides to locate faults."""
 
 from __future__ import annotations
 
@@ -49,14 +49,14 @@ class Document(Table):
 
     @property
     def overrides(self) -> tuple[Override, ...]:
-        """Return the overridden keys."""
+        """Return the overrides that were applied to the content of the file."""
         return self._overrides
 
     @classmethod
     def parse(
         cls, content: Mapping[str, Any], origin: str = "", folder: Path | None = None, overrides: tuple[Override, ...] = ()
     ) -> Self:
-        """Return a document from the content of its file; `ExperimentError` with all faults."""
+        """Return a document from the content of its file; raise one `ExperimentError` with all faults."""
         origin = origin or cls.kind
         try:
             document = cls.model_validate(content)
@@ -74,10 +74,10 @@ class Document(Table):
 
     @contextmanager
     def locate_errors(self, *location: str | int) -> Iterator[None]:
-        """Add the location in this document, and the override or file that contains it, to errors raised in the block.
+        """Add to errors raised in the block their location in this document, and the override or file that contains it.
 
         Raises:
-            ExperimentError: with the same faults.
+            ExperimentError: instead of the original error, with the same faults.
         """
         try:
             yield
@@ -98,7 +98,7 @@ def load_document(
     overrides: Overrides = (),
     folder: Path | None = None,
 ) -> D:
-    """Return a document, validated without building the objects that it describes.
+    """Return a document; its keys and values are validated, but the component that it describes is not built.
 
     Args:
         model: the kind of document.
@@ -125,7 +125,7 @@ def load_document(
 
 
 def _plain_value(value: Any) -> Any:
-    """Return a copy of a value converted to the types of a file."""
+    """Return a copy of a value, converted to types that a TOML file has (NumPy arrays become lists)."""
     if isinstance(value, Mapping):
         return {str(key): _plain_value(part) for key, part in value.items()}
     if isinstance(value, list | tuple):

@@ -1,4 +1,4 @@
-"""Files of documents, found by a shipped name or a path, and read as TOML."""
+"""Finding of TOML and CSV files by a shipped name or a path, and reading of them."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ def parse_assignments(texts: Iterable[str]) -> tuple[Override, ...]:
 
 
 def to_overrides(source: Any) -> tuple[Override, ...]:
-    """Return a script's overrides after validation.
+    """Return the validated overrides from a script's mapping of keys to values.
 
     Raises:
         ExperimentError: the overrides are not a mapping.
@@ -45,7 +45,7 @@ def to_overrides(source: Any) -> tuple[Override, ...]:
 
 
 def set_key(content: dict[str, Any], override: Override) -> None:
-    """Set a key of a document; create missing tables on its path, and turn a name on its path into a table with this name.
+    """Set a key of a document. Missing tables on its path are created; a table given by its name only becomes a full table.
 
     Raises:
         ExperimentError: the key leads into a value that is not a table, or past the end of a list.
@@ -60,19 +60,19 @@ def set_key(content: dict[str, Any], override: Override) -> None:
             node[key] = {"name": node[key]}
         node = node[key]
     node, key = _key_container(node, last, len(above), override)
-    if isinstance(node, dict) and key.lstrip("-").isdecimal():  # a row replaces its elements
+    if isinstance(node, dict) and key.lstrip("-").isdecimal():  # a new row replaces single elements set in it before
         for element in [one for one in node if one.startswith(f"{key},")]:
             del node[element]
     node[key] = override.value
 
 
 def _key_container(node: Any, part: str, depth: int, override: Override) -> tuple[Any, Any]:
-    """Return the table or list that contains a part of a key, and its name there; "3,1" is an element of nested lists."""
+    """Return the table or list that contains `part` of a key, and the key or index there; "3,1" indexes nested lists."""
     *rows, index = part.split(",")
     if isinstance(node, dict):
         if not rows or not isinstance(node.get(rows[0]), list):
             return node, part
-        node, rows = node[rows[0]], rows[1:]  # for an array by rows, {index: row}
+        node, rows = node[rows[0]], rows[1:]  # for an array given as {index: row}
     for row in rows:
         node = node[_list_index(node, row, override)] if isinstance(node, list) else node
     if not isinstance(node, list):
@@ -88,9 +88,9 @@ def _list_index(node: list[Any], text: str, override: Override) -> int:
 
 
 def fault_source(location: Sequence[str | int], origin: str, overrides: Sequence[Override]) -> str | Override:
-    """Return the origin of a fault: the override that set its key, the file with relevant overrides, or the file.
+    """Return what caused a fault: the override that set its key; else the file, named together with relevant overrides.
 
-    Relevant overrides are those of the same table and of the component, on which all other shapes and names depend.
+    Relevant are overrides in the fault's table and in the component's table, on which all other shapes and names depend.
     """
     keys = tuple(map(str, location))
     for override in reversed(overrides):
@@ -127,7 +127,7 @@ def _make_override(key: Any, value: Any, text: str | None = None) -> Override:
 
 
 def _split_index(name: str) -> tuple[str, ...]:
-    """Return a name and its index, "3,1" for velocity[3, 1]; other texts are unchanged."""
+    """Split a name with an index: ("velocity", "3,1") for velocity[3, 1]; any other text is returned alone, unchanged."""
     try:
         element = parse_element(name)
     except ParameterError:

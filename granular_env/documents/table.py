@@ -1,4 +1,4 @@
-"""Tables of a document: strict pydantic models with faults as data, and unions of tables selected by a key."""
+"""Tables of a TOML document: strict pydantic models whose errors are lists of faults, and unions selected by a key."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from granular_env.components.support.validation import validation_faults
 
 
 class Table(BaseModel):
-    """Base class of all tables of a document: frozen, strict types, no unknown keys, finite numbers.
+    """Base class of the models of all tables of a document: frozen, with strict types, no unknown keys, finite numbers only.
 
-    The message for a missing field uses its description, or "advice" in its `json_schema_extra`.
+    The message for a missing field shows the field's description, or the text "advice" in its `json_schema_extra`.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False, validate_default=True)
 
     @classmethod
     def advice_for_unknown(cls, key: str, given: Mapping[str, Any]) -> str:
-        """Return the hint for an unknown key of the table; "" to suggest the nearest known key."""
+        """Return the hint in the message on an unknown key of the table; "" for the usual hint, the nearest known key."""
         return ""
 
     @model_validator(mode="wrap")
     @classmethod
     def _translate_errors(cls, content: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
-        """Convert pydantic's errors to faults, with the names of this table."""
+        """Convert pydantic's validation errors to a `ParameterError` with faults, described with the keys of this table."""
         try:
             return handler(content)
         except ValidationError as error:
@@ -40,13 +40,13 @@ class Table(BaseModel):
 class TableChoice:
     """A marker for a union of tables selected by a key: ``Annotated[Triangle | Constant, TableChoice("profile")]``.
 
-    Each table declares this key as a field whose type is a Literal with its value.
+    Each table declares the key as a field whose type is a Literal with the value that selects the table.
     """
 
     key: str
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Validate only the selected table, so that only faults of this table are reported."""
+        """Make pydantic validate only the selected table of the union, so that only the faults of this table are reported."""
         return core_schema.no_info_plain_validator_function(lambda given: self._select_table(given, get_args(source)))
 
     def _select_table(self, content: Any, tables: tuple[type[Table], ...]) -> Table:

@@ -1,4 +1,4 @@
-"""Writing of TOML: values, whole documents, and the name in a file that keeps its comments."""
+"""Writing of TOML: single values, whole documents, and a new name in an existing text, whose comments are kept."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from granular_env.recording.schedule import estimate_bytes, make_schedule, names
 
 from .preparation import Prepared
 
-# `check` reports longer runs [s] and larger logs [bytes]; `run` reports logs above the second size on a terminal.
+# `check` reports runs longer than _LONG [s] and logs larger than LARGE_LOG [bytes]; `run` reports logs above NOTED_LOG.
 _LONG, LARGE_LOG, NOTED_LOG = 60.0, 200_000_000, 10_000_000
 _MEASURED = 0.02  # wall time of the measured steps [s]
 _LESS = "record less often (record.every), fewer variables (record.variables) or fewer snapshots (record.snapshot_every)"
@@ -19,7 +19,7 @@ _UNITS = ((86400.0, "days"), (3600.0, "h"), (60.0, "min"), (1.0, "s"))
 
 
 def cost_note(ready: Prepared) -> str:
-    """Return a sentence on the wall time and the log size if they are large, else ""; steps the component."""
+    """Return a sentence on the run's wall time and log size if one is large, else ""; to measure, the component is stepped."""
     size = log_bytes(ready)
     seconds = ready.ticks * _seconds_per_tick(ready)
     if seconds < _LONG and size < LARGE_LOG:
@@ -53,7 +53,7 @@ def log_bytes(ready: Prepared) -> int:
 
 
 def announce_log_size(ready: Prepared, at_once: bool) -> None:
-    """Print a note on a log of 10 MB or more if `at_once` is set; otherwise warn about a log of 200 MB or more."""
+    """Announce a large log: print a note from 10 MB if `at_once` is set; otherwise issue a warning from 200 MB."""
     size = log_bytes(ready)
     note = f"the log takes up to {size_text(size)} before compression, and at most two thirds of that on the disk"
     if size >= LARGE_LOG:

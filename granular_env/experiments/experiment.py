@@ -40,7 +40,7 @@ class ComponentTable(Table):
 
     @property
     def parameters(self) -> dict[str, Any]:
-        """All keys except the type."""
+        """The parameters of the component: all keys of the table except `type`."""
         return dict(self.model_extra or {})
 
     @model_validator(mode="after")
@@ -57,7 +57,7 @@ class ComponentTable(Table):
 
 
 class RecordTable(Table):
-    """The content of the log in addition to inputs, hashes and snapshots."""
+    """The table `record`: what the log contains in addition to inputs, hashes of the state, and snapshots."""
 
     every: float | None = Field(
         default=None, gt=0.0, description="time between two frames of the outputs [s]; default: 160 to 400 frames"
@@ -82,7 +82,7 @@ class RecordTable(Table):
 
 
 class Experiment(Document):
-    """An experiment, validated as far as possible without building its component."""
+    """The content of an experiment file, validated as far as possible without building its component."""
 
     kind: ClassVar[str] = "experiment"
     shelf: ClassVar[str] = "experiments"
@@ -108,7 +108,7 @@ class Experiment(Document):
 
     @classmethod
     def advice_for_unknown(cls, key: str, given: Mapping[str, Any]) -> str:
-        """Return the full key for a key such as grains that belongs in a table."""
+        """Return the hint for a key written outside its table: for `grains`, the full key `component.grains`."""
         for table, fields in (("component", _parameters(given.get("component"))), ("record", RecordTable.model_fields)):
             if key in fields:
                 return f"did you mean {f'{table}.{key}'!r}?"

@@ -26,7 +26,7 @@ from granular_env.documents import Table, TableChoice
 
 
 def csv_tables(content: Any) -> Iterator[dict[str, Any]]:
-    """Yield the tables of CSV files in the inputs of an experiment's content, including tables in sums."""
+    """Yield each profile table that names a CSV file in an experiment's content, also if it is a term of a sum of profiles."""
     if isinstance(content, dict) and content.get("profile") == "csv":
         yield content
     elif isinstance(content, dict | list):
@@ -35,7 +35,7 @@ def csv_tables(content: Any) -> Iterator[dict[str, Any]]:
 
 
 def _parse_array(value: Any) -> list[Any]:
-    """Return a list of numbers, or of rows of equal length, unchanged; anything else is a fault."""
+    """Return `value` unchanged if it is a list of numbers or of equally long rows; raise a fault for anything else."""
     expected = "numbers, in a list or in rows of equal length"
     array = number_array((), value, expected)
     if not isinstance(value, list) or not array.size:
@@ -44,7 +44,7 @@ def _parse_array(value: Any) -> list[Any]:
 
 
 def _parse_elements(content: Any) -> dict[str, Any] | None:
-    """Return {index: value or row} with texts as keys; None for anything else."""
+    """Return a mapping {index: value or row of values} with the indices as text; None if `content` is not such a mapping."""
     if isinstance(content, Mapping) and content and all(map(is_index, content)):
         return {str(key): value for key, value in content.items()}
     return None
@@ -65,16 +65,16 @@ class ProfileTable(Table):
 
     @classmethod
     def advice_for_unknown(cls, key: str, given: Mapping[str, Any]) -> str:
-        """Return advice on setting one element of an input that a profile drives."""
+        """Return the hint for an index used as a key of a profile table: how to set one element of an input with a profile."""
         return f"set an element of a profile in its pattern: pattern[{key}]" if is_index(key) else ""
 
     def make_profile(self, folder: Path, unit: str) -> Profile:
-        """Return the profile for an input with this unit; paths are relative to `folder`."""
+        """Return the profile object for an input with this unit; a CSV file's path is relative to `folder`."""
         return getattr(Profile, self.profile)(**self.model_dump(exclude={"profile", "pattern"}))
 
 
 class ConstantTable(ProfileTable):
-    """`value` from `start` on."""
+    """An input that is 0 until the time `start` and has the constant `value` afterwards."""
 
     profile: Literal["constant"] = "constant"
     value: float = Field(description="value of the input, in the input's unit")
@@ -82,7 +82,7 @@ class ConstantTable(ProfileTable):
 
 
 class TriangleTable(ProfileTable):
-    """A triangle from 0 to `peak` in `rise`, back to 0 at `duration`; with rise = 0 it falls from the peak."""
+    """A triangle: from 0 to `peak` in the time `rise`, back to 0 at the time `duration`; with rise = 0 it starts at `peak`."""
 
     profile: Literal["triangle"] = "triangle"
     peak: float = Field(description="peak value, in the input's unit")
@@ -92,7 +92,7 @@ class TriangleTable(ProfileTable):
 
 
 class HalfSineTable(ProfileTable):
-    """Half a sine wave."""
+    """A pulse of the form of the first half of a sine wave; `duration` is its length."""
 
     profile: Literal["half_sine"] = "half_sine"
     peak: float = Field(description="peak value, in the input's unit")
@@ -101,7 +101,7 @@ class HalfSineTable(ProfileTable):
 
 
 class SamplesTable(ProfileTable):
-    """Straight lines between samples written in the file."""
+    """Samples (times and values) written in the experiment file, joined by straight lines."""
 
     profile: Literal["table"] = "table"
     times: list[float] = Field(description="increasing times [s]")
@@ -110,7 +110,7 @@ class SamplesTable(ProfileTable):
 
 
 class CsvTable(ProfileTable):
-    """A measured history in a CSV file."""
+    """A measured time history, read from a CSV file."""
 
     profile: Literal["csv"] = "csv"
     path: str = Field(min_length=1, pattern=r"^[^\x00]*$", description="path of the CSV file, relative to the experiment file")
@@ -139,7 +139,7 @@ class CsvTable(ProfileTable):
 
 
 class PiecewiseTable(ProfileTable):
-    """Polynomials: each piece in powers of the time since its start."""
+    """A piecewise polynomial: each piece has coefficients of the powers of the time since the piece's start."""
 
     profile: Literal["piecewise"] = "piecewise"
     starts: list[float] = Field(description="start times of the pieces [s]", examples=[[0.0, 1e-4]])
@@ -149,7 +149,7 @@ class PiecewiseTable(ProfileTable):
 
 
 class SumTable(ProfileTable):
-    """The sum of several profiles."""
+    """The sum of several profiles, each given as a table."""
 
     profile: Literal["sum"] = "sum"
     profiles: list[AnyProfile] = Field(
@@ -159,7 +159,7 @@ class SumTable(ProfileTable):
     @field_validator("profiles")
     @classmethod
     def _refuse_patterns(cls, profiles: list[ProfileTable]) -> list[ProfileTable]:
-        """Refuse patterns in the terms, because the pattern of the sum multiplies the sum of the time profiles."""
+        """Refuse a `pattern` in a term: only the sum may have a pattern, which multiplies the sum of the terms."""
         for index, table in enumerate(profiles):
             if table.pattern is not None:
                 raise ParameterError(
@@ -180,7 +180,7 @@ SumTable.model_rebuild()
 
 
 def _parse_input(value: Any) -> float | list[Any] | dict[str, Any] | ProfileTable:
-    """Return an input as a float, a list of finite numbers, {index: value or row}, or a profile; else raise a fault."""
+    """Return an input's value: a float, a list of numbers, {index: value or row}, or a profile; raise a fault for others."""
     if isinstance(value, list):
         return _parse_array(value)
     if isinstance(value, int | float) and not isinstance(value, bool):

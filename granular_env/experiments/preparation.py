@@ -23,7 +23,7 @@ from .stop_rules import StopWatch
 
 InputValue = float | FloatArray | Profile
 
-# Warn if a run ends before this fraction of an input's signal.
+# Warn if a run's duration is less than this fraction of the duration of an input's profile.
 _SHORT_RUN = 0.5
 
 
@@ -34,9 +34,9 @@ class Prepared:
     Attributes:
         experiment: the experiment.
         component: the component in its start state.
-        inputs: inputs of the first step, held afterwards.
-        ticks: length of the run in internal steps.
-        stops: the stop rules on the component's ticks.
+        inputs: values or profiles of the inputs, set in the first step and kept afterwards.
+        ticks: duration of the run as a number of the component's internal steps.
+        stops: the stop rules, with their times converted to ticks.
     """
 
     experiment: Experiment
@@ -47,7 +47,11 @@ class Prepared:
 
 
 def prepare_experiment(experiment: Experiment, has_trial_step: bool = True) -> Prepared:
-    """Build the component, its start and inputs; check names, units and times, and what only a trial step detects.
+    """Build the component of an experiment with its start values and inputs, and check names, units and times.
+
+    Args:
+        experiment: the experiment to prepare.
+        has_trial_step: make one step with the inputs and reset the component, and what only a trial step detects.
 
     Raises:
         ExperimentError: names file, table and key, the received and the expected value.
@@ -71,14 +75,14 @@ def prepare_experiment(experiment: Experiment, has_trial_step: bool = True) -> P
         stops = StopWatch(experiment.stop, component, experiment.record.every)
     if has_trial_step:
         with locate("input"):
-            with suppress(StepError):  # the run reports the error, with its log open
+            with suppress(StepError):  # the run will report this error itself, after its log is open
                 component.step(component.step_size, **inputs)
             reset_component(component, experiment)
     return Prepared(experiment, component, inputs, ticks, stops)
 
 
 def reset_component(component: Component, experiment: Experiment) -> None:
-    """Reset a component to the experiment's start."""
+    """Reset a component to the start values of the experiment."""
     states = [v.name for v in component.variables.values() if v.state]
     for name in experiment.start:
         if name not in states:
@@ -88,7 +92,7 @@ def reset_component(component: Component, experiment: Experiment) -> None:
 
 
 def branch_inputs(overrides: Overrides, component: Component) -> dict[str, InputValue]:
-    """Return the inputs of overrides such as ``{"input.left_force": 100.0}`` for a running component.
+    """Return the new inputs that overrides such as ``{"input.left_force": 100.0}`` give for a branch of a log.
 
     CSV files are searched in the current folder.
 
@@ -104,7 +108,7 @@ def branch_inputs(overrides: Overrides, component: Component) -> dict[str, Input
 
 
 class _BranchDocument(Document):
-    """The document of a branch, with inputs only."""
+    """The model of the keys that can be overridden in a branch of a log: only inputs."""
 
     kind: ClassVar[str] = "branch"
 
@@ -112,7 +116,7 @@ class _BranchDocument(Document):
 
     @classmethod
     def advice_for_unknown(cls, key: str, given: Mapping[str, Any]) -> str:
-        """Return advice on the permitted keys."""
+        """Return the hint that a branch can override only inputs."""
         return "a branch changes inputs only; expected input.NAME=VALUE"
 
 
@@ -129,13 +133,13 @@ def _make_input(folder: Path, component: Component, name: str, value: Any) -> In
     profile = value.make_profile(folder, known[name].unit)
     if value.pattern is not None:
         profile = profile * _pattern_array(("input", name, "pattern"), value.pattern, known[name].shape)
-    # Compile once here, so that warnings come before anything is written.
+    # Compile the profiles once here, so that their warnings are issued before anything is written.
     profile.compile(component.step_size, f"input.{name}")
     return profile
 
 
 def _complete_input(component: Component, variable: Variable, value: dict[str, Any]) -> InputValue:
-    """Return an input with some elements given; the other elements keep the component's values."""
+    """Return the whole array of an input of which `value` gives some elements; the others keep the component's values."""
     at = ("input", variable.name)
     if isinstance(component.held_inputs[variable.name], CompiledProfile):
         hint = f"set the whole input, input.{variable.name}=..."
@@ -153,7 +157,7 @@ def _shaped_array(at: Location, value: list[Any], shape: tuple[int, ...]) -> Flo
 
 
 def _warn_if_cut_short(where: str, value: InputValue, duration: float) -> None:
-    """Warn if a run ends long before its signal, which usually means a wrong time unit."""
+    """Warn if a run ends long before the profile of its input does, which usually means a wrong time unit."""
     end = float(value.starts[-1]) if isinstance(value, Profile) else 0.0
     if duration < _SHORT_RUN * end:
         issue_warning(

@@ -72,10 +72,10 @@ class StopRule(Table):
 
 
 class StopWatch:
-    """The stop rules of a run, with their intervals in ticks of the component."""
+    """The stop rules of a run, with their evaluation intervals converted to ticks of the component."""
 
     def __init__(self, rules: list[StopRule], component: Component, default_every: float | None) -> None:
-        """Check the rules against the component's variables; `ParameterError` names the mismatch."""
+        """Check that the component has the variables and elements of the rules; otherwise raise `ParameterError`."""
         self._rules = []
         for place, rule in enumerate(rules):
             _check_rule(rule, component, place)
@@ -87,7 +87,7 @@ class StopWatch:
         return min((every * (tick // every + 1) for _, every in self._rules), default=None)
 
     def stop_reason(self, component: Component) -> str | None:
-        """Return the sentence of the first rule that is due and met at this tick."""
+        """Return the text of the first rule that is to be evaluated at the present tick and is met; None if there is none."""
         for rule, every in self._rules:
             if component.tick % every == 0 and rule.is_met(component.peek(rule.element.name)):
                 return rule.sentence

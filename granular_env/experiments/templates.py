@@ -31,6 +31,11 @@ _KEY_WIDTH = 40
 def experiment_template(name: str, new_name: str | None = None, others: Iterable[str] = ()) -> str:
     """Return the text of an experiment file for a component with all parameters, or of a shipped experiment.
 
+    Args:
+        name: a component, a shipped experiment, or a TOML file.
+        new_name: name of an experiment's copy.
+        others: further valid names, from which the message on an unknown name may suggest the nearest.
+
     Raises:
         ExperimentError: unknown name; the message suggests the nearest name.
     """
@@ -89,7 +94,7 @@ def logged_experiment(path: str, new_name: str | None = None) -> str:
 
 
 def _data_files(name: str, folder: Path) -> dict[Path, Path]:
-    """Return target -> source of each CSV file of an experiment; files with absolute paths are not copied."""
+    """Return a mapping from target to source path of the CSV files to copy; files with absolute paths are not copied."""
     experiment = load_experiment(name)
     named = [table["path"] for table in csv_tables(experiment.to_dict().get("input", {}))]
     found = {folder / path: experiment.folder / path for path in named if not Path(path).is_absolute()}
@@ -135,7 +140,7 @@ def _component_template(name: str) -> str:
 
 
 def _parameter_lines(model: type[BaseModel], example: Mapping[str, Any], table: str) -> list[str]:
-    """Return the keys of a table of parameters, with the keys of its parts as tables below.
+    """Return the TOML lines of a table of parameters; tables within it follow as separate TOML tables.
 
     Args:
         model: model of the table.
@@ -146,7 +151,7 @@ def _parameter_lines(model: type[BaseModel], example: Mapping[str, Any], table: 
     parts = parameter_tables(model)
     for key, field in model.model_fields.items():
         if key not in parts:
-            # A computed value has no default to show.
+            # A parameter that is computed from others has no default to show.
             has_no_value = not field.is_required() and field.default is None
             value = f"# {key}{':' if has_no_value else ' ='} {default_text(field)}"
             value = f"{key} = {toml_value(example[key])}" if key in example else value
@@ -170,7 +175,7 @@ def parameter_tables(model: type[BaseModel]) -> dict[str, type[BaseModel]]:
 
 
 def _profile_lines(variable: Variable, step: float, mark: str) -> list[str]:
-    """Return the lines of an input with a time profile, each preceded by `mark`."""
+    """Return example lines of a triangular profile for an input, each preceded by `mark` (the comment sign or nothing)."""
     peak = _format_float(variable.nominal)
     lines = [
         _commented_line(f"{mark}[input.{variable.name}]", f"{variable.unit}, {variable.description}: a time profile, or"),
@@ -188,7 +193,7 @@ def _profile_lines(variable: Variable, step: float, mark: str) -> list[str]:
 
 
 def _example_elements(variable: Variable, value: float = 0.0) -> str:
-    """Return an example of a variable's values: a number, or a row of the first index for several axes."""
+    """Return an example value of a variable as TOML: `value` or, for an array, `value` as element 0 or in row 0."""
     if not variable.shape:
         return toml_value(value)
     if len(variable.shape) == 1:
@@ -203,7 +208,7 @@ def _commented_line(text: str, comment: str) -> str:
 
 
 def _format_float(number: float) -> str:
-    """Format a float without the rounding tail of binary fractions."""
+    """Format a float without the last digits that come only from binary rounding, such as 0.30000000000000004."""
     return f"{number:.12g}"
 
 
@@ -222,7 +227,7 @@ def value_text(value: Any) -> str:
 
 
 def _plain_value(value: Any) -> Any:
-    """Return a value with its tables as mappings; a table that has only a name becomes this name."""
+    """Return a parameter's value with its tables as mappings; a table with no key but its selecting name becomes that name."""
     if isinstance(value, BaseModel):
         value = value.model_dump(exclude_none=True)
         if value.keys() == {"name"}:
@@ -233,12 +238,12 @@ def _plain_value(value: Any) -> Any:
 
 
 def make_example(name: str, parameters: dict[str, Any]) -> Component:
-    """Return a component of the type, with examples for parameters that have no default or provide an example."""
+    """Return a component of the type `name`; parameters without a default, or with an example, get their example values."""
     return catalogue.make(name, **{**example_values(catalogue.component_class(name).Parameters), **parameters})
 
 
 def example_values(model: type[BaseModel]) -> dict[str, Any]:
-    """Return examples for the parameters that have no default or provide an example."""
+    """Return example values, by name, of the parameters that have no default or declare an example."""
     return {key: _example_value(field) for key, field in model.model_fields.items() if field.is_required() or field.examples}
 
 

@@ -1,4 +1,4 @@
-"""Logs: record a component, open a log, replay, branch and repair it."""
+"""Logs (files with the recorded history of a component): record, open, run again, branch and repair them."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""The data that a recorder has collected since the last write, and the records made from it."""
+"""Batches: the data that a recorder has collected since it last wrote to the log, and the records made from them."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from ..components.snapshot import Snapshot
 from .records import END, EVENTS, FRAMES, HASHES, INCIDENTS, KEY, SNAPSHOTS, START, STEPS, Record, to_nanoseconds
 from .writer import CHUNK_BYTES, LogWriter
 
-# Number of compiled profiles cached by object, so that a reused profile is stored once.
+# Number of compiled input profiles that are remembered, so that a profile used by many steps is stored once.
 _KNOWN_PROFILES = 256
 
 
 class Place(NamedTuple):
-    """The position of a segment in the log.
+    """The position of a segment in the log; a segment is a history from a reset or a restore to the next.
 
     Attributes:
         segment: number of the segment.
         start: first tick of the segment.
-        before: number of ticks in the log and its parents before the segment.
+        before: number of ticks before the segment, in the log and in the logs from which it was branched.
     """
 
     segment: int
@@ -34,24 +34,24 @@ class Place(NamedTuple):
     before: int
 
     def age(self, tick: int) -> int:
-        """Return the number of ticks in the log and its parents before a tick of this segment."""
+        """Return the number of ticks before a tick of this segment, in the log and in the logs from which it was branched."""
         return self.before + tick - self.start
 
 
 @dataclass(slots=True)
 class Batch:
-    """All data of a segment between two writes, or the observations of the current step.
+    """The data of one segment that are written together, or the data taken so far during the current step.
 
     Attributes:
         place: position of the segment in the log.
-        first: tick before the first step.
-        steps: alternating tick after each step and inputs set by the step.
-        frames: (tick, one value for each recorded variable).
-        hashes: (tick, one row).
-        snapshots: (tick, START, KEY or END, snapshot).
+        first: tick at which the first step of the batch starts.
+        steps: for each step two entries: the tick at its end, and the inputs that it set.
+        frames: (tick, list with the value of each recorded variable).
+        hashes: (tick, row of hashes from `records.make_hash_row`).
+        snapshots: (tick, kind START, KEY or END, snapshot of the state).
         events: rows of events, shape (events, 5) each.
-        incidents: (tick, content).
-        size: approximate size of the observations [bytes].
+        incidents: (tick, JSON content), for example of a failed step.
+        size: approximate size of frames, hashes, snapshots and events [bytes].
     """
 
     place: Place = Place(-1, 0, 0)
@@ -66,23 +66,23 @@ class Batch:
 
     @property
     def last_tick(self) -> int:
-        """Return the tick after the last step."""
+        """Return the tick at which the last step of the batch ends."""
         return self.steps[-2] if self.steps else self.first
 
     @property
     def is_bare_start(self) -> bool:
-        """Return whether the batch contains the start of a segment and no step."""
+        """Return whether the batch contains the start of a segment but no step."""
         return not self.steps and any(why == START for _, why, _ in self.snapshots)
 
     def add_samples(self, samples: Batch) -> None:
-        """Add the observations of a step."""
+        """Add the frames, hashes, snapshots and events taken during a step."""
         self.frames += samples.frames
         self.hashes += samples.hashes
         self.snapshots += samples.snapshots
 
 
 class Profiles:
-    """The numbering of compiled profiles, `count` of which are in the log; a cached profile keeps its number."""
+    """The numbers by which steps in the log refer to input profiles; the first `count` profiles are already in the log."""
 
     def __init__(self, count: int = 0) -> None:
         self._known: dict[int, tuple[CompiledProfile, int]] = {}
@@ -90,7 +90,7 @@ class Profiles:
         self._new: list[CompiledProfile] = []
 
     def profile_number(self, profile: CompiledProfile) -> int:
-        """Return a profile's number; a new profile is stored with the next batch."""
+        """Return the number of a profile; if the profile is new, it gets the next number and is stored with the next batch."""
         known = self._known.get(id(profile))
         if known is None:
             if len(self._known) >= _KNOWN_PROFILES:
@@ -101,7 +101,7 @@ class Profiles:
         return known[1]
 
     def new_profiles(self) -> dict[str, np.ndarray]:
-        """Return the profiles not yet stored as concatenated arrays, and position -> pattern for profiles with a pattern."""
+        """Return the profiles not yet in the log as concatenated arrays, and the patterns of those with one, by position."""
         profiles, self._new = self._new, []
         patterns = {f"pattern.{place}": p.pattern for place, p in enumerate(profiles) if p.pattern is not None}
         return patterns | {
@@ -119,7 +119,7 @@ def write_batch(
     inputs: Mapping[str, tuple[int, ...]],
     step_size: float,
 ) -> None:
-    """Write a batch; `inputs` are the shapes of the inputs by name, `step_size` is in seconds."""
+    """Write a batch to the log; `names` are the recorded variables, `inputs` the shapes of the inputs by name."""
 
     def add_record(
         kind: int, detail: int, ticks: Any, arrays: Mapping[str, Any], header: Mapping[str, Any] | None = None
@@ -150,7 +150,7 @@ def write_batch(
     for tick, content in batch.incidents:
         add_record(INCIDENTS, 0, [tick], {}, content)
     if batch.steps:
-        # Write steps after their observations, so that a truncated file is complete up to its last steps.
+        # Write the steps after their frames, hashes and events, so that a truncated file has all of these up to its last step.
         header, arrays = _steps_record(batch, profiles, inputs)
         record = Record(
             STEPS, 0, batch.place.segment, batch.first, batch.last_tick, len(arrays["durations"]), 0, header, arrays
@@ -162,7 +162,7 @@ def write_batch(
 def _steps_record(
     batch: Batch, profiles: Profiles, inputs: Mapping[str, tuple[int, ...]]
 ) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-    """Return header and arrays of the record of a batch's steps."""
+    """Return the header and the arrays of the record that stores the steps of a batch."""
     ends, sets = batch.steps[::2], batch.steps[1::2]
     arrays: dict[str, np.ndarray] = {"durations": np.diff(np.array([batch.first, *ends], dtype=np.int64))}
     # Process each input as a whole: there may be hundreds of thousands of steps per second, and the stepping thread waits.

@@ -28,9 +28,9 @@ class Branch:
 
     Attributes:
         parent: the log.
-        segment, tick: position in the log.
+        segment, tick: number of the log's segment, and the component's tick in it, at which the branch starts.
         component: the component, to be stepped directly or by `run`.
-        remaining: tick -> inputs that the log sets from this position on.
+        remaining: mapping from tick to the inputs that the log sets there, from the start of the branch on.
     """
 
     parent: Log
@@ -41,7 +41,7 @@ class Branch:
 
     @property
     def parent_facts(self) -> dict[str, Any]:
-        """Return the data on the parent for the header of a child log."""
+        """Return the data on the parent log that the header of the branch's log stores."""
         name = os.path.basename(str(self.parent.path))
         return {"file": name, "log": self.parent.identity, "identity": self.component.identity, "segment": self.segment.number,
                 "tick": self.tick}  # fmt: skip
@@ -56,11 +56,11 @@ class Branch:
         variables: list[str] | None = None,
         overwrite: bool = False,
     ) -> Log:
-        """Step and record the component with the inputs of the log, except for the given inputs.
+        """Step the component with the inputs of the log, except those given here, and record it in a new log.
 
         Args:
             log: path of the new log.
-            inputs: values or profiles from here on, instead of the log's inputs.
+            inputs: values or profiles from the branch's start on, instead of the log's inputs.
             until: end time on the component's clock [s]; default: the end of the log's segment. Beyond it, the last inputs are
                 held.
             every: time between frames, as for `record`; default: the frame times of the parent.
@@ -85,12 +85,12 @@ class Branch:
         if end < self.component.tick:
             raise ParameterError(f"got {until:g} s, but the branch begins at {self.component.time:g} s", at="until")
         if until is None:
-            # The end of the log is untrusted; a requested end is the user's responsibility.
+            # Limit the work only for an end from the log, which is untrusted; a requested end is the user's responsibility.
             check_work(end - self.component.tick, self.component, self.parent.limits)
         return end
 
     def input_changes(self, inputs: Mapping[str, Any]) -> dict[int, dict[str, Any]]:
-        """Return the inputs to set at each tick from here on: the given inputs, and the log's for all others."""
+        """Return the inputs to set by tick: the given inputs at the branch's start, and the log's for all other inputs."""
         found = {self.tick: dict(inputs)}
         for tick, sets in self.remaining.items():
             found.setdefault(tick, {}).update({name: value for name, value in sets.items() if name not in inputs})
@@ -111,7 +111,7 @@ class Branch:
             schedule = parse_schedule(header.get("options"))
         else:
             schedule = make_schedule(component, every, None, None, None, names)
-        # Count from the parent's age, so that frame times match the parent's.
+        # Count the ticks that the parent had before the branch, so that the frames have the times that they have in the parent.
         elapsed = self.parent.elapsed + self.segment.elapsed + self.tick - self.segment.start
         return begin_log(
             component, LogWriter(target, overwrite), names, schedule, header.get("experiment"), self.parent_facts, elapsed

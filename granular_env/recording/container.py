@@ -33,13 +33,13 @@ NOT_A_LOG = "an MCAP file that is not a log of granular-env, or whose first reco
 _RECORD = struct.Struct("<BQ")
 _FOOTER_BYTES = _RECORD.size + 20 + len(MCAP0_MAGIC)
 _RECOVER = "`granular-env recover` saves the intact part"
-# Limit on the decompressed size of a chunk [bytes], or fraction of the memory: our chunks are near 1 MB or hold one array.
+# A chunk may decompress to this many bytes or to 1/_CHUNK_SHARE of the memory. Our chunks are near 1 MB or hold one array.
 _CHUNK_BYTES, _CHUNK_SHARE = 256 << 20, 4
-# Limits on the records of a chunk, per byte in the file and independent of its size, because each record becomes an object.
+# Limits on the records of a chunk: one per this many bytes of the file plus this number. Each record becomes an object.
 _BYTES_A_RECORD, _RECORDS = 4, 1000
-# Limits on the JSON text of a record [bytes], absolute and per byte of the file: parsing takes up to forty times its length.
+# Limits on a record's JSON text: this many bytes, or this many per byte of the file. Parsing takes 40 times its length.
 _TEXT_BYTES, _TEXT_SHARE = 16 << 20, 8
-# Cache of decompressed chunks, and overhead of a message [bytes].
+# Size of the cache of decompressed chunks, and memory that a message takes in addition to its data [bytes].
 _CACHE_BYTES, _OBJECT_BYTES = 64 << 20, 200
 _FAULTS = (McapError, struct.error, ValueError, RuntimeError, OverflowError)
 
@@ -50,7 +50,7 @@ class Limits:
 
     Attributes:
         path: path of the log.
-        lifted: whether the user trusts the origin of the log.
+        lifted: whether the limits do not apply, because the user trusts the origin of the log.
     """
 
     path: str
@@ -62,7 +62,7 @@ class Limits:
         return f"log {self.path!r}"
 
     def check(self, what: str, value: int, limit: int) -> None:
-        """Refuse a number beyond its limit, unless the limits are lifted."""
+        """Raise an error if `value`, the size or number called `what`, is above `limit`, unless the limits are lifted."""
         if value > limit and not self.lifted:
             hint = "pass allow_large=True (--allow-large) if you trust the origin of the log"
             raise LogError(f"{what} is {value}, the limit is {limit}", hint=hint, source=self.source)
@@ -75,12 +75,12 @@ class Limits:
             refuse_excess_memory(size, f"{self.source}: a chunk", LogError)
 
     def check_records(self, number: int, size: int) -> None:
-        """Refuse too many records in a part of the file of a given size [bytes]."""
+        """Raise an error if a part of the file of this size [bytes] contains too many records."""
         if number > _RECORDS + size // _BYTES_A_RECORD:
             self.check(f"the number of records in {size} bytes", number, _RECORDS + size // _BYTES_A_RECORD)
 
     def text_limit(self, file_size: int) -> int | None:
-        """Return the limit on a record's JSON for a file of a given size [bytes]; None for no limit."""
+        """Return the limit on the JSON text of one record in a file of this size [bytes]; None for no limit."""
         return None if self.lifted else max(_TEXT_BYTES, _TEXT_SHARE * file_size)
 
 
@@ -111,10 +111,10 @@ class Container:
         path: the file.
         size: size of the file [bytes].
         text_limit: limit on the JSON in a message [bytes]; None for no limit.
-        complete: whether it ends in a summary.
+        complete: whether the file ends in a summary.
         places: offset and length of each readable chunk [bytes].
-        damage: for an incomplete file, the reason that stopped the scan.
-        bytes_lost: for an incomplete file, number of bytes after this point.
+        damage: for an incomplete file, the reason why the scan stopped.
+        bytes_lost: for an incomplete file, number of bytes after the point at which the scan stopped.
     """
 
     def __init__(self, path: Path, limits: Limits, scan: bool = False) -> None:
@@ -249,7 +249,7 @@ class Container:
         size, content = chunk.uncompressed_size, chunk.data
         self.limits.check_chunk(size)
         if chunk.compression == "lz4":
-            # Allow one byte more than declared, which suffices to detect a decompression bomb.
+            # Decompress at most one byte more than declared, which suffices to detect content larger than declared.
             content = lz4.frame.LZ4FrameDecompressor().decompress(content, max_length=size + 1)
         elif chunk.compression:
             raise ValueError("a compression other than lz4")

@@ -34,9 +34,9 @@ def make_dataset(log: Log) -> Any:
 
 
 def _dimension_names(variable: Variable, sizes: dict[str, int], used_names: Iterable[str]) -> list[str]:
-    """Return the names of a variable's dimensions (except time), and store their sizes.
+    """Return the names of a variable's dimensions (except time), and store their sizes in `sizes`.
 
-    A dimension with a conflicting size or with the name of a variable is named after the variable and the axis.
+    If another dimension of that name has another size, or a variable has the name, the name combines variable and axis.
     """
     names = []
     for axis, size in enumerate(variable.shape):

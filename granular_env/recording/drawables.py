@@ -1,4 +1,4 @@
-"""Conversion of a component's drawables to and from the header of a log."""
+"""Conversion of a component's drawables (the points, links, cells, curves that viewers draw) to and from a log's header."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from ..components.variables import Variable
 from .records import damage_error
 
 _KINDS = {"points": Points, "links": Links, "cells": Cells, "curve": Curve}
-# Arrays of a drawable -> dtype and number of dimensions.
+# The dtype and the number of dimensions of each array of a drawable.
 _ARRAYS = {
     "reference": (np.float64, 2), "radius": (np.float64, 1), "pairs": (np.int64, 2), "nodes": (np.float64, 2),
     "connectivity": (np.int64, 2), "coordinate": (np.float64, 1), "period": (np.float64, 1),
 }  # fmt: skip
-# Optional roles and arrays, written only if a drawable has them.
+# Fields of a drawable that are optional, so they are written only if a drawable has them.
 _OF_SOME = ((Cells, "state"), (Points, "period"))
-# Largest accepted coordinate [m]: squares of distances must be finite.
+# Largest accepted coordinate [m], so that squares of distances do not overflow.
 _FARTHEST = 1e100
-# Arrays that place each drawable; then, for each output, the arrays of which one must have a row per value.
+# The arrays with the positions of each kind of drawable; then, per output, the arrays one of which has a row per value.
 _PLACES = {Points: ("reference", "radius"), Links: ("pairs",), Cells: ("nodes",), Curve: ("coordinate",)}
 _COUNTED: dict[type[Drawable], dict[str, tuple[str, ...]]] = {
     Points: {"displacement": ("radius",), "colour": ("radius",), "rotation": ("radius",)},
@@ -34,7 +34,7 @@ _COUNTED: dict[type[Drawable], dict[str, tuple[str, ...]]] = {
 
 
 def drawable_facts(drawables: Iterable[Drawable]) -> tuple[list[dict[str, str]], dict[str, np.ndarray]]:
-    """Return the header's JSON values and arrays; array 1.radius belongs to the second drawable."""
+    """Return drawables as JSON values and arrays for the header; the array "1.radius" belongs to the second drawable."""
     facts, arrays = [], {}
     for place, drawable in enumerate(drawables):
         texts = {"kind": next(kind for kind, one in _KINDS.items() if type(drawable) is one)}
@@ -51,7 +51,7 @@ def drawable_facts(drawables: Iterable[Drawable]) -> tuple[list[dict[str, str]],
 
 
 def parse_drawables(facts: Any, arrays: Mapping[str, np.ndarray], variables: Mapping[str, Variable]) -> tuple[Drawable, ...]:
-    """Return the drawables from the output of `drawable_facts` that fit the variables; `LogError` for anything else."""
+    """Return the drawables from the output of `drawable_facts` that fit the variables; the shapes of the outputs that a drawable shows must anything its number of elements."""
     if not isinstance(facts, list):
         raise damage_error("the list of drawables is invalid", "header.drawables")
     found: list[Drawable] = []
@@ -88,12 +88,12 @@ def _parse_drawable(place: int, texts: Any, arrays: Mapping[str, np.ndarray]) ->
             raise damage_error("it is missing or has a wrong type", _fault_location(place, field.name))
         values[field.name] = value
     drawable = kind(**values)
-    if not _has_consistent_arrays(drawable):
+    if not _has_matching_shapes(drawable):
         raise damage_error("the shapes of its arrays do not match", _fault_location(place))
     return drawable
 
 
-def _has_consistent_arrays(drawable: Drawable) -> bool:
+def _has_matching_shapes(drawable: Drawable) -> bool:
     arrays = [getattr(drawable, name) for name in _PLACES[type(drawable)]]
     if len({len(array) for array in arrays}) != 1 or not all((np.abs(array) < _FARTHEST).all() for array in arrays):
         return False
@@ -109,7 +109,7 @@ def _has_consistent_arrays(drawable: Drawable) -> bool:
 
 
 def _unfit_output(drawable: Drawable, variables: Mapping[str, Variable]) -> str | None:
-    """Return the first output of a drawable with a wrong number of values; None if all match."""
+    """Return the first of a drawable's outputs whose number of values does not match the drawable; None if all match."""
     for role, counted in _COUNTED[type(drawable)].items():
         name = getattr(drawable, role)
         shape = variables[name].shape if name in variables else None

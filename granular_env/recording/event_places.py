@@ -1,4 +1,4 @@
-"""Places of events: the elements of a drawable for an index, and their initial positions."""
+"""Places of events: the elements of a drawable to which the index of an event refers, and their initial positions."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class EventPlace:
-    """The elements of an event, and their position.
+    """The elements at which an event happened, and their position.
 
     Attributes:
         elements: names of the elements, such as "automata 12 and 13" for a link.
-        position: initial midpoint of the elements [m].
+        position: mean of the initial positions of the elements [m].
     """
 
     elements: str
@@ -29,7 +29,13 @@ class EventPlace:
 
 
 def event_place(index: int | None, detail: EventDetail | None, drawables: Sequence[Drawable]) -> EventPlace | None:
-    """Return the place of events with an index; None if the kind of event has no drawable."""
+    """Return the place of the events that have this index; None if events of this kind refer to no drawable.
+
+    Args:
+        index: index of the events; None for events that have no index.
+        detail: details that the component declares for this kind of event; None if it declares none.
+        drawables: drawables of the component.
+    """
     by_name = {one.name: one for one in drawables}
     drawn = by_name.get(detail.counts) if detail is not None else None
     if index is None or drawn is None or index >= element_count(drawn):
@@ -55,7 +61,7 @@ def listed_events(events: Sequence[Event], earlier: Sequence[Event], max_count: 
 
 
 def event_table(events: Sequence[Event], log: Log) -> tuple[list[str], list[list[Any]]]:
-    """Return headings and rows of a table of events: time, kind, values and place.
+    """Return the headings and the rows of a table of events, with the columns time, kind, value, limit and place.
 
     Empty columns are omitted.
     """
@@ -77,7 +83,7 @@ def position_text(position: Sequence[float]) -> str:
 
 
 def refuse_unknown_place(log: Log, kind: str | None, index: int | None) -> None:
-    """Raise `ParameterError` if an index is invalid for a kind of event (or for all kinds)."""
+    """Raise `ParameterError` if an index is invalid for a kind of event or, without a kind, for all kinds."""
     details, sizes = log.event_details, {one.name: element_count(one) for one in log.drawables}
     counted = {details[one].counts if one in details else "" for one in log.event_kinds if kind in (None, one)}
     if index is not None and counted and counted <= sizes.keys() and index >= max(sizes[name] for name in counted):

@@ -1,4 +1,4 @@
-"""The header of a log: component, machine, versions and recorded variables."""
+"""The header (first record) of a log: component, machine, versions and recorded variables."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def _package_version(name: str) -> str:
 
 
 def machine_facts() -> dict[str, Any]:
-    """Return the CPU and the number of threads."""
+    """Return the machine's data for the header: the name of the CPU and the number of threads."""
     return {
         "cpu": _cpu_model(),
         "architecture": platform.machine(),
@@ -65,14 +65,14 @@ def _cpu_model() -> str:
 
 
 def variable_facts(variable: Variable) -> dict[str, Any]:
-    """Return a variable as JSON values."""
+    """Return the declaration of a variable (name, unit, shape, ...) as JSON values for the header."""
     names = ("name", "causality", "unit", "dtype", "description", "state", "variability", "nominal")
     facts = {name: getattr(variable, name) for name in names}
     return {**facts, "shape": list(variable.shape), "axes": list(variable.axes)}
 
 
 def parse_variable(facts: Mapping[str, Any]) -> Variable:
-    """Return a variable from the output of `variable_facts`; raise `LogError` for anything else."""
+    """Return the variable declared by JSON values from `variable_facts`; raise `LogError` for other values."""
     try:
         shape = tuple(facts["shape"])
         texts, axes = [facts[key] for key in ("name", "causality", "unit", "description", "dtype")], tuple(facts["axes"])
@@ -87,14 +87,14 @@ def parse_variable(facts: Mapping[str, Any]) -> Variable:
 
 
 def header_table(value: Any) -> dict[str, Any]:
-    """Return a table of a header, or an empty table if the value is not a table."""
+    """Return a value of the header if it is a mapping; otherwise an empty mapping."""
     return dict(value) if isinstance(value, dict) else {}
 
 
 def make_header(
     component: Component, recorded: Sequence[str], options: Mapping[str, Any], experiment: Any, parent: Any, elapsed: int
 ) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-    """Return the header's JSON values and arrays."""
+    """Return the JSON values and the arrays of the header for a new log of this component."""
     drawables, arrays = drawable_facts(component.drawables())
     header = {
         "format": FORMAT,
@@ -124,7 +124,7 @@ def make_header(
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class BalanceNames:
-    """The names of the variables of a balance, in the order of `balances.Balance`; all have the same unit."""
+    """Names of the variables of a balance (such as of energy), in the order of `balances.Balance`; all have the same unit."""
 
     quantity: str
     unit: str
@@ -134,17 +134,17 @@ class BalanceNames:
 
     @property
     def residual(self) -> str:
-        """Name of the residual."""
+        """Name of the variable with the balance's residual, by which its entries fail to add up."""
         return f"{self.quantity}_residual"
 
     @property
     def entries(self) -> tuple[str, ...]:
-        """All names except the residual's."""
+        """Names of the balance's variables except the residual."""
         return (*self.stored, *self.lost, *self.supplied)
 
 
 def parse_balance_names(facts: Any) -> tuple[BalanceNames, ...]:
-    """Return the names from the output of `balance_facts` for each balance; `LogError` for anything else."""
+    """Return the variable names of each balance from JSON values of `balance_facts`; raise `LogError` for other values."""
     try:
         found = [
             BalanceNames(one["quantity"], one["unit"], *(tuple(one[part]) for part in ("stored", "lost", "supplied")))
@@ -164,7 +164,7 @@ def balance_facts(balance: Balance) -> dict[str, Any]:
 
 
 def closing_facts(component: Component) -> dict[str, Any]:
-    """Return the closing data of a log: the component's report, conclusions and cautions."""
+    """Return the JSON values written at the end of a log: the component's report, conclusions and cautions."""
     report = {name: float(value) for name, value in component.report().items()}
     return {
         "report": {name: value if math.isfinite(value) else str(value) for name, value in report.items()},
@@ -174,7 +174,7 @@ def closing_facts(component: Component) -> dict[str, Any]:
 
 
 def plain_json(name: str, value: Any) -> Any:
-    """Return the value converted to JSON types, or raise `ParameterError`."""
+    """Return a value converted to JSON types; raise `ParameterError` with its `name` if that is impossible."""
     try:
         return json.loads(json.dumps(value, allow_nan=False))
     except (TypeError, ValueError, RecursionError) as error:

@@ -1,4 +1,4 @@
-"""The index of a log with one row per message, read from the closing record or made by scanning the file."""
+"""The index of a log: one row of numbers per message, read from the log's last record or made by scanning the file."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ from .records import (
     record_kind,
 )  # fmt: skip
 
-# Beyond this, whole ticks are not distinguishable as float64.
+# Largest tick: beyond this, successive whole numbers are not distinguishable as float64.
 _MOST_TICKS = 2**53
-# The columns of a row in the file, and a computed column: the message's position in its chunk.
+# Number of columns of a row in the file, and one more column, which is computed: the message's position in its chunk.
 KIND, DETAIL, SEGMENT, FIRST, LAST, COUNT, NUMBER, CHUNK, PLACE = range(len(COLUMNS) + 1)
 
 
 @dataclass(frozen=True, slots=True)
 class Segment:
-    """An uninterrupted history, starting with a reset or a restore.
+    """A segment of a log: an uninterrupted history, which starts with a reset or a restore of the component.
 
     Attributes:
-        number: position in the log.
-        start, end: first and last tick.
+        number: position among the segments of the log, from 0.
+        start, end: first and last tick, as counted by the component.
         elapsed: ticks of the log before the segment.
     """
 
@@ -49,7 +49,7 @@ class Segment:
 
 
 class Index:
-    """The rows of all messages of the exact content in the order of writing, and the segments."""
+    """The rows of all messages except those for stock viewers, in the order of writing, and the segments of the log."""
 
     def __init__(self, path: str, rows: np.ndarray) -> None:
         """Check that no row is missing, duplicated or out of order."""
@@ -66,10 +66,10 @@ class Index:
         self.segments = lived or self.all_segments[-1:]
 
     def select_rows(self, kind: int, detail: int | None = None, segment: int | None = None) -> np.ndarray:
-        """Return the rows of a kind in the order of writing."""
+        """Return the rows of one kind of record, optionally of one detail and one segment, in the order of writing."""
         rows = self._by_kind[kind]
         if segment is not None:
-            # Rows are sorted by segment, so a lookup needs no pass over all rows.
+            # Rows are sorted by segment, so a binary search finds them without a pass over all rows.
             first, last = np.searchsorted(rows[:, SEGMENT], [segment, segment + 1])
             rows = rows[first:last]
         return rows if detail is None else rows[rows[:, DETAIL] == detail]
@@ -77,7 +77,7 @@ class Index:
     def _check_order(self, rows: np.ndarray) -> None:
         kind, first, last, count = rows[:, [KIND, FIRST, LAST, COUNT]].T
         bad = (kind < 0) | (kind >= len(KINDS)) | (first < 0) | (first > last) | (last >= _MOST_TICKS)
-        # Frames, hashes and steps have different ticks, so there are never more of them than ticks.
+        # No two frames, hashes or steps have the same tick, so a record cannot contain more of them than ticks.
         bad |= (count < 1) | ((count > last - first + 1) & (kind != EVENTS)) | (rows[:, CHUNK] < 0)
         bad |= (kind == HEADER) != (np.arange(len(rows)) == 0)
         is_long = count.sum(dtype=np.float64) >= _MOST_TICKS
@@ -102,7 +102,7 @@ class Index:
         return segments
 
     def _check_places(self, segments: list[Segment]) -> None:
-        """Refuse records of a segment without a start, or with ticks outside their segment."""
+        """Raise an error for a segment that has no start, and for a record whose ticks lie outside its segment."""
         numbers = self.rows[1:, SEGMENT]
         if (numbers < 0).any() or (numbers >= max(len(segments), 1)).any():
             raise damage_error("a record belongs to a segment without a start", "index", self.path)
@@ -135,7 +135,7 @@ def find_index(container: Container) -> tuple[Index, Record | None]:
 
 
 def _complete_rows(rows: np.ndarray, closed: bool) -> np.ndarray:
-    """Return the rows up to the last steps, and a segment start after them; later rows may be incomplete after a kill."""
+    """Return the rows up to the last step record, and a segment start just after it; a kill may cut off what follows."""
     if closed:
         return rows
     written = np.flatnonzero(rows[:, KIND] == STEPS)
@@ -145,7 +145,7 @@ def _complete_rows(rows: np.ndarray, closed: bool) -> np.ndarray:
 
 
 def _closing_record(container: Container) -> Record | None:
-    """Return the last message, if it closes the log."""
+    """Return the record in the last message if it is the one that closes a log; otherwise return None."""
     for topic, message in container.messages(len(container.places) - 1)[-1:]:
         if record_kind(topic) == INCIDENTS:
             record = decode_record(message.data, INCIDENTS, container.text_limit)
@@ -154,7 +154,7 @@ def _closing_record(container: Container) -> Record | None:
 
 
 def all_records(container: Container) -> Iterator[tuple[int, int, Record]]:
-    """Yield the records of the exact content in order, each with its chunk number and message time [ns]."""
+    """Yield (chunk number, message time [ns], record) of all messages except those for stock viewers, in order."""
     for chunk, (topic, message) in container.all_messages():
         if (kind := record_kind(topic)) is not None:
             yield chunk, message.log_time, decode_record(message.data, kind, container.text_limit)

@@ -1,4 +1,4 @@
-"""A log opened for reading: recorded variables, events, steps, snapshots, and the recorded program."""
+"""A log opened for reading: recorded variables, events, snapshots, and the calls of `step` with their inputs."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def open_log(
 
 
 class Log(RecordReader):
-    """A log returned by `open_log`: the recorded variables over time, and the recorded program.
+    """A log returned by `open_log`: the recorded variables over time, and the steps and inputs to run it again.
 
     Times are those of the component. Resets and restores divide a log into several *segments*, which are concatenated:
     times continue from segment to segment, so every moment of the run has a unique time.
@@ -62,10 +62,10 @@ class Log(RecordReader):
         path, size: the file, and its size [bytes].
         complete: False if the writer was killed before it closed the file.
         identity: eight unique bytes in hex, by which a branch names its parent.
-        variables: recorded name -> `Variable`.
-        input_variables: input name -> `Variable`.
-        step_size: length of a tick [s].
-        start_tick, end_tick: start (0, or later for a branch) and end of the log's time, with concatenated segments.
+        variables: the recorded variables by name.
+        input_variables: the inputs of the component by name.
+        step_size: length of a tick (internal step) [s].
+        start_tick, end_tick: first tick (0, or later for a branch) and last tick of the log's time, with concatenated segments.
         components: component classes outside this package, by name, for running the log again.
     """
 
@@ -130,7 +130,7 @@ class Log(RecordReader):
 
     @cached_property
     def balances(self) -> tuple[BalanceNames, ...]:
-        """The variable names of each balance; all are recorded variables."""
+        """The names of the variables of each balance, such as of energy; all of them are recorded."""
         with self.name_file_in_errors():
             return parse_balance_names(self.header.get("balances"))
 
@@ -174,7 +174,7 @@ class Log(RecordReader):
 
     @property
     def event_details(self) -> dict[str, EventDetail]:
-        """Kind of event -> its details (unit, counted elements), if given; see `events.EventDetail`."""
+        """Details (unit, elements counted by the index) of the kinds of event that have them; see `events.EventDetail`."""
         details = self.header.get("event_details", {})
         try:
             found = {kind: EventDetail(**detail) for kind, detail in details.items()}
@@ -185,12 +185,12 @@ class Log(RecordReader):
         raise damage_error("the details of the kinds of events are invalid", "header.event_details", self.path)
 
     def ticks(self, name: str) -> np.ndarray:
-        """Return the ticks of the frames of a variable in the log's time, shape (frames,), int64."""
+        """Return the ticks, counted in the log's time, at which a variable was recorded, shape (frames,), int64."""
         parts = [self.log_tick(row[SEGMENT], self.frames(row, name)[0]) for row in self.frame_rows(name)]
         return np.concatenate([np.zeros(0, np.int64), *parts])
 
     def times(self, name: str) -> np.ndarray:
-        """Return times of the frames of a variable, shape (frames,) [s]."""
+        """Return the times at which a variable was recorded, shape (frames,) [s]."""
         return self.ticks(name) * self.step_size
 
     def series(self, name: str, segment: Segment | None = None) -> tuple[np.ndarray, np.ndarray]:
@@ -239,14 +239,14 @@ class Log(RecordReader):
         return make_dataset(self)
 
     def input_intervals(self, name: str) -> Iterator[InputInterval]:
-        """Yield the intervals and held values of an input in order, without sampling, for inputs of any size."""
+        """Yield the intervals between changes of an input in order, each with the value or profile held in it; not sampled."""
         for segment in self.segments:
             held = self.snapshot(segment, segment.start).inputs
             shift = int(self.log_tick(segment.number, 0))
             yield from step_history.input_intervals(self.step_history(segment), held, name, segment.end, shift)
 
     def step_history(self, segment: Segment) -> StepHistory:
-        """Return all calls of `step` in a segment, exactly."""
+        """Return the lengths and the set inputs, bit by bit, of all calls of `step` in a segment."""
         return self._step_histories[segment.number]
 
     def snapshot(self, segment: Segment, tick: int) -> Snapshot:
@@ -258,7 +258,7 @@ class Log(RecordReader):
         return self.read_snapshot(rows[np.argmax(rows[:, FIRST])])
 
     def segment_and_tick(self, time: float) -> tuple[Segment, int]:
-        """Return the segment and its tick at a time [s] of the log; at a common boundary, the later segment."""
+        """Return the segment at a time [s] of the log, and the tick in it; where two segments meet, the later one."""
         tick = self._tick_at(time)
         if not self.start_tick <= tick <= self.end_tick or not self.segments:
             raise self._outside_error(time)
@@ -283,7 +283,7 @@ class Log(RecordReader):
         return component
 
     def new_component(self) -> Component:
-        """Return a new component with the log's parameters after a reset, without comparing its identity."""
+        """Return a new component with the log's parameters after a reset; the identity in the log is not compared with it."""
         return make_component(self.header, self.limits, self.components)
 
     def branch(self, at: float) -> Branch:
@@ -312,7 +312,7 @@ class Log(RecordReader):
 
     @cached_property
     def _step_histories(self) -> dict[int, StepHistory]:
-        """Return the steps of each segment."""
+        """Return the calls of `step` of each segment."""
         check_size(int(self.index.select_rows(STEPS)[:, COUNT].sum()) * 16, self.limits)
         shapes = {name: variable.shape for name, variable in self.input_variables.items()}
         profiles: list[CompiledProfile] = []
@@ -325,6 +325,6 @@ class Log(RecordReader):
 
 
 def check_size(size: int, limits: Limits) -> None:
-    """Refuse to read arrays larger than the limit, because the size in an untrusted log is arbitrary."""
+    """Raise an error if arrays to be read have more bytes than the limit, because an untrusted log may state any size."""
     limits.check("the size of the requested data, in bytes,", size, _MOST_BYTES)
     refuse_excess_memory(size, f"{limits.source}: the requested data", LogError)

@@ -1,4 +1,4 @@
-"""Near misses: the largest ratio to the limit for events that did not happen, found by running a log again."""
+"""Near misses: places where a quantity came closest to the limit at which an event happens; the log is run again for this."""
 
 from __future__ import annotations
 
@@ -13,26 +13,26 @@ from ..components.events import Event, EventDetail
 from .log import Log
 from .replay import advance_to_tick, restore_snapshot
 
-# Number of times, in addition to the frames, at which a run is examined.
+# Number of times at which the repeated run is examined, in addition to the times of the frames.
 _INSTANTS = 1000
 
 
 @dataclass(slots=True)
 class EventRatio:
-    """The largest ratio of an event's decisive quantity to its limit at one place.
+    """The largest ratio, over a run, of the quantity that decides an event to its limit, at one element (link, cell, ...).
 
     Attributes:
         kinds: kinds of events decided by the quantity.
-        variable: output with the ratio; see `events.EventDetail.ratio`.
-        index: index of the link, cell, ...
+        variable: name of the output with the ratio; see `events.EventDetail.ratio`.
+        index: index of the element.
         time: time of the largest ratio [s].
         ratio: decisive quantity divided by its limit; 1 is an event.
-        passed: number of places at which such an event happened in the run or before the log.
+        passed: number of elements at which such an event happened in the run or before the log.
         instants: number of examined times: frames, ends of segments, and a thousand more.
         all_instants: number of all times: the start, and the end of each internal step.
-        nearest: the kind of event closest to its limit; "" if the component does not provide it.
-        limited: False if there is no limit at this place, so that the event cannot happen.
-        events: events at this place, of `kinds` and others, including those before the log.
+        nearest: the kind of event that came closest to its limit; "" if the component does not provide it.
+        limited: False if there is no limit at this element, so that the event cannot happen.
+        events: events at this element, of `kinds` and others, including those before the log.
     """
 
     kinds: tuple[str, ...]
@@ -49,7 +49,7 @@ class EventRatio:
 
 
 def kinds_by_ratio(details: Mapping[str, EventDetail]) -> dict[str, tuple[str, ...]]:
-    """Return output with the ratios -> kinds of events that it decides."""
+    """Return, for each output with ratios of quantities to limits, the kinds of events that these ratios decide."""
     outputs = dict.fromkeys(detail.ratio for detail in details.values() if detail.ratio)
     return {name: tuple(kind for kind, detail in details.items() if detail.ratio == name) for name in outputs}
 
@@ -70,7 +70,7 @@ def find_near_misses(log: Log, index: int | None = None, kind: str | None = None
         ParameterError: no output has this index.
     """
     component = log.component()
-    # A coupled component may lack outputs of its parts.
+    # A component coupled from parts may not have all outputs of its parts.
     decided = kinds_by_ratio(component.event_details)
     kinds = {name: decided[name] for name in decided if name in component.variables and kind in (None, *decided[name])}
     sizes = {name: int(np.prod(component.variables[name].shape)) for name in kinds}
@@ -101,11 +101,11 @@ def find_near_misses(log: Log, index: int | None = None, kind: str | None = None
     for found, _ in searches:
         found.instants, found.all_instants = instants, sum(one.end - one.start + 1 for one in log.segments)
         found.limited = component.has_limit(found.variable, found.index)
-        # Include events of other kinds whose indices count the same elements.
+        # Include events of other kinds if their indices count the same elements (links, cells, ...).
         details, counts = component.event_details, component.event_details[found.kinds[0]].counts
         alike = {*found.kinds, *(kind for kind, detail in details.items() if counts and detail.counts == counts)}
         found.events = tuple(event for event in happened if event.index == found.index and event.kind in alike)
-    # A place without a limit, such as a cell that cannot yield, is always at 0.
+    # The ratio of an element without a limit, such as a cell that cannot yield, is always 0.
     return [found for found, _ in searches if found.ratio > 0.0 or index is not None]
 
 

@@ -37,17 +37,17 @@ class RecordReader:
     Attributes:
         path: the file.
         source: name of the log in messages.
-        limits: on sizes in the file.
+        limits: the limits on sizes in the file.
         container: the MCAP file.
         size: size of the file [bytes].
         identity: eight unique bytes in hex, by which a branch names its parent.
-        header, header_arrays: content of the first record; only the parts used for the attributes below are checked.
-        step_size: length of a tick [s].
-        elapsed: age of the parent at the start of a branch, in ticks; 0 without a parent.
-        variables: recorded name -> `Variable`.
-        input_variables: input name -> `Variable`.
+        header, header_arrays: content of the first record, of which only the parts used for the attributes below are checked.
+        step_size: length of a tick (internal step) [s].
+        elapsed: for a branch, number of ticks in its parent logs before its start; otherwise 0.
+        variables: the recorded variables by name.
+        input_variables: the inputs of the component by name.
         index: one row per record.
-        closing: the last record of a closed log; else None.
+        closing: the record that closes the log; None for a log that was not closed.
         start_tick: start of the log's time: 0, or later for a branch.
         end_tick: end of the log's time, with concatenated segments.
     """
@@ -108,30 +108,30 @@ class RecordReader:
 
     @property
     def event_kinds(self) -> dict[str, str]:
-        """Kind -> description of the possible events."""
+        """The description of each kind of event that the component can have."""
         kinds = self.header.get("event_kinds")
         if not isinstance(kinds, dict) or not all(isinstance(text, str) for text in kinds.values()):
             raise damage_error("the list of possible events is invalid", "header.event_kinds", self.path)
         return kinds
 
     def log_tick(self, segment: int, tick: Any) -> Any:
-        """Return the tick in the log's time (concatenated segments) for one or more ticks of a segment."""
+        """Convert one or more ticks of a segment to ticks of the log's time, in which the segments are concatenated."""
         own = self.index.all_segments[int(segment)]
         return tick - own.start + own.elapsed + self.start_tick
 
     def nanoseconds(self, tick: int) -> int:
-        """Return the message time at a tick of the log's time; a branch counts from its parent's age."""
+        """Return the message time [ns] at a tick of the log's time; for a branch it includes the ticks of its parents."""
         return to_nanoseconds(tick - self.start_tick + self.elapsed, self.step_size)
 
     def rows(self, kind: int) -> np.ndarray:
-        """Return the rows of a kind in non-empty segments; for incidents, all rows."""
+        """Return the index rows of a kind of record in non-empty segments; of incidents, all rows."""
         rows = self.index.select_rows(kind)
         if kind == INCIDENTS:
             return rows
         return rows[np.isin(rows[:, SEGMENT], [segment.number for segment in self.index.segments])]
 
     def frame_rows(self, name: str) -> np.ndarray:
-        """Return the rows of the frames of a variable; `ParameterError` if it was not recorded."""
+        """Return the index rows of the records with frames of a variable; `ParameterError` if it was not recorded."""
         names = list(self.variables)
         if name not in names:
             hint = spelling_hint(str(name), names)

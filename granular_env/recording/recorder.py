@@ -26,10 +26,10 @@ from .records import END, HEADER, KEY, START, Record, make_hash_row, to_nanoseco
 from .schedule import Schedule, make_schedule, names_to_record, value_count
 from .writer import LogWriter, to_path
 
-# Age at which collected data are written, and at which a step waits for the writing thread [s]. Without the wait, a busy
+# Age of collected data at which they are written, and at which a step waits for the writing thread [s]. Otherwise a busy
 # stepping thread would starve the writing thread; a kill must lose less than 100 ms.
 _WRITE_SECONDS, _WAIT_SECONDS, _LONGEST_WAIT = 0.03, 0.045, 0.5
-# Collected bytes at which a part of a long step is handed over and the writing thread is woken, and queued bytes at which the
+# Collected bytes at which a part of a long step goes to the queue of the writing thread, and queued bytes at which the
 # stepping thread waits.
 _WAKE_BYTES, _WAIT_BYTES = 4 << 20, 64 << 20
 
@@ -39,7 +39,7 @@ class Recorder:
 
     Attributes:
         path: path of the log.
-        next_tick: tick of the next observation.
+        next_tick: tick at which the next frame, hash or snapshot is due.
     """
 
     def __init__(
@@ -60,9 +60,9 @@ class Recorder:
             writer: writer of the log.
             names: the variables of each frame.
             schedule: times of frames, hashes and snapshots.
-            preview: collects the frames for stock viewers.
-            place: position of the segment that a reset ends, or that is continued.
-            profiles: number of compiled profiles in the log.
+            preview: collects the frames that viewers of MCAP files, such as Foxglove, will show.
+            place: position of the log's last segment, which a reset ends or which is continued.
+            profiles: number of compiled input profiles already in the log.
             key: for a continued segment, the tick of the last snapshot in the log.
         """
         self.path, self.next_tick = writer.path, 0
@@ -73,7 +73,7 @@ class Recorder:
         self._has_events = bool(component.event_kinds)
         # The next tick for a frame, a hash and a snapshot.
         self._frame = self._hash = self._key = 0
-        # Whether steps need no inspection: no events, and no array inputs, whose size counts.
+        # Whether each step can be stored unexamined: there are no events, and no array inputs whose size must be counted.
         self._is_plain = not self._has_events and not any(self._inputs.values())
         self._writer, self._profiles, self._continued_key = writer, Profiles(profiles), key
         # The lock protects the queue of batches (the last batch grows) and their total size.
@@ -81,7 +81,7 @@ class Recorder:
         self._written = threading.Condition(self._lock)
         self._batches = [Batch(place=place)]
         self._size = self._backlog = 0
-        # The observations of the current step, and whether a part of it was handed over.
+        # The data taken during the current step, and whether a part of the step has already been queued for writing.
         self._samples, self._in_parts = Batch(), False
         self._tick = self._event_count = 0
         self._closing = self._closed = False
@@ -104,7 +104,7 @@ class Recorder:
         try:
             self.close()
         except LogError:
-            # An error in progress takes precedence over a log that cannot be written.
+            # If the block raised an error, that error is reported instead of one of the log that cannot be written.
             if kind is None:
                 raise
         if isinstance(error, GranularError):
@@ -129,7 +129,7 @@ class Recorder:
                 self._continue_segment(component, key)
 
     def on_sample(self, component: Component) -> None:
-        """Take the observations due at this tick; for a step with many observations, hand over the completed part.
+        """Take the frame, hash or snapshot due at this tick; if a step has collected much, queue its completed part.
 
         A step of n ticks equals n steps of one tick, so a part is a valid step. If the rest fails, the component returns to
         the start of the step, which starts a new segment.
@@ -176,7 +176,7 @@ class Recorder:
                 raise LogError(came, hint="do not repeat this step; later steps are not recorded") from self._error
 
     def on_failure(self, component: Component, error: BaseException) -> None:
-        """Discard the observations of a failed step, unless parts were handed over; store the reason."""
+        """Discard the data taken during a failed step, except for parts already queued for writing; store the reason."""
         with self._lock:
             undone = max(self._tick - component.tick, 0)
             self._samples, self._in_parts = Batch(), False
@@ -221,7 +221,7 @@ class Recorder:
         self._plan_observations(tick, all_kinds=True)
 
     def _begin_segment_after_gap(self, component: Component) -> None:
-        """Start a segment if the component has moved since the last step, because a parent may have stepped it."""
+        """Start a segment because the component has moved unrecorded: a component of which it is a part may have stepped it."""
         first, last = self._tick, component.tick
         times = sorted(tick * component.step_size for tick in (first, last))
         between = "between {:.12g} s and {:.12g} s of the component's time".format(*times)
@@ -236,7 +236,7 @@ class Recorder:
         self._plan_observations(self._tick)
 
     def _plan_observations(self, tick: int, all_kinds: bool = False) -> None:
-        """Set the next ticks for frame, hash and snapshot, for those that are due or, with `all_kinds`, for all."""
+        """Set the next ticks of frame, hash and snapshot: of those due at this tick or, with `all_kinds`, of all three."""
         age, schedule = self._batches[-1].place.age(tick), self._schedule
         if all_kinds or self._frame <= tick:
             self._frame = schedule.next_frame(tick, age)
@@ -273,7 +273,7 @@ class Recorder:
         if self._closed:
             return
         if not self._closing:
-            self._store_final_state()
+            self._store_end_state()
             self._component.ignore(self)
             self._closing = True
         self._wake.set()
@@ -283,7 +283,7 @@ class Recorder:
         if self._error is not None:
             raise self._error
 
-    def _store_final_state(self) -> None:
+    def _store_end_state(self) -> None:
         component = self._component
         with self._lock:
             if component.tick != self._tick:
@@ -391,7 +391,7 @@ def begin_log(
     parent: Any = None,
     elapsed: int = 0,
 ) -> Recorder:
-    """Write the header of a log (possibly a branch of a parent of age `elapsed`), and return its recorder."""
+    """Write the header of a log, and return its recorder; a branch has a `parent` and `elapsed` ticks before its start."""
     try:
         header, arrays = make_header(component, names, asdict(schedule), experiment, parent, elapsed)
         writer.add_header(Record(HEADER, 0, 0, 0, 0, 1, 0, header, arrays))

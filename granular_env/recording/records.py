@@ -1,14 +1,14 @@
-"""The records of a log: names of topics, and conversion of records to and from messages.
+"""The records of a log (its messages, except those for viewers): their topics, and their conversion to and from bytes.
 
 A log is an MCAP file. Its exact content is in the topics ``granular/...``. A *segment* is an uninterrupted history that starts
-with a reset or a restore, and with a snapshot.
+with a reset or a restore, and with a snapshot. A *tick* is one internal step; `schedule` chooses the key ticks.
 
 ====================  =================================================================================================
 granular/header       the first message: component, parameters, experiment, versions, machine, recorded variables
 granular/snapshots    the state at the start of each segment (with the earlier events), at key ticks and at the end
 granular/steps        for many calls of `step`: lengths in ticks and the inputs that were set
 granular/frames/NAME  for one variable: ticks and values
-granular/hashes       at key ticks: a digest of each state variable, of the whole state, and of the held inputs
+granular/hashes       at key ticks: a digest of each state variable, of the whole state, and of the inputs in effect
 granular/events       events of the component: rows of tick, kind, index, value and limit
 granular/incidents    incidents of the recording: failures, a recovery; at the end "closed", with the index of all messages
 ====================  =================================================================================================
@@ -33,26 +33,26 @@ from ..components.inputs import Held
 from ..components.profiles import CompiledProfile
 from ..components.support.serialization import digest, pack_parts, unpack
 
-# The profile in the header of the file, and the version of its content.
+# The MCAP profile named in the header of the file, and the version of the content of a log.
 PROFILE, FORMAT = "granular-env", 4
 KINDS = ("header", "snapshots", "steps", "frames", "hashes", "events", "incidents")
 HEADER, SNAPSHOTS, STEPS, FRAMES, HASHES, EVENTS, INCIDENTS = range(len(KINDS))
 _FRAMES_TOPIC = "granular/frames/"
 _KINDS_BY_TOPIC = {f"granular/{name}": kind for kind, name in enumerate(KINDS)}
-# Values of the index column `detail` for snapshots; for frames it is the number of the variable, for incidents CLOSED or 0.
+# Values of the index column `detail`: START, KEY, END for snapshots, CLOSED or 0 for incidents, a variable's number for frames.
 START, KEY, END = 0, 1, 2
 CLOSED = 1
 # Columns of the index, with one row per message.
 COLUMNS = ("kind", "detail", "segment", "first", "last", "count", "number", "chunk")
 _PLACE = COLUMNS[1:7]
 DAMAGED = "the log is damaged"
-# The largest time for readers with signed integers, as a float [ns].
+# The largest message time [ns], as a float; other programs may read it as a signed 64-bit integer.
 _LAST_NANOSECOND = float(2**63 - 1024)
 
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """A message of the exact content.
+    """A message of the log's exact content, that is, of the topics ``granular/...``.
 
     Attributes:
         kind: kind of the record, one of the constants above.
@@ -77,7 +77,7 @@ class Record:
 
     @property
     def row(self) -> tuple[int, ...]:
-        """All columns of the index except the chunk."""
+        """The record's row in the index, without the column for the chunk."""
         return (self.kind, self.detail, self.segment, self.first, self.last, self.count, self.number)
 
 
@@ -95,7 +95,7 @@ def encode_record(record: Record) -> bytes:
     """Return a record as the bytes of a message."""
     place = [getattr(record, name) for name in _PLACE]
     if record.kind == FRAMES:
-        # Frames of a recorder are joined only here, because each copy of large frames takes time.
+        # Join the frames that a recorder collected only here, in the writing thread, because copying large frames takes time.
         values = record.arrays["values"]
         parts: list[Any] = []
         for number, field in enumerate(([np.array(place)], [record.arrays["ticks"]], values), 1):
@@ -132,17 +132,17 @@ def decode_record(data: bytes, kind: int, text_limit: int | None = None) -> Reco
 
 
 def damage_error(received: str, at: str | Location, log: object = "") -> LogError:
-    """Return the error for a part of a log, at a given position, that `record` cannot have written."""
+    """Return the error for content of a log, at the location `at`, that `record` cannot have written."""
     return LogError(received, hint=DAMAGED, at=at, source=f"log {str(log)!r}" if log else "")
 
 
 def to_nanoseconds(ticks: int, step_size: float) -> int:
-    """Return the time of a message in an MCAP file: an unsigned 64-bit integer, limited to the valid range."""
+    """Return the message time [ns] of a tick, limited to the range that MCAP's unsigned 64-bit integers allow."""
     return round(min(ticks * step_size * 1e9, _LAST_NANOSECOND))
 
 
 def encode_varint(value: int) -> bytes:
-    """Encode a protobuf number."""
+    """Encode a whole number as a protobuf varint."""
     parts = bytearray()
     while value > 0x7F:
         parts.append(value & 0x7F | 0x80)
@@ -156,7 +156,7 @@ def _field_head(number: int, size: int) -> bytes:
 
 
 def _packed_fields(data: bytes) -> list[np.ndarray]:
-    """Return the contents of a message's fields (bytes or packed numbers, numbered from 1) as uint8 arrays."""
+    """Return the content of each field of a protobuf message (bytes or packed numbers; fields 1, 2, ...) as uint8 arrays."""
     view, found, offset = np.frombuffer(data, np.uint8), [], 0
     while offset < len(data):
         tag, length, begin = data[offset], 0, offset + 1
@@ -173,12 +173,12 @@ def _packed_fields(data: bytes) -> list[np.ndarray]:
 
 
 def value_bits(values: np.ndarray | float) -> bytes:
-    """Return the bits of a number or an array for comparison and hashing."""
+    """Return the bits of a number or an array as whole numbers, for bitwise comparison and hashing."""
     return np.ascontiguousarray(values).tobytes()
 
 
 def input_word(value: Held) -> int:
-    """Return the bits of a number (so that -0.0 differs from 0.0), or a digest of an array or a profile."""
+    """Return a word for an input's value: the bits of a number (-0.0 differs from 0.0), or a hash of an array or a profile."""
     if isinstance(value, CompiledProfile):
         pattern = b"" if value.pattern is None else value.pattern.tobytes()
         return _digest_word(value.ticks.tobytes() + value.coefficients.tobytes() + pattern)
@@ -188,7 +188,7 @@ def input_word(value: Held) -> int:
 
 
 def make_hash_row(component: Component, state: Iterable[str], inputs: Iterable[str]) -> np.ndarray:
-    """Return one int64 word per state variable, one for the whole state, and one per held input."""
+    """Return the hashes stored at one tick, int64: one per state variable, one of the whole state, one per input in effect."""
     row = [_digest_word(value_bits(component.peek(name))) for name in state]
     row.append(_digest_word(component.state_view()))
     held = component.held_inputs

@@ -56,7 +56,7 @@ def recover(
         try:
             copy_records(log, writer, len(log.index.rows))
             writer.add_preview(make_preview(log).messages())
-            # Without a closing record the report and the cautions are lost.
+            # The report and the cautions are in the closing record only, so they are lost without it.
             facts = dict(log.closing.header) if log.closing is not None else {}
             lost = "nothing of the run" if log.closing is not None else "what had not been written when the process ended"
             lost, bytes_lost = log.container.damage or lost, log.container.bytes_lost
@@ -70,7 +70,7 @@ def recover(
 
 
 def copy_records(log: Log, writer: LogWriter, count: int) -> None:
-    """Write the first records of a log unchanged, except for its closing record."""
+    """Write the first `count` records of a log unchanged, but leave out its closing record."""
     with log.name_file_in_errors():
         for _, time, record in islice(all_records(log.container), count):
             if record.kind == HEADER:
@@ -80,7 +80,7 @@ def copy_records(log: Log, writer: LogWriter, count: int) -> None:
 
 
 def make_preview(log: Log, end: int | None = None) -> Preview:
-    """Return the preview of the frames of a log up to a tick of the log's time; default: all frames."""
+    """Return the preview made from the frames of a log up to the tick `end` of the log's time; default: all frames."""
     preview = Preview(header_title(log.header), log.drawables, log.variables)
     for together in zip(*(_log_frames(log, name) for name in log.variables), strict=False):
         tick = together[0][0]
@@ -91,7 +91,7 @@ def make_preview(log: Log, end: int | None = None) -> Preview:
 
 
 def _log_frames(log: Log, name: str) -> Iterator[tuple[int, Any]]:
-    """Yield the tick of the log's time and the value of each frame of a variable."""
+    """Yield, for each frame of a variable, its tick in the log's time and its value."""
     for row in log.frame_rows(name):
         ticks, values = log.frames(row, name)
         yield from zip(log.log_tick(row[SEGMENT], ticks).tolist(), values, strict=True)
@@ -99,12 +99,12 @@ def _log_frames(log: Log, name: str) -> Iterator[tuple[int, Any]]:
 
 @dataclass(slots=True)
 class Continuation:
-    """A log of one segment, truncated after its last steps.
+    """A log with one segment, cut off after the last record of steps, and its component there, ready to run on.
 
     Attributes:
         log: the original log.
         component: the component in its state at the last kept tick.
-        changes: tick -> inputs to set from there on.
+        changes: mapping from tick to the inputs that the log sets there, from the component's tick on.
         kept: number of kept records, from the front; the last contains steps.
         key: tick of the last kept snapshot.
         closed: whether the log was closed, so that nothing was dropped.
@@ -142,7 +142,7 @@ class Continuation:
 
 
 def make_continuation(log: Log) -> Continuation:
-    """Return a log truncated after its last steps, and its component there, run again from a snapshot.
+    """Return the continuation of a log: the log up to its last steps, and the component there, run from the last snapshot.
 
     Raises:
         LogError: the log has several segments, cannot be run again, or gives different bits.

@@ -31,7 +31,7 @@ def check_work(ticks: int, component: Component, limits: Limits) -> None:
 
 
 def restore_snapshot(component: Component, snapshot: Snapshot) -> None:
-    """Restore a snapshot; `LogError` if a log's snapshot does not fit its component."""
+    """Restore the component to a snapshot of a log; raise `LogError` if the snapshot does not fit the component."""
     try:
         component.restore(snapshot)
     except GranularError as error:
@@ -39,7 +39,7 @@ def restore_snapshot(component: Component, snapshot: Snapshot) -> None:
 
 
 def advance_to_tick(component: Component, changes: Changes, tick: int, report: Callable[[int], None] | None = None) -> None:
-    """Run to a tick in as few steps as the input changes allow; `changes` is in reverse order and is consumed.
+    """Run to a tick in as few steps as possible: one per input change. `changes` is in reverse order and gets emptied.
 
     A step of n ticks is bitwise identical to n steps of one tick, so this is exact and faster than the original steps.
     """
@@ -59,9 +59,9 @@ def advance_to_tick(component: Component, changes: Changes, tick: int, report: C
         raise LogError.from_content(error, "steps") from error
 
 
-# Smallest and largest memory-dependent limit on whole numbers among a component's parameters (grains, nodes, cells).
+# The limit on whole numbers among a component's parameters (grains, nodes, cells) depends on the memory, between these two.
 _COUNT, _MOST = 10_000_000, 100_000_000
-# A machine must accept logs that it could have recorded: fraction of the memory for a component, and least memory per counted
+# A machine must accept logs that it could have recorded: a component may use 1/2 of the memory, with at least this per counted
 # element [bytes].
 _COMPONENT_SHARE, _UNIT_BYTES = 2, 160
 
@@ -80,7 +80,7 @@ def load_component_class(name: Any, components: Mapping[str, type[Component]] | 
 
 
 def check_parameters(parameters: Mapping[str, Any], model: type[Parameters], limits: Limits) -> None:
-    """Refuse excessive whole numbers (grains, nodes, cells) among the parameters of a component."""
+    """Raise an error if a whole number among the component's parameters (grains, nodes, cells) is too large for the memory."""
     limit = max(_COUNT, min(_MOST, (total_memory() or 0) // (_COMPONENT_SHARE * _UNIT_BYTES)))
     for name, field in model.model_fields.items():
         value = parameters.get(name)
@@ -89,7 +89,7 @@ def check_parameters(parameters: Mapping[str, Any], model: type[Parameters], lim
 
 
 def make_component(header: Mapping[str, Any], limits: Limits, components: Mapping[str, type[Component]] | None) -> Component:
-    """Return a new component with the log's parameters, without checking the log's identity."""
+    """Return a new component with the parameters in a log's header; the identity in the log is not compared with it."""
     kind, given = load_component_class(header.get("component"), components), header.get("parameters")
     if not isinstance(given, dict) or not all(isinstance(name, str) for name in given):
         raise damage_error("missing", "header.parameters", limits.path)

@@ -1,4 +1,4 @@
-"""The recorded variables, and the ticks of frames, hashes and snapshots, which are the same for the same run."""
+"""Choice of the recorded variables, and of the ticks (internal steps) of frames, hashes, snapshots; the same on any machine."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ..components.support.validation import whole_number
 from .preview.film import COUNTED, MOST_FRAMES, MOST_PICTURES, MOST_PLACES
 from .records import damage_error
 
-# Default distance of hashes [ticks]; they cost less than 1 % of a run for all shipped components.
+# Default interval between hashes of the state [ticks]; they cost less than 1 % of a run for all shipped components.
 HASH_EVERY = 4096
 # A killed run continues from its last snapshot. Snapshots are taken each time the run is longer by a sixteenth, at least this
 # many ticks apart.
@@ -30,20 +30,20 @@ _FRAMES = 400
 # Frames with more numbers than this cost more than the ticks between them: on a grid of a million nodes (2 cores, a state of
 # 104 MB) a tick takes 0.04 s and a frame of 72 MB 0.8 s. 500 ticks per frame of the state's size limit the cost to a twentieth.
 _HUGE_FRAME, _TICKS_A_FRAME, _FEWEST_FRAMES = 1_000_000, 500, 10
-# Without a known duration: frames between two doublings of the interval, for frames with more numbers than these.
+# Without a known duration: pairs (size, frames): if a frame has more numbers than size, the interval doubles every `frames`.
 _FRAMES_A_DOUBLING = ((_HUGE_FRAME, 4), (8192, 16), (-1, 64))
-# Sizes of a small log, of a place in a preview picture, and of a preview number with its name [bytes].
+# Sizes of a log without data, of one element in a picture of the preview, and of a preview number with its name [bytes].
 _LOG_BYTES, _PLACE_BYTES, _NUMBER_BYTES = 20_000, 16, 30
 
 
 @dataclass(frozen=True, slots=True)
 class Schedule:
-    """Intervals in ticks.
+    """The intervals between frames, between hashes and between snapshots, in ticks.
 
     Attributes:
         frame_every: ticks between frames; 0 for the doubling rule: a frame at every tick at first, with the interval
             doubled each time the run has doubled in length.
-        doubling: frames per doubling.
+        doubling: number of frames between two doublings of the interval.
         hash_every: ticks between hashes.
         snapshot_every: ticks between snapshots; 0 for a snapshot each time the run is longer by a sixteenth.
         least_snapshot_interval: least number of ticks between snapshots.
@@ -56,21 +56,21 @@ class Schedule:
     least_snapshot_interval: int = _SNAPSHOT_TICKS
 
     def next_frame(self, tick: int, elapsed: int) -> int:
-        """Return the next tick for a frame; `elapsed` counts the ticks of the whole log."""
+        """Return the tick of the next frame after `tick`; `elapsed` counts the ticks of the whole log."""
         interval = self.frame_every or 1 << max((elapsed // self.doubling).bit_length() - 1, 0)
         return (tick // interval + 1) * interval
 
     def next_hash(self, tick: int) -> int:
-        """Return the next tick for a hash."""
+        """Return the tick of the next hash of the state after `tick`."""
         return (tick // self.hash_every + 1) * self.hash_every
 
     def next_snapshot(self, tick: int, elapsed: int) -> int:
-        """Return the next tick for a snapshot."""
+        """Return the tick of the next snapshot after `tick`; `elapsed` counts the ticks of the whole log."""
         return tick + (self.snapshot_every or max(self.least_snapshot_interval, elapsed >> _SNAPSHOT_SHIFT))
 
 
 def parse_schedule(options: Any) -> Schedule:
-    """Return the schedule in a log's header; `LogError` if there is none."""
+    """Return the schedule from the options in a log's header; raise `LogError` if it is missing or invalid."""
     lowest = {"frame_every": 0, "doubling": 1, "hash_every": 1, "snapshot_every": 0, "least_snapshot_interval": 1}
     if not isinstance(options, dict) or options.keys() != lowest.keys() or not all(
         type(options[name]) is int and options[name] >= low for name, low in lowest.items()
@@ -82,8 +82,8 @@ def parse_schedule(options: Any) -> Schedule:
 def frame_interval(ticks: int, values: int, state: int) -> int:
     """Return an interval of 1, 2 or 5 x 10^k ticks that gives 160 to 400 frames in a run of `ticks`.
 
-    There are fewer huge frames, but at least ten, because writing one takes as long as tens to hundreds of ticks. `values`
-    and `state` are the sizes of a frame and of the state.
+    Huge frames are fewer, but at least ten, because writing one takes as long as tens to hundreds of ticks. `values`
+    and `state` are the counts of numbers in a frame and in the state.
     """
     interval = round_up_to_125(max(ticks / _FRAMES, 1.0))
     if values > _HUGE_FRAME:
@@ -97,7 +97,7 @@ def least_snapshot_interval(words: int, work: int) -> int:
 
     Args:
         words: number of words of the state.
-        work: number of words advanced in a tick, counted for every step of a part.
+        work: number of words advanced in a tick; a part with several steps per tick counts for each of them.
     """
     wanted = max(_SNAPSHOT_WORK, _SNAPSHOT_STEPS * words)
     return min(_SNAPSHOT_TICKS, max(1, round(wanted / max(work, 1))))
@@ -150,7 +150,7 @@ def make_schedule(
 
 
 def value_count(component: Component, names: Sequence[str]) -> int:
-    """Return the number of values in a frame of given variables."""
+    """Return the count of numbers in one frame of the variables `names`."""
     return sum(math.prod(component.variables[name].shape) for name in names)
 
 

@@ -1,4 +1,4 @@
-"""The steps of a log as arrays: lengths, set inputs, and the intervals over which an input is held."""
+"""The calls of `step` in a log as arrays: their lengths, the inputs they set, and the intervals between input changes."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from ..components.inputs import Held, make_read_only
 from ..components.profiles import CompiledProfile
 from .records import Record, damage_error, input_word
 
-# Samples of a profile over the interval in which it is held, in addition to its breakpoints.
+# Number of samples of a profile over the interval in which it is in effect, in addition to its breakpoints.
 _PROFILE_SAMPLES = 201
-# Further samples per piece; an even number, so that one falls on the peak of a half sine.
+# Number of further samples in each curved piece of a profile; even, so that one falls on the peak of a half sine.
 _PIECE_SAMPLES = 32
 
 
@@ -25,7 +25,7 @@ class StepHistory:
 
     Attributes:
         marks: ticks before the first step and after each, shape (steps + 1,).
-        sets: for each input that was set, the indices of the setting steps and the values.
+        sets: for each input that was set, the indices of the steps that set it, and the values.
     """
 
     marks: np.ndarray
@@ -58,7 +58,7 @@ class StepHistory:
 
 
 def _bit_key(value: Held) -> Any:
-    """Return a key that is equal for equal bits; numbers other than zero are their own keys."""
+    """Return a hashable key of an input's value, equal only for equal bits; a non-zero number is its own key."""
     return value if type(value) is float and value else (type(value), input_word(value))
 
 
@@ -71,7 +71,7 @@ def parse_steps(
 ) -> StepHistory:
     """Return the steps in the records of a segment that starts at tick `start`; append to the log's `profiles`.
 
-    `inputs` are the shapes of the inputs by name, `step_size` is in seconds.
+    `inputs` are the shapes of the component's inputs by name; `step_size` is the length of a tick [s].
     """
     marks = [np.array([start], dtype=np.int64)]
     sets: dict[str, tuple[list[np.ndarray], list[Held]]] = {}
@@ -140,11 +140,11 @@ def _record_array(record: Record, name: str, dtype: type, dimensions: int = 1) -
 
 @dataclass(frozen=True, slots=True)
 class InputInterval:
-    """An interval in which an input was held at a value or followed a profile.
+    """An interval in which an input had a constant value or followed a profile.
 
     Attributes:
         begin, end: first and last tick, equal if no tick passed before a step set the input.
-        value: the held value.
+        value: the constant value or the profile.
         shift: difference between ticks of the log and ticks of the component.
     """
 
@@ -154,7 +154,7 @@ class InputInterval:
     shift: int = 0
 
     def sample_ticks(self) -> list[int]:
-        """Return ticks that resolve the time history: both ends and, for a profile, its breakpoints and samples between."""
+        """Return ticks at which to sample the input for a plot: both ends and, of a profile, breakpoints and some between."""
         if not isinstance(self.value, CompiledProfile):
             return [self.begin, self.end]
         if self.end <= self.begin:
@@ -164,7 +164,7 @@ class InputInterval:
         return grid[(grid >= self.begin) & (grid <= self.end)].tolist()
 
     def _curved_ticks(self, profile: CompiledProfile) -> np.ndarray:
-        """Return ticks in the curved pieces of a profile, so that a short pulse is not missed."""
+        """Return ticks inside the curved pieces of a profile, at which a plot samples it so that it misses no short pulse."""
         begins = np.clip(profile.ticks, self.begin, self.end)
         ends = np.append(begins[1:], self.end)
         curved = (ends > begins) & profile.coefficients[:, 2:].any(axis=1)
@@ -175,7 +175,7 @@ class InputInterval:
 def input_intervals(
     steps: StepHistory, start: Mapping[str, Held], name: str, end: int, shift: int = 0
 ) -> Iterator[InputInterval]:
-    """Yield the intervals of an input in a segment; `start` holds the inputs before the first step."""
+    """Yield the intervals between the changes of input `name` in a segment; `start` has the inputs before the first step."""
     places, values = steps.sets.get(name, (np.zeros(0, np.int64), []))
     begins = [int(steps.marks[0]), *steps.marks[places].tolist()]
     for begin, stop, value in zip(begins, [*begins[1:], end], [start[name], *values], strict=True):

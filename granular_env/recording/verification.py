@@ -32,12 +32,12 @@ class Verification:
     Attributes:
         path: the log.
         complete: whether the log was closed.
-        calls, ticks: numbers of repeated calls of `step` and ticks.
+        calls, ticks: number of calls of `step` and number of ticks that were run again.
         frames: number of times at which recorded variables were compared.
         hashes, snapshots: numbers of compared hashes and snapshots.
         variable: name of the first differing variable, "events" or "identity"; None without a difference.
         index: index of the first differing element, or None if unknown.
-        interval: last agreeing and first differing time [s]; None for the identity.
+        interval: last time at which the variable agreed, and first time at which it differed [s]; None for the identity.
         notes: sentences on the difference and its possible causes, and on parts of the run missing in the log.
         incidents: incidents of the recording, such as "failed" or "recovered"; not compared.
     """
@@ -57,7 +57,7 @@ class Verification:
 
     @property
     def outcome(self) -> Outcome:
-        """The verdict in one or two words."""
+        """The result of the verification in one or two words."""
         if self.variable is not None:
             return "different"
         if not self.ticks:
@@ -71,7 +71,7 @@ class Verification:
 
     @property
     def message(self) -> str:
-        """The verdict as text: a line of counts, one line per difference, and one per gap."""
+        """The result as text: a line with the counts, then one line per difference and one per part missing in the log."""
         hashes = count_text(self.hashes, "hash", "hashes")
         kinds = f"{count_text(self.frames, 'frame')}, {hashes}, {count_text(self.snapshots, 'snapshot')}"
         size = f"{count_text(self.calls, 'call')} of step, {count_text(self.ticks, 'tick')} ({kinds})"
@@ -94,7 +94,7 @@ class Verification:
 
 
 class Difference(Exception):  # noqa: N818 - a finding, carried out of nested loops
-    """A difference between log and repetition: name, tick in the segment, element and explanation."""
+    """A difference between the log and the repeated run: variable, tick in the segment, element and explanation."""
 
     def __init__(self, variable: str, tick: int, index: int | None = None, reason: str = "") -> None:
         super().__init__(variable)
@@ -154,7 +154,7 @@ def verify(
                 "the log's parameters do not match the identity stated in it: the parameters or the program were changed"
             )
         if result.variable is not None:
-            result.notes += _changed_versions(log.header)
+            result.notes += _version_differences(log.header)
         return result
     finally:
         if log is not path:
@@ -162,7 +162,7 @@ def verify(
 
 
 def _store_difference(result: Verification, log: Log, segment: Segment, difference: Difference, agreed: int) -> None:
-    """Store a difference in the result; `agreed` is the last tick of the segment at which the variable agreed."""
+    """Store a difference in the result; `agreed` is the last tick at which log and repeated run had the same variable."""
     first, last = (log.log_tick(segment.number, tick) for tick in (agreed, difference.tick))
     result.variable, result.index = difference.variable, difference.index
     result.interval = (first * log.step_size, last * log.step_size)
@@ -175,7 +175,7 @@ def _store_difference(result: Verification, log: Log, segment: Segment, differen
 
 
 class Comparison:
-    """A repetition of a part of a segment, compared with the records of the log.
+    """A repeated run of a part of a segment, which is compared with the records of the log.
 
     Attributes:
         agreed: last tick at which each variable agreed.
@@ -194,7 +194,7 @@ class Comparison:
         Args:
             start: snapshot of the segment; its identity is not compared.
             end: the tick to reach; later records are not compared.
-            report: called after each piece with the tick.
+            report: called after each piece of the run with the tick reached.
 
         Raises:
             Difference: the log differs from the repetition.
@@ -223,7 +223,7 @@ class Comparison:
             raise Difference(error.variable, at, error.index, reason) from error
 
     def _comparisons(self, start: int, end: int) -> list[Iterator[tuple[Any, ...]]]:
-        """Return the comparisons of each kind in the order of time: tick, comparing function and its arguments."""
+        """Return the comparisons to be made, in the order of time: tick, the function that compares, and its arguments."""
         index, number = self._log.index, self._segment.number
         frames = index.select_rows(FRAMES, None, number)
         # Compare inputs first at each tick, because different inputs cause a different state.
@@ -288,7 +288,7 @@ class Comparison:
         self._result.snapshots += 1
 
     def _compare_events(self, start: int, end: int, repeated: np.ndarray) -> None:
-        """Compare the events of the repetition with the events of the log."""
+        """Compare the events of the repeated run with the events in the log."""
         log, number = self._log, self._segment.number
         recorded = [log.event_rows(row) for row in log.index.select_rows(EVENTS, None, number) if row[LAST] > start]
         rows = np.concatenate([*recorded, np.zeros((0, 5))])
@@ -303,13 +303,13 @@ class Comparison:
             raise Difference("events", int(repeated[count, 0]), None, "the re-run has events that are not in the log")
 
     def _restore_snapshot(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot even if parameters have changed, because the first difference is of interest."""
+        """Restore a snapshot even if parameters differ from the log's, so that the first different variable can be found."""
         snapshot.identity = self._component.identity
         restore_snapshot(self._component, snapshot)
 
 
 def _refuse_other_declaration(log: Log, component: Component) -> None:
-    """Refuse a log with variables, inputs or a step that the component of this version does not have."""
+    """Raise an error if variables, inputs or the step size in the log differ from those of the present component."""
     where = f"this program's {component.name!r}"
     for name, variable in log.variables.items():
         mine = component.variables.get(name)
@@ -322,8 +322,8 @@ def _refuse_other_declaration(log: Log, component: Component) -> None:
             raise LogError(f"got {got}", expected=f"{expected}, as in {where}", at=("header", key), source=log.source)
 
 
-def _changed_versions(header: Mapping[str, Any]) -> list[str]:
-    """Return versions and machine data that differ from the recording, as possible reasons."""
+def _version_differences(header: Mapping[str, Any]) -> list[str]:
+    """Return sentences on the versions and machine data that differ from those in the log, as possible causes."""
     recorded = {**header_table(header.get("versions")), **header_table(header.get("machine"))}
     return [
         f"{name} was {recorded[name]!r} and is {value!r} now"

@@ -22,8 +22,8 @@ from .preview.film import PreviewMessage, Topic
 from .records import CLOSED, COLUMNS, FRAMES, HEADER, INCIDENTS, KINDS, PROFILE, Record, encode_record, record_topic
 
 CHUNK_BYTES = 1 << 20
-# Size of the first chunks [bytes], which are small, so that a short truncated log is not lost completely; later chunks hold an
-# eighth of all before them.
+# Size of the first chunks [bytes]: small, so that a short log that is cut off is not lost completely; later chunks have an
+# eighth of the size of all chunks before them.
 _FIRST_CHUNK_BYTES, _CHUNK_SHARE = 1 << 16, 8
 
 
@@ -59,7 +59,7 @@ class LogWriter:
         self._variables: Any = []
         self._chunk = self._unfinished_bytes = self._bytes = self._latest = 0
         self._failed: LogError | None = None
-        # Only `flush` ends a chunk, so that the chunk of each record is known for the index.
+        # Let only `flush` end a chunk, not the mcap library, so that the index knows the chunk of each record.
         self._mcap = Writer(self._file, chunk_size=2**62, compression=CompressionType.LZ4)
         with self._translate_errors():
             self._mcap.start(PROFILE, PROFILE)
@@ -67,7 +67,7 @@ class LogWriter:
     def add_record(self, record: Record, nanoseconds: int) -> None:
         """Write a record; end and flush a full chunk.
 
-        A record after a record with a later time takes that time, because readers require the order of time.
+        A record with an earlier time than the one before it gets that one's time, because readers require the order of time.
         """
         record = replace(record, number=self._numbers[record.kind])
         if record.kind == HEADER:
@@ -90,7 +90,7 @@ class LogWriter:
             self._mcap.flush()
 
     def add_preview(self, messages: Iterable[PreviewMessage]) -> None:
-        """Write the messages for stock viewers, in separate chunks."""
+        """Write the preview (the messages that viewers such as Foxglove show), in chunks of its own."""
         self.flush()
         for number, one in enumerate(messages):
             self._add_message(one.topic, {}, number, one.data, one.log_time, one.publish_time)
@@ -137,11 +137,11 @@ class LogWriter:
 
     @property
     def is_published(self) -> bool:
-        """Return whether the file has its final name."""
+        """Return whether the file has the name of the log instead of a hidden name."""
         return self._part is None
 
     def publish(self) -> None:
-        """Replace the older log, if there is one, by the file."""
+        """Give the file the name of the log; this replaces the older log, if there is one."""
         if self._part is not None:
             with self._translate_errors():
                 os.replace(self._part, self.path.resolve())
@@ -150,7 +150,7 @@ class LogWriter:
 
     def abandon(self) -> None:
         """Close the file in its present state; remove an unpublished file and keep the older log."""
-        # The failed write has already reported its error.
+        # Ignore errors here: the write that failed has already reported its own.
         with contextlib.suppress(OSError):
             self._file.close()
         if self._part is not None:
@@ -187,7 +187,7 @@ def to_path(path: str | os.PathLike[str]) -> Path:
 
 
 def _create_file(path: Path, overwrite: bool, is_hidden: bool) -> tuple[IO[bytes], Path | None, IO[bytes] | None]:
-    """Return a new file, its hidden name and the older log that it replaces, all locked; see `LogWriter`."""
+    """Return a new file, its hidden name (if any), and the older log that it will replace, all locked; see `LogWriter`."""
     source = f"log {str(path)!r}"
     try:
         target = resolve_file(path)

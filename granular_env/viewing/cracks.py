@@ -1,4 +1,4 @@
-"""Links as drawn: intact links are lines, broken links are cracks.
+"""Drawing of links between points: an intact link is a line between them, a broken link a short crack across its middle.
 
 With many points, lines would hide the points' colours, so only cracks are drawn.
 """
@@ -10,9 +10,9 @@ import numpy.typing as npt
 
 from granular_env.components.support.float_arrays import FloatArray
 
-# Lines for more links than this would hide the points.
+# With more links than this, the lines of intact links are not drawn, because they would hide the points.
 MOST_LINES = 400
-# Length of a crack, and the largest distance of its points at which it is drawn, relative to the points' rest distance.
+# Length of a drawn crack, and the distance of its two points beyond which none is drawn, relative to their rest distance.
 _LENGTH, _FARTHEST = 0.6, 1.5
 
 
@@ -24,11 +24,11 @@ def crack_lines(
     Points that have moved far apart leave a visible gap and get no line.
 
     Args:
-        places: drawn positions of the points, shape (n, d) with two or three columns [m].
+        places: drawn positions of the points, shape (n, d) with d = 2 or 3 [m].
         rest: initial positions, shape (n, d) [m].
-        pairs: indices of the points, shape (m, 2).
+        pairs: indices of the two points of each link, shape (m, 2).
         state: 0 for a broken link, shape (m,).
-        normal: viewing direction, in three dimensions only.
+        normal: viewing direction, to which the cracks are perpendicular; only for d = 3.
     """
     broken = pairs[state == 0.0]
     along, began = places[broken[:, 1]] - places[broken[:, 0]], rest[broken[:, 1]] - rest[broken[:, 0]]

@@ -1,6 +1,6 @@
-"""Curves: scalars in time, thinned without losing peaks, and inputs as curves of their active elements or extremes.
+"""Curves over time: scalars, thinned without losing peaks, and inputs, as curves of their non-zero elements or extremes.
 
-A profile is a time factor and one array, so the memory is that of a few curves regardless of the input's size.
+An array input with a profile is a time factor times one array, so its curves need little memory whatever its size.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ from granular_env.components.variables import Element, Variable
 from granular_env.recording.steps import InputInterval
 
 MAXIMUM_CURVE_POINTS = 4_000
-# More curves than this in one figure are unreadable.
+# Largest number of curves in one figure; more would be unreadable.
 MOST_CURVES = 6
-# An array of vectors has a last axis with at most this many components.
+# An array counts as an array of vectors if its elements have at most this many components.
 MOST_COMPONENTS = 3
 
 
 @dataclass(frozen=True)
 class Curve:
-    """A scalar in time.
+    """The values of a scalar over time.
 
     Attributes:
         times: shape (samples,) [s].
@@ -64,9 +64,9 @@ class InputCurves:
 
     Attributes:
         variable: the input.
-        curves: curves of the active elements, or of the extremes; one curve if all elements are always equal.
-        acting: number of active elements.
-        is_summary: whether the curves are extremes over many elements.
+        curves: curves of the elements that are not always 0, or of the extremes; one curve if all elements are always equal.
+        acting: number of elements that are not always 0.
+        is_summary: whether the curves are the largest and smallest of many elements.
     """
 
     variable: Variable
@@ -76,7 +76,7 @@ class InputCurves:
 
 
 def load_input_curves(log: Any, name: str) -> InputCurves | None:
-    """Return an input of a log as applied, with both sides of its jumps; None if there was no step."""
+    """Return the curves of an input as applied during a log, with both values at a jump; None if the log has no step."""
     variable: Variable = log.input_variables[name]
     held = acting_intervals(log, name)
     if not held:
@@ -98,12 +98,12 @@ def load_input_curves(log: Any, name: str) -> InputCurves | None:
 
 
 def acting_intervals(log: Any, name: str) -> list[InputInterval]:
-    """Return the intervals and held values of an input, from the first step that set it."""
+    """Return the intervals of non-zero length between changes of an input, each with the value or profile held in it."""
     return [one for one in log.input_intervals(name) if one.end > one.begin]
 
 
 def present_input_curves(variable: Variable, value: Any, time: float, tick: int) -> Iterator[Curve]:
-    """Yield the present value of an input as one-sample curves: each element of a small array, the extremes of a large one."""
+    """Yield an input's present value as curves of one sample: one per element of a small array, the extremes of a large one."""
     values = np.ravel(value).astype(np.float64)
 
     def make_curve(name: str, choose: Callable[[FloatArray], float]) -> Curve:
@@ -118,7 +118,7 @@ def present_input_curves(variable: Variable, value: Any, time: float, tick: int)
 
 
 def component_names(variable: Variable) -> list[str]:
-    """Return the component names of a variable that holds vectors at many places; for a plain array its name."""
+    """Return one name per vector component of a variable that is an array of vectors; for any other variable its name."""
     count = prod(variable.shape[1:])
     if len(variable.shape) < 2 or count > MOST_COMPONENTS:
         return [variable.name]
@@ -126,7 +126,7 @@ def component_names(variable: Variable) -> list[str]:
 
 
 def sample_intervals(intervals: Sequence[InputInterval], ticks: Iterable[int]) -> Iterator[Any]:
-    """Yield the values of an input at ascending ticks of the log; at a jump, the value after the jump."""
+    """Yield the values of an input at the given ascending ticks of the log; at a jump, the value after the jump."""
     place = 0
     for tick in ticks:
         while place + 1 < len(intervals) and intervals[place + 1].begin + intervals[place + 1].shift <= tick:
@@ -138,7 +138,7 @@ Drawer = Callable[[str, Callable[[FloatArray], float]], Curve]
 
 
 def _curve_maker(log: Any, variable: Variable, intervals: Sequence[InputInterval]) -> Drawer:
-    """Return a function that makes the curve of one number of an input, which it picks from the elements as one row."""
+    """Return a function that makes the curve of one number; its argument picks this number from the input's elements (1-D)."""
     samples = [one.sample_ticks() for one in intervals]
     every = (tick + one.shift for own, one in zip(samples, intervals, strict=True) for tick in own)
     ticks = np.fromiter(every, dtype=np.int64)
@@ -149,7 +149,7 @@ def _curve_maker(log: Any, variable: Variable, intervals: Sequence[InputInterval
         for own, one in zip(samples, intervals, strict=True):
             row = _flat_values(one.value)
             if isinstance(one.value, CompiledProfile):
-                # For a negative factor, the largest product is the factor times the smallest element.
+                # If the time factor is negative, the input's largest element is the factor times the array's smallest one.
                 positive, negative = float(choose(row)), -float(choose(-row))
                 factors = np.array([one.value.polynomial_value(tick) for tick in own])
                 values += np.where(factors < 0.0, negative * factors, positive * factors).tolist()
@@ -163,14 +163,14 @@ def _curve_maker(log: Any, variable: Variable, intervals: Sequence[InputInterval
 
 
 def _flat_values(value: Held) -> FloatArray:
-    """Return the elements of a held value as one row; for a profile the array that its time factor multiplies."""
+    """Return the elements of an input's value as one row; for a profile, of the array that its time factor multiplies."""
     if isinstance(value, CompiledProfile):
         return np.ones(1) if value.pattern is None else np.ravel(value.pattern)
     return np.ravel(value)
 
 
 def _extreme_curves(variable: Variable, acting: npt.NDArray[np.bool_], draw: Drawer) -> Iterator[Curve]:
-    """Yield the curves of the largest and the smallest element; for vectors, of each active component."""
+    """Yield the curves of an input's largest and smallest element; for vectors, of each component that is not always 0."""
     names = component_names(variable)
     for column, name in enumerate(names):
         part = slice(column, None, len(names))

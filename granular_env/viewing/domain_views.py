@@ -1,4 +1,4 @@
-"""The views that a domain may add to a scene, and the base class that adds nothing.
+"""Views that a domain (the code for one kind of component) may add to a rerun scene, and the base class, which adds none.
 
 `domains.Domain.views` names a subclass of `Views`; each scene has one instance.
 """
@@ -21,14 +21,14 @@ class Views:
     """Base class of the views of a domain; it adds no view.
 
     Args:
-        motion: a whole run, or the first frame of a live run.
-        scales: scales of the generic scene.
+        motion: the particles in all frames of a log, or in the first frame of a live run.
+        scales: scales of the scene to which the views are added.
         begin: start of a live run [s].
         end: end of a live run [s]; None if unknown.
     """
 
     def __init__(self, motion: Motion, scales: Scales, begin: float = 0.0, end: float | None = None) -> None:
-        """Compute the layout of the views."""
+        """Compute from the first frames where the views lie in the scene."""
 
     def vertical_extent(self, scales: Scales) -> tuple[float, float]:
         """Return the lowest and highest z that the camera of the whole scene must cover [m]."""
@@ -39,7 +39,7 @@ class Views:
         return False
 
     def send_static(self, recording: Any, motion: Motion, scales: Scales) -> None:
-        """Send cameras and guides, which do not change."""
+        """Send the parts of the views that do not change with time: cameras and guide lines."""
 
     def send_frames(
         self,
@@ -50,37 +50,37 @@ class Views:
         colours: npt.NDArray[np.uint8],
         when: list[Any],
     ) -> None:
-        """Send the parts that move with the particles.
+        """Send the parts of the views that move with the particles.
 
         Args:
             recording: rerun's recording.
-            motion: the frames.
-            scales: scales of the generic scene.
+            motion: the particles in the frames to send.
+            scales: scales of the scene to which the views are added.
             positions: drawn positions of the particles, shape (frames, n, 3) [m].
             colours: colours of the particles, shape (frames, n, 3).
             when: rerun's time columns.
         """
 
     def send_pictures(self, recording: Any, motion: Motion, scales: Scales) -> None:
-        """Send pictures that take long to draw: once for a whole run, occasionally for a live run."""
+        """Send pictures that take long to draw: called once for a whole run, and now and then during a live run."""
 
     def full_width_panes(self, motion: Motion, scales: Scales) -> list[tuple[Any, float]]:
-        """Return full-width panes below the whole scene, each with its share of the height."""
+        """Return panes over the full width, to be shown below the whole scene, each with its share of the height."""
         return []
 
     def side_panes(self, motion: Motion, scales: Scales) -> list[Any]:
-        """Return panes next to the plots."""
+        """Return panes to be shown next to the plots."""
         return []
 
     def caption_paragraphs(self, motion: Motion, scales: Scales) -> list[str]:
-        """Return the caption's paragraphs on these views."""
+        """Return the paragraphs on these views for the caption of the scene."""
         return []
 
 
 def make_views(
     component: str, scene_data: SceneData, scales: Scales | None, begin: float = 0.0, end: float | None = None
 ) -> Views | None:
-    """Return the views of a component's domain for one scene, None without particles; arguments as for `Views`."""
+    """Return the views that the component's domain adds to a scene; None without particles; arguments as for `Views`."""
     if scene_data.motion is None or scales is None:
         return None
     return (find_domain(component).load_attribute("views") or Views)(scene_data.motion, scales, begin, end)

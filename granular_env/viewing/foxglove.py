@@ -1,4 +1,4 @@
-"""A layout for Foxglove: side view of the log's preview, a description, and a plot for each unit.
+"""A layout (arrangement of panels) for Foxglove: side view of the log's preview, a description, and a plot per unit.
 
 Without a layout, Foxglove hides the topics of an unknown file, and its camera is 20 m away from a body of a few centimetres.
 """
@@ -25,7 +25,7 @@ _POINT_SIZE, _OTHER_SIZE = 5, 3
 # Vertical field of view of the camera [degrees], and smallest aspect ratio (width over height) of its picture.
 _OPENING, _ASPECT = 45.0, 1.6
 _TANGENT = math.tan(math.radians(_OPENING / 2))
-# Phi is the polar angle from the vertical [degrees].
+# In Foxglove's camera settings, phi is the polar angle from the vertical [degrees].
 _SIDE_VIEW = {"phi": 80.0, "thetaOffset": 0.0, "perspective": True, "fovy": _OPENING}
 _PLANE_PHI = 30.0
 
@@ -67,7 +67,7 @@ def foxglove_layout(log: Log) -> dict[str, Any]:
 
 
 def _number_names(log: Log) -> dict[str, list[str]]:
-    """Return the names of the numbers in each numeric topic, from the preview at the end of the file."""
+    """Return, for each topic of the preview with numbers, the names of the numbers; the preview is at the end of the file."""
     found: dict[str, list[str]] = {}
     container = log.container
     for chunk in reversed(range(len(container.places))):
@@ -92,7 +92,7 @@ def _scene_panel(log: Log) -> dict[str, Any]:
     is_plane = any(np.ptp(to_three_columns(rows)[:, 1]) > 0.0 for rows in places)
     view = {**_SIDE_VIEW, "phi": _PLANE_PHI} if is_plane else _SIDE_VIEW
     tilt = math.radians(view["phi"])
-    # Visible height at the camera's distance, with x across the picture.
+    # Height [m] that the picture must cover at the bodies so that they fit in; x runs across the picture.
     seen = 1.1 * max(height * math.sin(tilt) + depth * math.cos(tilt), width / _ASPECT)
     distance = seen / 2 / _TANGENT
     topics: dict[str, Any] = {}
@@ -141,7 +141,7 @@ def _plot_panel(topic: str, names: list[str], place: int) -> dict[str, Any]:
 
 
 def _panel_row(panels: list[str]) -> Any:
-    """Return a mosaic of panels of equal width side by side."""
+    """Return Foxglove's layout node for panels of equal width side by side."""
     if len(panels) == 1:
         return panels[0]
     return {"direction": "row", "first": panels[0], "second": _panel_row(panels[1:]), "splitPercentage": 100 / len(panels)}

@@ -8,7 +8,7 @@ from .viewpoint import viewpoint_text
 
 
 def picture_sentences(scene_data: SceneData) -> list[str]:
-    """Return the sentences, independent of the viewer."""
+    """Return sentences that explain a picture of the scene in any viewer or figure."""
     links = [one for motion in scene_data.motions for one in motion.links]
     sentences = [f"Seen {viewpoint_text(scene_data.viewpoint)}; the inside is dark."] if scene_data.is_solid else []
     if any(motion.rotation is not None for motion in scene_data.motions):

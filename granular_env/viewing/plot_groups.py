@@ -1,4 +1,4 @@
-"""Groups of scalars for one plot; a plot never mixes units."""
+"""Grouping of a run's scalar curves into plots; the curves of a plot have the same unit."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .scene_data import SceneData
 
 @dataclass(frozen=True)
 class Plot:
-    """Curves of one unit with one title; `group` is the folder of their paths in a scene."""
+    """The curves of one plot, which have the same unit; `group` is the folder of their paths in a rerun scene."""
 
     title: str
     group: str
@@ -21,7 +21,7 @@ class Plot:
 
 
 def make_plots(scene_data: SceneData) -> list[Plot]:
-    """Return all plots of scene data: energy first, zero curves last."""
+    """Return all plots of the scalars in scene data: energy first, curves that are always zero last."""
     balances, known = list[Plot](), set[str]()
     for balance in scene_data.balances:
         words = balance.quantity.replace("_", " ").capitalize()
@@ -29,7 +29,7 @@ def make_plots(scene_data: SceneData) -> list[Plot]:
         known |= {*balance.entries, *residuals}
         balances.append(Plot(f"{words} [{balance.unit}]", balance.quantity, _changing_curves(scene_data, balance.entries)))
         curves = _changing_curves(scene_data, residuals)
-        # The axis of a small residual would have a single label, which shows no scale.
+        # The title states the largest residual, because the axis of such small values has a single label, which shows no scale.
         largest = max((np.abs(curve.values).max() for curve in curves if len(curve.values) > 1), default=0.0)
         title = f"{words} residual [{balance.unit}]: numerical error"
         balances.append(Plot(f"{title}; at most {largest:.2g}" if largest else title, balance.residual, curves))
@@ -39,7 +39,7 @@ def make_plots(scene_data: SceneData) -> list[Plot]:
 
 
 def select_plots(scene_data: SceneData, max_count: int) -> list[Plot]:
-    """Return the plots that get a pane: at most `max_count`, and none that stays zero in a finished run."""
+    """Return the plots to be shown in a pane: at most `max_count`, and none whose curves are always zero in a finished run."""
     return [plot for plot in make_plots(scene_data) if not _is_quiet(plot) or len(plot.curves[0].values) < 2][:max_count]
 
 
@@ -50,7 +50,7 @@ def _unit_plots(title: str, curves: Iterable[Curve]) -> list[Plot]:
 
 
 def _changing_curves(scene_data: SceneData, names: Iterable[str]) -> tuple[Curve, ...]:
-    """Return the curves of a balance that are not always zero, and those with a single sample (live run)."""
+    """Return those curves `names` of a balance that are not always zero or have a single sample (the start of a live run)."""
     found = (scene_data.curves[name] for name in names if name in scene_data.curves)
     return tuple(one for one in found if len(one.values) < 2 or np.any(one.values != 0.0))
 

@@ -1,4 +1,4 @@
-"""Recorded outputs of a log as frames, curves and fields (times by places), for viewers and figures."""
+"""Recorded outputs of a log, read for viewers and figures: as curves over time, and as fields (values at times and places)."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from .scene_data import MAXIMUM_POINTS, MAXIMUM_SHOWN_PARTICLES, Motion
 from .unit_labels import label_with_unit
 from .visible_drawables import colour_name, colouring_outputs, is_hidden, with_colour
 
-# Longer series are read frame by frame.
+# Recorded series with more bytes than this are read frame by frame.
 _READ_AT_ONCE = 50_000_000
 _AXES = "xyz"
 
 
 def validity_limit(log: Any) -> tuple[float, str]:
-    """Return the time at which results cease to be valid [s], and a sentence on it; infinity and "" if they stay valid."""
+    """Return the time at which the results cease to be valid [s], and a sentence on it; infinity and "" if they stay valid."""
     details = log.event_details
     for event in (*(log.earlier_events() or ()), *log.events()):
         if event.kind in details and details[event.kind].ends_validity:
@@ -68,7 +68,7 @@ def coloured_drawables(log: Any, colour: str | None) -> tuple[Drawable, ...]:
 
 
 def curve_names(variable: Variable) -> list[str]:
-    """Return a variable's curve names: one for a scalar or one-element array, one per component of a short vector."""
+    """Return the names of the curves that show a variable: one for a single number, one per component of a short vector."""
     if variable.shape in ((), (1,)):
         return [variable.name]
     if len(variable.shape) == 1 and variable.shape[0] <= len(_AXES):
@@ -77,7 +77,7 @@ def curve_names(variable: Variable) -> list[str]:
 
 
 def nearest_frame(times: FloatArray, time: float) -> int:
-    """Return the index of the frame nearest to a time [s]; `ParameterError` outside the recorded span."""
+    """Return the index of the frame nearest to a time [s]; raise `ParameterError` for a time outside the recorded span."""
     first, last = float(times[0]), float(times[-1])
     slack = 1e-9 * max(abs(first), abs(last))
     if not first - slack <= time <= last + slack:
@@ -86,14 +86,14 @@ def nearest_frame(times: FloatArray, time: float) -> int:
 
 
 def pick_evenly(available: int, count: int) -> npt.NDArray[np.int64]:
-    """Return indices of evenly spaced frames, including the first and the last."""
+    """Return the indices of at most `count` of the `available` frames, evenly spaced, including the first and the last."""
     if available <= count:
         return np.arange(available)
     return np.unique(np.rint(np.linspace(0, available - 1, count)).astype(np.int64))
 
 
 def segment_starts(log: Any, name: str, frames: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
-    """Return the indices, among the picked frames, of the first frames of later segments."""
+    """Return the positions in `frames` (picked frame indices) at which the log's second and later segments begin."""
     ticks, lengths = np.asarray(log.ticks(name)), [segment.end - segment.start for segment in log.segments]
     bounds = log.start_tick + np.cumsum(lengths[:-1], dtype=np.int64)
     # Two segments may have a frame at the same tick; the second frame begins the later segment.
@@ -104,7 +104,7 @@ def segment_starts(log: Any, name: str, frames: npt.NDArray[np.int64]) -> npt.ND
 
 
 def sample_frames(log: Any, name: str, frames: npt.NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
-    """Return times (frames,) [s] and values (frames, *shape) of the picked frames."""
+    """Return the times (frames,) [s] and the values (frames, *shape) of a variable in the picked frames."""
     times = np.asarray(log.times(name), dtype=np.float64)
     if len(times) * int(np.prod(log.variables[name].shape, dtype=np.int64)) <= _READ_AT_ONCE:
         return times[frames], np.asarray(log.series(name)[1], dtype=np.float64)[frames]
@@ -124,13 +124,13 @@ def load_curves(log: Any, name: str) -> Iterator[curves.Curve]:
 
 @dataclass(frozen=True)
 class Field:
-    """A quantity with a value for each particle, contact, ... in some frames of a run.
+    """A quantity with one value per place (particle, contact, cell, ...) in some frames of a run.
 
     Attributes:
-        variable: name, unit and meaning.
+        variable: name, unit and meaning of the quantity.
         times: shape (frames,) [s].
         values: shape (frames, n), in the variable's unit.
-        place: the axis of the variable, such as "grain" or "contact"; "element" if it has none.
+        place: what a place is, from the variable's axes, such as "grain" or "contact"; "element" if it declares none.
         axis: the label of the axis along the places.
         every: every `every`-th place is shown; 1 shows all.
         total: the number of places.
@@ -160,14 +160,14 @@ class Field:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """The start of the first place and the end of the last place."""
+        """The two ends of the axis along the places: half a spacing before the first place and after the last place."""
         across = self.coordinates
         half = 0.5 * (float(across[1] - across[0]) if len(across) > 1 else float(self.every))
         return float(across[0]) - half, float(across[-1]) + half
 
 
 def to_field(source: Motion | Field) -> Field:
-    """Return a field unchanged, or the colour of a motion as a field; `ParameterError` if it was not recorded."""
+    """Return a field unchanged; of particles, the quantity that colours them as a field, `ParameterError` if not recorded."""
     if isinstance(source, Field):
         return source
     if source.colour is None:
@@ -220,7 +220,7 @@ def load_fields(log: Any, name: str, frames: int) -> list[Field]:
 
 
 def _coordinate(log: Any, variable: Variable) -> FloatArray | None:
-    """Return the evenly spaced coordinate of a variable drawn as a curve, or of one with the same first axis [m]."""
+    """Return the coordinates of a variable's places [m] if it, or one with the same first axis, is drawn as a curve along x."""
     for one in log.drawables:
         drawn = log.variables.get(one.field) if isinstance(one, Curve) and len(one.coordinate) > 1 else None
         if drawn is None or drawn.shape != variable.shape[:1]:
@@ -242,9 +242,9 @@ def _axis_labels(variable: Variable, surplus: int | None, every: int, point: str
 
     Args:
         variable: the quantity.
-        surplus: number of values minus number of points; None if the points are not in a row.
+        surplus: number of values minus number of points (contacts may have one more or less); None without a row of points.
         every: every `every`-th place is shown.
-        point: name of a single point.
+        point: name of a single point, such as "grain".
     """
     place = variable.axes[0].replace("_", " ") if variable.axes else "element"
     notes = {0: "0 is the left end", 1: f"i is left of {point} i", -1: f"i is right of {point} i"}

@@ -1,4 +1,4 @@
-"""The scene of a log or of a running component."""
+"""Building of the scene data (shapes and curves to be drawn) of a log or of a running component."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ from .visible_drawables import colour_name, is_hidden, is_plane, visible_cells, 
 
 
 class Frames(NamedTuple):
-    """Times at which outputs are read.
+    """The times at which outputs are read for a scene, and a function that reads them.
 
     Attributes:
         times: shape (frames,) [s].
@@ -64,14 +64,14 @@ class Frames(NamedTuple):
 
 
 class SceneSource(NamedTuple):
-    """The displayed log or component.
+    """Where the data of a scene come from: a log, or the present state of a component.
 
     Attributes:
         component: the name of the component.
         variables: variables by name.
         drawables: drawables of the component.
-        has: whether an output can be read.
-        frames: returns the frames of an output; a larger `size` (numbers per frame) gives fewer frames.
+        has: function that returns whether an output can be read.
+        frames: function that returns the frames of an output; a larger `size` (numbers per frame) gives fewer frames.
     """
 
     component: str
@@ -82,7 +82,7 @@ class SceneSource(NamedTuple):
 
 
 def _log_source(log: Any, colour: str | None, pick: Callable[[FloatArray, int], npt.NDArray[np.int64]]) -> SceneSource:
-    """Return a log as a source; `pick` chooses frames from their times [s] and the number of values per frame."""
+    """Return a log as a source; `pick` chooses frames, given the times of all [s] and the count of numbers per frame."""
 
     def frames(name: str, size: int) -> Frames:
         picked = pick(np.asarray(log.times(name), dtype=np.float64), size)
@@ -109,7 +109,7 @@ def require_log(log: Any) -> None:
 def load_scene(
     log: Any, frames: int = MAXIMUM_FRAMES, progress: Callable[[float], None] | None = None, colour: str | None = None
 ) -> SceneData:
-    """Return at most `frames` frames of a log, and all its scalar outputs and inputs, thinned; `colour` as in `save_rrd`."""
+    """Return the scene data of a log: at most `frames` frames of its shapes, and its scalar outputs and inputs, thinned; `colour` as in `save_rrd`."""
     progress = progress or (lambda part: None)
     source = _log_source(log, colour, lambda clock, size: pick_evenly(len(clock), max(2, min(frames, MAXIMUM_POINTS // size))))
     shapes = _read_shapes(source)
@@ -137,7 +137,7 @@ def load_scene(
 
 
 def load_shapes(log: Any, times: Sequence[float], colour: str | None = None) -> SceneData:
-    """Return the shapes of a log in the frames nearest to given times [s].
+    """Return the scene data of a log without curves: its shapes in the frames nearest to given times [s].
 
     Raises:
         ParameterError: a time outside the recorded span, or an output `colour` that can colour no shape.
@@ -148,7 +148,7 @@ def load_shapes(log: Any, times: Sequence[float], colour: str | None = None) -> 
 
 
 def make_scene(component: Component, title: str | None = None, earlier: int = 0) -> SceneData:
-    """Return the present state of a component as one frame; `earlier` is the number of ticks before its last reset."""
+    """Return the scene data of a component's present state (one frame); `earlier` is the ticks before its last reset."""
     tick, time = component.tick + earlier, component.time + earlier * component.step_size
     now, ticks = np.array([time]), np.array([tick], dtype=np.int64)
 
@@ -174,7 +174,7 @@ def make_scene(component: Component, title: str | None = None, earlier: int = 0)
 
 
 def picture_remark(component: Any, parameters: Any) -> str:
-    """Return the remark of a component's domain on its pictures; "" for none."""
+    """Return the remark that the domain of a component adds to its pictures; "" for none."""
     remark = find_domain(str(component)).load_attribute("remark")
     return "" if remark is None or not isinstance(parameters, Mapping) else str(remark(parameters))
 
@@ -189,7 +189,7 @@ def log_title(log: Any) -> str:
 
 
 def _balances_to_show(balances: Iterable[BalanceNames], variables: Mapping[str, Variable]) -> tuple[BalanceNames, ...]:
-    """Return the balances with each vector's name replaced by the names of its curves."""
+    """Return the balances to plot; the name of a vector is replaced by the names of its components' curves."""
 
     def split_vectors(names: Iterable[str]) -> tuple[str, ...]:
         return tuple(part for name in names if name in variables for part in curve_names(variables[name]))
@@ -208,7 +208,7 @@ def _read_shapes(source: SceneSource) -> tuple[tuple[Motion, ...], tuple[MeshFra
 
 
 def _read_motion(source: SceneSource, points: Points) -> Motion | None:
-    # Without displacements, the output that colours the particles supplies the times.
+    # If the displacements were not recorded, use the times at which the output that colours the particles was recorded.
     clock = next((name for name in (points.displacement, points.colour) if source.has(name)), None)
     if clock is None:
         return None
@@ -279,7 +279,7 @@ def _find_variable(source: SceneSource, name: str) -> Variable:
 
 
 def _to_vectors(displacement: FloatArray | None) -> FloatArray | None:
-    """Return displacements along x, shape (frames, n), or vectors as 3D vectors (frames, n, 3); None for None."""
+    """Return displacements, given along x (frames, n) or as vectors, as 3D vectors, shape (frames, n, 3); None for None."""
     if displacement is None:
         return None
     return to_three_columns(displacement if displacement.ndim == 3 else displacement[..., np.newaxis])
@@ -295,7 +295,7 @@ def _scene_notes(log: Any, scene_data: SceneData) -> Iterator[str]:
         yield f"Drawn at the initial positions, because no displacements were recorded: {', '.join(scene_data.unmoved_shapes)}."
     if motion is not None and motion.every > 1:
         yield f"Only every {motion.every}th of {motion.total} particles is shown, without links."
-    # Links do not break without events.
+    # Without events, no link breaks, so the log needs no note on links.
     for one in log.drawables if motion is not None and log.event_kinds else ():
         if isinstance(one, Links) and one.state and not is_hidden(one, log.drawables):
             if one.state not in recorded:
@@ -311,7 +311,7 @@ def _scene_notes(log: Any, scene_data: SceneData) -> Iterator[str]:
 
 
 def _colour_notes(log: Any, drawn: Sequence[Drawable], scene_data: SceneData) -> Iterator[str]:
-    """Yield a sentence for each drawable whose output was not recorded: the output that colours it, or all recorded ones."""
+    """Yield a sentence for each drawable whose colouring output was not recorded: which other one is used, or could be."""
     recorded, shown = recorded_outputs(log), {one.name for one in scene_data.shapes}
     balanced = {name for balance in log.balances for name in (*balance.entries, balance.residual)}
     arrays = ", ".join(name for name, one in recorded.items() if one.shape and name not in balanced) or "none"

@@ -16,7 +16,7 @@ from .curves import Curve
 from .viewpoint import viewpoint
 from .visible_drawables import is_solid
 
-# Limits on the displayed data; viewers run out of memory beyond them.
+# Largest amounts of displayed data (see the names); with more, viewers run out of memory.
 MAXIMUM_FRAMES = 400
 MAXIMUM_SHOWN_PARTICLES = 20_000
 MAXIMUM_SHOWN_LINKS = 60_000
@@ -26,12 +26,12 @@ MAXIMUM_POINTS = 1_000_000
 
 @dataclass(frozen=True)
 class LinkFrames:
-    """Links between the particles of a `Motion`, in its frames.
+    """Links between the particles of a `Motion`, with their state in each of its frames.
 
     Attributes:
         name: name of the links, such as "links".
-        pairs: indices of the particles, shape (m, 2).
-        state: 0 for an unlinked pair, shape (frames, m).
+        pairs: indices of the two particles of each link, shape (m, 2).
+        state: 0 where the pair is not linked (any more), shape (frames, m).
         state_name: name of the output with the state.
     """
 
@@ -53,7 +53,7 @@ class Motion:
         displacement: shape (frames, n, 3) [m]; zeros if it was not recorded.
         colour: values of the colouring variable, shape (frames, n); None if it was not recorded.
         colour_variable: name, unit and meaning of the colouring variable.
-        contact: contact force or overlap from the domain, never negative, shape (frames, contacts); None if unknown.
+        contact: contact force or overlap, as the domain chooses, never negative, shape (frames, contacts); None if unknown.
         contact_name, contact_unit: name and unit of the contact quantity.
         every: every `every`-th particle is shown; 1 shows all.
         total: the number of particles.
@@ -129,7 +129,7 @@ class MeshFrames:
 
 
 def drawn_positions(shape: Motion | MeshFrames, factor: float, frames: int | slice = slice(None)) -> FloatArray:
-    """Return the drawn positions of points or nodes, with displacements stretched by a factor, shape (..., n, 3) [m]."""
+    """Return drawn positions of points or nodes, shape (..., n, 3) [m]: positions at rest plus `factor` times displacements."""
     rest = shape.reference if isinstance(shape, Motion) else shape.nodes
     return rest + factor * shape.displacement[frames]
 
@@ -163,7 +163,7 @@ class SceneData:
         title: title of the run.
         motions: particles.
         meshes: cells.
-        inputs: input name -> curves; for an array, the curves of its active elements or of its extremes.
+        inputs: the curves of each input by name; of an array, those of its non-zero elements or of its extremes.
         profiles: fields along a line; only for a log, whose ranges are known.
         remark: sentences of the domain on pictures of the component; "" for none.
         conclusions: sentences on the state at the end of the run.
@@ -192,7 +192,7 @@ class SceneData:
 
     @property
     def shapes(self) -> tuple[Motion | MeshFrames, ...]:
-        """All shapes drawn in space."""
+        """All shapes that have positions (particles and cells), in contrast to curves and profiles."""
         return (*self.motions, *self.meshes)
 
     @property
@@ -230,5 +230,5 @@ class SceneData:
                 yield mesh.field_variable, mesh.field
 
     def named_curves(self, names: Iterable[str]) -> list[Curve]:
-        """Return the existing curves with these names, without curves that stay zero."""
+        """Return the curves with these names, except curves that are always zero; missing names are ignored."""
         return [self.curves[name] for name in names if name in self.curves and np.any(self.curves[name].values != 0.0)]

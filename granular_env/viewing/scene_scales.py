@@ -21,10 +21,10 @@ from granular_env.recording.preview.displacement_scale import common_exaggeratio
 from .scene_data import Motion, SceneData, drawn_positions
 from .unit_labels import label_with_unit
 
-# In a plane, a few values larger than nearly all others by this factor do not set the colour limit; otherwise the values at a
-# point load would leave the wave without colour.
+# In a plane, a few values that exceed nearly all others by this factor do not set the limit of the colours; otherwise those at
+# the place of a point load would leave the wave nearly without colour.
 _OUTSTANDING, _NEARLY_ALL = 2.5, 0.995
-# Smaller scenes are magnified [m].
+# Scenes smaller than this are magnified [m].
 _LEAST_LENGTH = 0.1
 REST_COLOUR = (150, 150, 150)
 
@@ -38,7 +38,7 @@ class ColourScale:
         unit: unit of the outputs.
         limit: magnitude at the ends of the colour scale.
         has_sign: whether any value is negative.
-        is_exceeded: whether some values exceed the limit.
+        is_exceeded: whether some values exceed the limit, so that they get the colour of the limit.
     """
 
     names: tuple[str, ...]
@@ -57,8 +57,8 @@ def colour_scales(shown: Iterable[tuple[Variable, FloatArray]], is_plane: bool =
     """Return the colour scales of outputs: one per unit, and one per output without a unit.
 
     Args:
-        shown: outputs and their values, any shape.
-        is_plane: whether to ignore a few outstanding values (see above).
+        shown: for each output its variable and its values, of any shape.
+        is_plane: whether the shapes lie in a plane, where a few outstanding values do not set the limit (see above).
     """
     groups: dict[str, list[tuple[Variable, FloatArray]]] = {}
     for variable, values in shown:
@@ -123,7 +123,7 @@ class Scales:
 
 
 def make_scales(scene_data: SceneData, exaggerate: float | None = None) -> Scales | None:
-    """Return scales that fit the shapes, or None without shapes; `exaggerate` overrides the automatic factor."""
+    """Return scales that fit the shapes, None without shapes; `exaggerate` replaces the automatic displacement factor."""
     if not scene_data.shapes:
         return None
     factor = exaggerate or common_exaggeration(
@@ -159,7 +159,7 @@ def enlarge_scales(scales: Scales, scene_data: SceneData, exaggerate: float | No
 
 
 def enlarge_limit(limit: float, value: float) -> float:
-    """Return the limit if it includes the value, else the next 1, 2 or 5 x 10^k, so that it changes rarely."""
+    """Return `limit` if `value` does not exceed it, else the next 1, 2 or 5 x 10^k from `value` on, to change it rarely."""
     if value <= limit or not math.isfinite(value):
         return limit
     decade = 10.0 ** math.floor(math.log10(value))

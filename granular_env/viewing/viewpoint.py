@@ -15,7 +15,7 @@ from .visible_drawables import area_vectors, is_solid, visible_cells
 
 # Usual direction towards the eye: in front (y < 0), above, and slightly to the left.
 USUAL = np.array([-0.25, -0.6, 0.76]) / np.sqrt(0.25**2 + 0.6**2 + 0.76**2)
-# Smallest cosine at which the usual view shows a side well; normal components below the second value are ignored.
+# Least cosine of a side's normal and the eye's direction at which a side is seen well; components below the second count as 0.
 _SEEN_WELL, _SMALL = 0.5, 0.2
 _MOST_EVENTS = 100
 
@@ -36,7 +36,7 @@ def viewpoint(focus: FloatArray | None) -> FloatArray:
 
 
 def viewpoint_text(towards_eye: FloatArray) -> str:
-    """Return a description of the viewpoint and of the direction of one axis in the picture."""
+    """Return a sentence that describes from where a body is seen, and how one axis runs in the picture."""
     x, y, z = towards_eye.tolist()
     axis, is_right = ("x", y < 0.0) if abs(y) > abs(x) else ("y", x > 0.0)
     return f"obliquely from {'above' if z > 0.0 else 'below'}, {axis} to the {'right' if is_right else 'left'}"
@@ -61,7 +61,7 @@ def focus_normal(log: Any, drawables: Sequence[Drawable]) -> FloatArray | None:
 
 
 def _event_places(log: Any) -> list[tuple[float, ...]]:
-    """Return the positions of at most a hundred evenly picked events in three dimensions [m]."""
+    """Return the positions, shape (n, 3) [m], of at most a hundred events, picked evenly among those with a position."""
     details, drawn = log.event_details, {one.name for one in log.drawables if not isinstance(one, Cells) or is_solid(one.nodes)}
     events = [event for event in log.events() if event.kind in details and details[event.kind].counts in drawn]
     picked = np.unique(np.linspace(0, len(events) - 1, min(len(events), _MOST_EVENTS)).astype(np.int64))

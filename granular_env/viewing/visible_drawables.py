@@ -1,4 +1,4 @@
-"""Points and cells as shown by viewers: visibility, dimension and colouring outputs."""
+"""How viewers show points and cells: whether at all, in one, two or three dimensions, and coloured by which output."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def is_hidden(drawable: Drawable, others: Sequence[Drawable]) -> bool:
 
 
 def _covers(surface: Cells, points: Points) -> bool:
-    """Return whether points lie in or below the bounding box of a surface in space."""
+    """Return whether all points lie inside or below the bounding box of a surface in space, so that the surface hides them."""
     places = points.reference
     if surface.nodes.shape[1] != 3 or places.ndim != 2 or places.shape[1] != 3:
         return False
@@ -59,7 +59,7 @@ def colour_name(drawable: Drawable) -> str:
 
 
 def with_colour(drawable: Drawable, name: str) -> Drawable:
-    """Return points or cells coloured by an output."""
+    """Return the drawable (points or cells) with the output `name` as its colour."""
     return dataclasses.replace(drawable, **{"field" if isinstance(drawable, Cells) else "colour": name})
 
 
@@ -69,7 +69,7 @@ def colouring_outputs(drawables: Sequence[Drawable], variables: Mapping[str, Var
 
 
 def _can_colour(drawable: Drawable, variables: Mapping[str, Variable], name: str) -> bool:
-    """Return whether an output has one value per node, cell or point, in the order of the present colouring output."""
+    """Return whether an output can colour a drawable: it has one value per node, cell or point, in the drawable's order."""
     if not isinstance(drawable, Points | Cells):
         return False
     counts = {element_count(drawable), len(drawable.nodes) if isinstance(drawable, Cells) else 0}
@@ -111,7 +111,7 @@ def is_plane_filling(drawables: Sequence[Drawable], count: int) -> bool:
         counts, places = {element_count(one)}, points.get(getattr(one, "points", one.name))
         if isinstance(one, Cells):
             counts, places = counts | {len(one.nodes)}, one.nodes[one.connectivity].mean(axis=1)
-        # Tolerance for rounding.
+        # The tolerance allows for rounding errors in the positions.
         if count in counts and places is not None and (np.ptp(places[:, 1:], axis=0) > 1e-9 * np.ptp(places[:, 0])).any():
             return True
     return False

@@ -1,1 +1,1 @@
-"""The preview of a log for stock viewers: messages made from the frames of a run."""
+"""The preview in a log: messages made from the frames of a run, which viewers of MCAP files such as Foxglove display."""

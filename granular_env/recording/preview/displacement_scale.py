@@ -9,19 +9,19 @@ import numpy as np
 from ...components.support.float_arrays import FloatArray
 from ...components.support.round_numbers import round_down_to_125
 
-# Drawn size of the deepest overlap of two neighbours, relative to the smaller radius.
+# Largest size with which the deepest overlap of two neighbours is drawn, relative to the smaller radius.
 _DRAWN_OVERLAP = 0.5
 # Largest drawn displacement of points and of the nodes of cells, relative to the scene's length.
 _DRAWN_TRAVEL, _DRAWN_NODE_TRAVEL = 1.0, 0.1
 _LARGEST = 1e9
-# Largest distance of neighbours, in sums of their radii.
+# Two particles are neighbours up to this distance, relative to the sum of their radii.
 _NEARLY = 1.1
 
 
 def common_exaggeration(
     points: Iterable[tuple[FloatArray, FloatArray, FloatArray]], cells: Iterable[tuple[FloatArray, FloatArray]]
 ) -> float:
-    """Return one display factor for all displacements, at which particles do not pass one another and nodes stay close.
+    """Return one factor for all drawn displacements, at which particles do not pass one another and nodes stay in the scene.
 
     Args:
         points: reference (n, 3), radius (n,) and displacement (frames, n, 3) of points [m].
@@ -35,7 +35,7 @@ def common_exaggeration(
 
 
 def choose_exaggeration(reference: FloatArray, radius: FloatArray, displacement: FloatArray) -> float:
-    """Return a display factor for displacements of the form 1, 2 or 5 x 10^k, at least 1.
+    """Return the factor by which displacements are drawn larger, of the form 1, 2 or 5 x 10^k and at least 1.
 
     There are two limits. Neighbours (in a row along x; in a plane and in space those that nearly touch) overlap by at most
     half a radius, so they do not pass one another. No displacement exceeds the length of the scene.
@@ -54,7 +54,7 @@ def choose_exaggeration(reference: FloatArray, radius: FloatArray, displacement:
 
 
 def _overlap_limit(reference: FloatArray, radius: FloatArray, displacement: FloatArray) -> float:
-    """Return the largest factor at which no pair of neighbours overlaps too far, from the approach along their axis."""
+    """Return the largest display factor at which no neighbours overlap too far, from their approach along their axis."""
     if np.ptp(reference[:, 1:], axis=0).any():
         from scipy.spatial import KDTree
 

@@ -32,7 +32,7 @@ string label
 uint32 size
 uint32 stride
 """
-# The fields of our messages; the values of frames are concatenated.
+# The protobuf fields of our messages `Block` and `Frames`; a `Frames` holds the values of its frames one after another.
 _OWN_FIELDS = {
     "granular.Block": [("data", "TYPE_BYTES", "LABEL_OPTIONAL")],
     "granular.Frames": [
@@ -46,7 +46,7 @@ _POINT = np.dtype([("position", "<f4", 3), ("colour", "u1", 4)])
 
 @cache
 def point_cloud_schema() -> bytes:
-    """Return the FileDescriptorSet of ``foxglove.PointCloud``: its file preceded by its imports."""
+    """Return the schema (FileDescriptorSet) of ``foxglove.PointCloud``: its protobuf file, preceded by the imported files."""
     from foxglove_schemas_protobuf import PointCloud_pb2
     from google.protobuf.descriptor_pb2 import FileDescriptorProto, FileDescriptorSet
 
@@ -65,7 +65,7 @@ def point_cloud_schema() -> bytes:
 
 @cache
 def own_schema(name: str) -> bytes:
-    """Return the FileDescriptorSet of ``granular.Block`` or ``granular.Frames``: a file with this message."""
+    """Return the schema (FileDescriptorSet) of ``granular.Block`` or ``granular.Frames``: a protobuf file with this message."""
     from google.protobuf.descriptor_pb2 import FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet
 
     package, _, title = name.partition(".")
@@ -78,13 +78,13 @@ def own_schema(name: str) -> bytes:
 
 
 def encode_point_cloud(nanoseconds: int, positions: np.ndarray, colours: np.ndarray) -> bytes:
-    """Return a ``foxglove.PointCloud``.
+    """Return an encoded ``foxglove.PointCloud`` message.
 
     The bytes of a colour are blue, green, red, alpha. Rerun reads them as four fields with these names; Foxglove uses the
     field ``rgba``, which is the same four bytes as one number.
 
     Args:
-        nanoseconds: the time stamp.
+        nanoseconds: the time stamp in the message.
         positions: shape (n, 3) [m].
         colours: red, green, blue, alpha; shape (n, 4), uint8.
     """
@@ -98,7 +98,7 @@ def encode_point_cloud(nanoseconds: int, positions: np.ndarray, colours: np.ndar
 
 @cache
 def _point_cloud_head() -> bytes:
-    """Return frame, pose, stride and fields. Viewers draw nothing without a pose."""
+    """Return the constant fields of a point cloud: frame, pose, stride, fields. Without a pose, viewers draw nothing."""
     from foxglove_schemas_protobuf.PackedElementField_pb2 import PackedElementField as Field
     from foxglove_schemas_protobuf.PointCloud_pb2 import PointCloud
     from foxglove_schemas_protobuf.Pose_pb2 import Pose
@@ -114,12 +114,12 @@ def _point_cloud_head() -> bytes:
 
 
 def encode_text(text: str) -> bytes:
-    """Return a ``std_msgs/String``."""
+    """Return an encoded ``std_msgs/String`` message."""
     return CDR_HEAD + _encode_string(text)
 
 
 def encode_numbers(names: Sequence[str], rows: np.ndarray) -> list[bytes]:
-    """Return a ``std_msgs/Float64MultiArray`` with names for each row of `rows`, shape (messages, numbers)."""
+    """Return a ``std_msgs/Float64MultiArray`` message, labelled with `names`, per row of `rows`, shape (messages, numbers)."""
     count, label = rows.shape[1], _encode_string(", ".join(names))
     body = struct.pack("<I", 1) + label
     body += bytes(-len(body) % 4) + struct.pack("<4I", count, count, 0, count)
@@ -128,7 +128,7 @@ def encode_numbers(names: Sequence[str], rows: np.ndarray) -> list[bytes]:
 
 
 def decode_number_names(data: bytes) -> list[str]:
-    """Return the names in a message from `encode_numbers`."""
+    """Return the names of the numbers in a message made by `encode_numbers`."""
     (length,) = struct.unpack_from("<I", data, 8)
     return data[12 : 12 + length - 1].decode().split(", ")
 

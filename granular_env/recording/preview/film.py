@@ -32,11 +32,11 @@ from .displacement_scale import common_exaggeration
 # Approximate length of the whole run on the slow clock [s].
 _SHOWN_SECONDS = 10.0
 _SINGLE_DIGITS = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
-# Limits: frames with stored scalars; drawn frames, and their memory [bytes]; places per drawable.
+# Limits on the numbers of frames with scalars, of drawn frames, of their bytes, and of drawn elements of a drawable.
 MOST_FRAMES, MOST_PICTURES, _MOST_BYTES, MOST_PLACES = 400, 100, 8 << 20, 5_000
-# Dots per link; height of a curve's largest value relative to its length; shades on each side of grey.
+# Dots per link; drawn height of a curve's largest value, relative to its length; number of colours on each side of grey.
 _LINK_DOTS, _HEIGHT, _SHADES = 5, 0.22, 15
-# A grey that is visible on light and dark backgrounds.
+# Colour of the value 0: a grey that is visible on light and dark backgrounds.
 _ZERO = "#bebebe"
 ABOUT_TOPIC = "/about"
 _FOLDERS = {Points: "points", Links: "links", Cells: "cells", Curve: "curves"}
@@ -63,7 +63,7 @@ class Topic(NamedTuple):
 
 
 class PreviewMessage(NamedTuple):
-    """A message, with `log_time` on the slow clock and simulated `publish_time` [ns]."""
+    """A message of the preview: its `log_time` is on the slow clock, its `publish_time` is the simulated time [ns]."""
 
     topic: Topic
     log_time: int
@@ -71,12 +71,12 @@ class PreviewMessage(NamedTuple):
     data: bytes
 
 
-# A picture: time [ns] and drawn outputs.
+# A picture (drawn frame): its time [ns], and the values of the drawn outputs by name.
 _Picture = tuple[int, dict[str, np.ndarray]]
 
 
 class Preview:
-    """The frames for the preview of a log: every n-th frame, so that memory and file are bounded for any run.
+    """The frames kept for the preview of a log: every n-th frame, so that memory and file size are bounded for any run.
 
     Args:
         title: title of the log.
@@ -110,7 +110,7 @@ class Preview:
         self._count += 1
 
     def messages(self) -> list[PreviewMessage]:
-        """Return the whole preview in the order of time."""
+        """Return all messages of the preview in the order of time."""
         if not self._rows:
             return []
         start = self._rows[0][0]
@@ -168,7 +168,7 @@ class _Clouds:
         self._factor = common_exaggeration(points, cells)
 
     def messages(self, nanoseconds: int, picture: Mapping[str, np.ndarray]) -> Iterator[tuple[Topic, bytes]]:
-        """Yield the messages of a picture."""
+        """Yield the point clouds of one picture; `nanoseconds` is their time on the slow clock."""
         for one in self._drawables:
             places, colours = self._make_cloud(one, picture)
             some = _drawn_indices(places)
@@ -176,7 +176,7 @@ class _Clouds:
             yield topic, encoding.encode_point_cloud(nanoseconds, places[some], colours[some])
 
     def about_lines(self, units: Mapping[str, str]) -> list[str]:
-        """Return the lines of ``/about``."""
+        """Return the lines of the text in the topic ``/about``."""
         lines = [f"Displacements are multiplied by {self._factor:g}."] if self._drawables else []
         for one in self._drawables:
             name = "" if isinstance(one, Links) else one.colour if isinstance(one, Points) else one.field
@@ -186,7 +186,7 @@ class _Clouds:
         return lines
 
     def _make_cloud(self, drawable: Drawable, picture: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-        """Return positions and colours of a drawable."""
+        """Return the positions and colours of the dots that show a drawable in a picture."""
         if isinstance(drawable, Points):
             some, moved = _drawn_indices(drawable.radius), picture.get(drawable.displacement)
             colour = picture[drawable.colour][some] if drawable.colour else np.zeros(len(drawable.radius[some]), np.float32)
@@ -216,7 +216,7 @@ class _Clouds:
         return places, value_colours(field, self._largest[drawable.field])
 
     def _displaced_positions(self, reference: np.ndarray, displacement: np.ndarray | None) -> np.ndarray:
-        """Return positions in space; rest positions if no displacement was recorded."""
+        """Return the drawn positions, shape (n, 3): at rest if no displacement was recorded."""
         return to_three_columns(reference) + (
             0.0 if displacement is None else self._factor * to_three_columns(displacement.astype(np.float64))
         )
@@ -225,7 +225,7 @@ class _Clouds:
 def shown_drawables(drawables: Sequence[Drawable], variables: Mapping[str, Variable]) -> tuple[Drawable, ...]:
     """Return the drawables with recorded outputs, without the names of unrecorded outputs.
 
-    Points and cells without a recorded displacement are shown at rest; links need their state and their points.
+    Points and cells without a recorded displacement are shown at rest; links only if their state and points are recorded.
     """
     found: list[Drawable] = []
     for one in drawables:
@@ -269,7 +269,7 @@ def _curve_height(drawable: Drawable) -> float:
 
 
 def topic_name(unit: str) -> str:
-    """Return the topic of the scalars of a unit, such as ``/velocity[m\u00b7s\u207b\u00b9]``.
+    """Return the topic for the scalars that have this unit, such as ``/velocity[m\u00b7s\u207b\u00b9]``.
 
     The unit has no slash or space, because viewers would split the name there.
     """
@@ -288,7 +288,7 @@ def topic_name(unit: str) -> str:
 
 
 def value_colours(values: np.ndarray, largest: float) -> np.ndarray:
-    """Return blue below 0, grey at 0 and for NaN, red above, saturated at `largest`; shape (n, 4) uint8."""
+    """Return the colours of values: blue below 0, grey at 0 and for NaN, red above 0, full at `largest`; shape (n, 4) uint8."""
     with np.errstate(invalid="ignore"):
         shades = np.clip(values * np.float32(_SHADES / (largest or 1.0)), -_SHADES, _SHADES)
     return _palette()[np.rint(np.nan_to_num(shades)).astype(np.int16) + _SHADES]
@@ -307,11 +307,11 @@ def _largest_magnitude(pictures: Sequence[_Picture], name: str) -> float:
 
 
 def _displacements(pictures: Sequence[_Picture], name: str, indices: slice) -> np.ndarray:
-    """Return displacements as vectors, shape (pictures, n, 3), with 0 for values that are not finite."""
+    """Return the displacements `name` of chosen elements as vectors, shape (pictures, n, 3), with 0 for non-finite values."""
     found = np.stack([to_three_columns(drawn[name][indices].astype(np.float64)) for _, drawn in pictures])
     return np.nan_to_num(found, posinf=0.0, neginf=0.0)
 
 
 def _drawn_indices(places: np.ndarray) -> slice:
-    """Return the indices of the drawn places."""
+    """Return the indices of the elements to draw, evenly spaced if there are too many elements."""
     return slice(None, None, -(-len(places) // MOST_PLACES) or 1)

@@ -2,5 +2,5 @@
 
 from granular_env.optional_packages import import_optional
 
-# The error names the package to install. The modules of this folder import matplotlib as usual.
+# Import matplotlib here first, so that if it is missing, the error names the package to install.
 import_optional("matplotlib", "figures")

@@ -15,14 +15,14 @@ from granular_env.colours import DIVERGING
 from ..scene_scales import ColourScale
 from .drawing import new_figure
 
-# Numbers between these limits are written in full, others with unit prefixes, such as 400 M.
+# Labels between these limits are written in full, others with SI prefixes, such as 400 M.
 _PLAIN = 1e-3, 1e4
-# Largest number of intervals between labels: more labels would overlap in a bar half a page wide.
+# Largest number of intervals between labels; with more, the labels of a bar half a page wide would overlap.
 _MOST_STEPS = 6
 
 
 def add_colour_bar(figure: Figure, scale: ColourScale, **where: Any) -> None:
-    """Draw the bar of a colour scale; without negative values the blue half is omitted.
+    """Draw the bar of a colour scale; if no value is negative, the blue half is omitted.
 
     Args:
         figure: the figure to draw in.

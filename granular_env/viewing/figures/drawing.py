@@ -25,7 +25,7 @@ from granular_env.components.support.float_arrays import FloatArray
 from ..curves import Curve
 from ..recorded_fields import Field
 
-# These warnings print the raw characters of a log's names on the terminal.
+# Ignore matplotlib's warnings on missing glyphs, which would print raw characters from a log on the terminal.
 warnings.filterwarnings("ignore", r"Glyph \d+")
 
 Arguments = ParamSpec("Arguments")
@@ -33,11 +33,11 @@ Result = TypeVar("Result")
 
 _LINE_STYLES = ("-", "--", "-.", ":")
 _ROWS, _FEW_ROWS = 800, 240
-# Reach of a frame in usual frame intervals: one missing frame is bridged, as in thinned runs, but not two.
+# In an x-t diagram, a frame fills the times up to this many usual intervals away; this covers one missing frame, not two.
 _REACH_OF_FRAME = 1.05
-# Half this number of evenly spaced frames fills a diagram.
+# A frame also reaches at most 1/_FEWEST_FRAMES of the diagram up and down, so half as many even frames leave no gap.
 _FEWEST_FRAMES = 40
-# Curves with a smaller relative change are flat.
+# A curve whose change, relative to its size, is smaller than this counts as constant.
 _FLAT = 1e-3
 # Background of an x-t diagram, visible at times without a frame.
 NOT_SAMPLED = "#8b9096"
@@ -45,7 +45,7 @@ _STYLE: Any = {
     "font.size": 11.0, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.alpha": 0.25,
     "axes.titlelocation": "left", "legend.frameon": False, "lines.linewidth": 1.7,
 }  # fmt: skip
-# Colours of a figure in a file -> colours of the page's style sheet.
+# For each colour of a figure in a file, the colour from the style sheet that replaces it in an HTML page.
 _PAGE_COLOURS = {
     "#ffffff": "none", "#000000": "currentColor", "#b0b0b0": "var(--grid)", "#737373": "var(--dim)", "#595959": "var(--dim)",
     **{colour: f"var(--c{place})" for place, colour in enumerate(PALETTE)},
@@ -68,12 +68,12 @@ def use_style(draw: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """Return an empty figure of the given size [inch], outside pyplot."""
+    """Return an empty figure of the given size [inch], of which pyplot does not know."""
     return Figure(figsize=(width, height), layout="constrained")
 
 
 def render_canvas(figure: Figure, dots_per_inch: int) -> FigureCanvasAgg:
-    """Draw the figure into pixels."""
+    """Draw the figure into pixels, and return matplotlib's canvas with them."""
     figure.set_dpi(dots_per_inch)
     drawn = FigureCanvasAgg(figure)
     drawn.draw()
@@ -120,7 +120,7 @@ def to_svg(figure: Figure, name: str, dots_per_inch: int = 150) -> str:
 def draw_space_time(
     figure: FigureBase, axes: Axes, field: Field, limit: float | None, ends: tuple[float, float] | None = None
 ) -> None:
-    """Draw the colouring quantity over particles (horizontal) and time (vertical), with its colour bar.
+    """Draw an x-t diagram: the values of a field as colours over places (horizontal) and time (vertical), with a colour bar.
 
     Times far from any frame stay in a grey that is not part of the colour map.
 
@@ -128,8 +128,8 @@ def draw_space_time(
         figure: figure for the colour bar.
         axes: axes to draw in.
         field: the field to draw.
-        limit: the value at the ends of the colour map; None for the largest magnitude.
-        ends: first and last time of the diagram [s]; None for those of the field.
+        limit: magnitude of the values at the ends of the colour map; None for the largest magnitude in the field.
+        ends: first and last time of the diagram [s]; None for the first and last frame of the field.
     """
     limit = limit or symmetric_limit(field.values)
     first, last = ends or (float(field.times[0]), float(field.times[-1]))
@@ -148,12 +148,12 @@ def draw_space_time(
     axes.set(xlabel=field.axis, ylabel=f"time [{unit}]")
     bar = figure.colorbar(image, ax=axes, label=field.label, pad=0.02)
     if field.values.size and float(np.nanmin(field.values, initial=0.0)) >= 0.0 and ends is None:
-        # Without negative values, omit the blue half of the bar.
+        # If no value is negative, omit the blue half of the bar.
         bar.ax.set_ylim(0.0, limit)
 
 
 def _resample_evenly(times: FloatArray, values: FloatArray, first: float, last: float) -> FloatArray:
-    """Return rows at even times, each from the nearest frame; NaN if no frame is near."""
+    """Return the rows of `values` at evenly spaced times, each from the nearest frame; NaN where no frame is near."""
     if len(times) < 2:
         return values
     instants = np.linspace(first, last, min(_ROWS, max(_FEW_ROWS, 4 * len(times))))
@@ -162,14 +162,14 @@ def _resample_evenly(times: FloatArray, values: FloatArray, first: float, last: 
 
 
 def nearest_frames(times: FloatArray, instants: FloatArray) -> npt.NDArray[np.int64]:
-    """Return the index of the frame nearest to each time, -1 if it is too far away.
+    """Return, for each time in `instants`, the index of the nearest frame, or -1 if that frame is too far away.
 
     A frame covers the times around it, up to the usual frame interval and at most a 20th of the range. A few frames of a
     long run therefore appear as stripes, not as a run at rest in between.
 
     Args:
         times: times of the frames, ascending, shape (frames,) [s].
-        instants: ascending, shape (n,) [s].
+        instants: times, ascending, shape (n,) [s].
     """
     frames = np.searchsorted(0.5 * (times[1:] + times[:-1]), instants, side="right")
     gaps = np.diff(times)
@@ -180,7 +180,7 @@ def nearest_frames(times: FloatArray, instants: FloatArray) -> npt.NDArray[np.in
 
 
 def draw_curves(axes: Axes, curves: Sequence[Curve], label: str, valid_until: float = np.inf) -> None:
-    """Draw scalars in time, with a legend."""
+    """Draw curves of scalars over time, with a legend."""
     scale, unit = time_unit(max(float(curve.times[-1]) for curve in curves if len(curve.times)))
     for place, curve in enumerate(curves):
         axes.plot(
@@ -195,14 +195,14 @@ def draw_curves(axes: Axes, curves: Sequence[Curve], label: str, valid_until: fl
 
 
 def mark_end_of_validity(axes: Axes, time: float) -> None:
-    """Draw a line at the end of validity (in the unit of the axes), unless it is infinite."""
+    """Draw a line at the time at which the results cease to be valid (in the unit of the axes), unless it is infinite."""
     if np.isfinite(time):
         axes.axvline(time, color=DIVERGING[-1], linewidth=0.8)
         axes.text(time, 0.98, " not valid", transform=axes.get_xaxis_transform(), va="top", color=DIVERGING[-1], fontsize=9)
 
 
 def _show_zero_of_flat_curves(axes: Axes, curves: Sequence[Curve]) -> None:
-    """Include zero in the axis of nearly constant curves, because a narrow range would magnify rounding."""
+    """Include zero in the value axis of nearly constant curves, because a narrow range would show rounding errors enlarged."""
     values = np.concatenate([curve.values for curve in curves])
     values = values[np.isfinite(values)]
     if not values.size or float(np.ptp(values)) > _FLAT * float(np.abs(values).max()):
@@ -213,12 +213,12 @@ def _show_zero_of_flat_curves(axes: Axes, curves: Sequence[Curve]) -> None:
 
 
 def insert_gaps(times: FloatArray, values: FloatArray, cuts: npt.NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
-    """Return times and values with NaN before each cut, so that no line is drawn across it."""
+    """Return times and values with a NaN inserted before each index in `cuts`, so that no line is drawn across a reset."""
     return np.insert(times, cuts, times[cuts]), np.insert(values, cuts, np.nan)
 
 
 def line_style(place: int) -> dict[str, Any]:
-    """Return colour and dashes of the n-th line, so that lines differ by more than colour."""
+    """Return colour and dashes of the line number `place`, so that lines differ by more than their colour."""
     return {"color": PALETTE[place % len(PALETTE)], "linestyle": _LINE_STYLES[place % len(_LINE_STYLES)]}
 
 
@@ -228,18 +228,18 @@ def add_legend(axes: Axes) -> None:
 
 
 def marker_style(field: Field) -> dict[str, Any]:
-    """Return options that mark each place with a dot, unless there are too many places."""
+    """Return options for a line along the places of a field that mark each place with a dot, unless there are too many."""
     return {"marker": "o", "markersize": 3} if field.values.shape[1] <= 60 else {}
 
 
 def place_name(field: Field, column: int) -> str:
-    """Return the name of a place in a legend: its number and, if known, its coordinate."""
+    """Return the name in a legend of the place in this column of a field: its number and, if known, its coordinate."""
     name = f"{field.place} {column * field.every}"
     return name if field.coordinate is None else f"{name}, x = {field.coordinate[column]:.4g} m"
 
 
 def time_unit(duration: float) -> tuple[float, str]:
-    """Return factor and name of a suitable unit for a duration [s]."""
+    """Return a suitable unit for times up to a duration [s]: the factor from seconds, and the unit's name."""
     for factor, unit, least in ((1.0, "s", 1.0), (1e3, "ms", 1e-3), (1e6, "\u00b5s", 1e-6)):
         if duration >= least:
             return factor, unit

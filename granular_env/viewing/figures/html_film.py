@@ -23,17 +23,17 @@ from .colour_bar import draw_colour_bars
 from .drawing import new_figure, render_canvas, time_unit, to_svg, use_style
 from .plane import Plane, draw_instant, exaggeration_text, instant_text, load_plane, visible_events
 
-# Most and fewest frames, and most shapes in all frames: many shapes reduce the frames; with too few frames there is no film.
+# Most and fewest frames of a film, and most shapes drawn in all frames together; if that allows too few, there is no film.
 _MOST_FRAMES, _FEWEST_FRAMES, _MOST_DRAWN = 25, 5, 200_000
-# Size of the largest picture [inch], and its resolution.
+# Largest size of a picture [inch], and its resolution.
 _LARGEST, _DOTS_PER_INCH = (7.2, 6.4), 110
-# Larger pictures get a palette, which reduces them to a third without visible steps.
+# Pictures with more bytes than this are reduced to a palette of colours, a third of the size without visible steps.
 _MOST_BYTES, _COLOURS = 40_000, 64
 
 
 @dataclass(frozen=True)
 class Film:
-    """A film.
+    """A film: its pictures, and the parts of the page that explain them.
 
     Attributes:
         instants: time label and picture (as a data: URL) of each frame, in the order of time.
@@ -54,7 +54,7 @@ class Film:
 
 
 def make_film(log: Any, scene_data: SceneData) -> Film | None:
-    """Draw the film of a log; None without a plane or body in space, without motion, or with too many shapes."""
+    """Draw the film of a log; None if it shows no plane or body in space, nothing moves, or there are too many shapes."""
     clocks = [shape.times for shape in scene_data.shapes if len(shape.times) > 1]
     if not scene_data.is_plane or not clocks:
         return None
@@ -125,7 +125,7 @@ def _event_bars(log: Any, instants: FloatArray) -> tuple[tuple[float, ...], str]
         return (), ""
     times = _event_times(log, found)
     counts = np.bincount(np.searchsorted(instants[1:-1], times), minlength=len(instants) - 1)
-    # Keep a single event visible next to thousands.
+    # Draw the height so that a single event stays visible next to thousands.
     heights = np.where(counts > 0, np.maximum(counts / counts.max(), 0.08), 0.0)
     scale, unit = time_unit(float(instants[-1]))
     before = f"; before this log begins {_kind_counts(earlier)}" if earlier else ""

@@ -26,17 +26,17 @@ from ..visible_drawables import area_vectors
 from .colour_bar import add_colour_bar
 from .drawing import new_figure, time_unit, use_style
 
-# Rasterise pictures with more shapes: a page with a path for each shape would be slow.
+# Pictures with more shapes than this are embedded as pixels: a page with one SVG path for each shape would be slow.
 _MOST_SHAPES = 400
 _WIDTH, _TWO_ABREAST, _LARGEST_HEIGHT = 8.0, 2.5, 4.5  # inch, width over height, inch
 # Largest length of the scale bar, as a fraction of the picture's width.
 _LENGTH_PART, _LENGTH_HEIGHT = 0.3, 0.4  # and its height, inch
-# Grey edges; links and cracks in colours that are visible on white, on red, and on light and dark pages.
+# Colours of edges, links, cracks, spokes; links and cracks are visible on white, on red, and on light and dark pages.
 _EDGE, _LINK, _CRACK, _SPOKE = "#737373", "#218a52", "#101214", "#808080"
-_WIDEST_EDGE, _EDGE_PART, _LEAST_EDGED = 0.6, 1.0 / 16.0, 3.0  # point, fraction of a shape, point
-# Smallest cell with edges [point]: cells touch, and edges of smaller cells would hide the colours.
+_WIDEST_EDGE, _EDGE_PART, _LEAST_EDGED = 0.6, 1.0 / 16.0, 3.0  # largest width [point], part of the size, smallest size [point]
+# Smallest cell drawn with edges [point]: cells touch, and the edges of smaller cells would hide the colours.
 _LEAST_EDGED_CELL = 8.0
-# Light comes from the eye; cells that face away from it are darkened by this fraction.
+# Light comes from the eye: the more a cell faces away, the darker it is, by up to this fraction; the inside has this colour.
 _SHADE, _INSIDE = 0.35, np.array([0.23, 0.24, 0.26])
 # Events closer than this to the start or the end, as a fraction of the run, get no extra picture.
 _MARGIN = 0.05
@@ -44,7 +44,7 @@ _MARGIN = 0.05
 
 @dataclass(frozen=True)
 class Plane:
-    """The shapes of a scene in some frames, and the scales of its pictures."""
+    """The shapes of a scene (in a plane or in space) in the frames to be drawn as pictures, and the scales of the pictures."""
 
     scene: SceneData
     scales: Scales
@@ -55,7 +55,7 @@ class Plane:
         return self.scene.shapes[0].times
 
     def picture_coordinates(self, shape: Motion | MeshFrames, frames: int | slice) -> FloatArray:
-        """Return picture coordinates of points or nodes, and their distance towards the eye, shape (..., n, 3) [m]."""
+        """Return the positions of points or nodes along the axes right, up and towards the eye, shape (..., n, 3) [m]."""
         return drawn_positions(shape, self.scales.exaggeration, frames) @ self.eye_axes
 
     @cached_property
@@ -111,12 +111,12 @@ def visible_events(log: Any) -> Sequence[Any]:
 
 
 def _choose_instants(log: Any, clock: FloatArray) -> list[float]:
-    """Return the start, the first event or a third of the run, an instant between it and the end, and the end [s]."""
+    """Return four times [s]: the start, the first event (else a third of the run), one between it and the end, and the end."""
     start, end = float(clock[0]), float(clock[-1])
     third, events = start + (end - start) / 3.0, visible_events(log)
     first = events[0].tick * log.step_size if events else third
     if not _MARGIN <= (first - start) / max(end - start, 1e-300) <= 1.0 - _MARGIN:
-        first = third  # too close to the start or the end
+        first = third  # the first event is too close to the start or the end
     return [start, first, 0.5 * (first + end), end]
 
 
@@ -145,7 +145,7 @@ def draw_plane(plane: Plane) -> Figure:
 
 
 def instant_text(plane: Plane, frame: int) -> str:
-    """Return a label with the time of a frame and the validity of the results."""
+    """Return the label of a frame: its time and, if the results have ceased to be valid before it, a note on that."""
     scale, unit = time_unit(float(plane.times[-1]))
     time = plane.times[frame]
     return f"{time * scale:.4g} {unit}{'' if time < plane.scene.valid_until else ', not valid'}"
@@ -164,7 +164,7 @@ def _add_scale_bar(axes: Axes, plane: Plane) -> None:
 
 
 def draw_instant(axes: Axes, plane: Plane, frame: int) -> None:
-    """Draw one frame; the axes cover the bounding box of all frames."""
+    """Draw one frame into axes that cover the bounding box of the shapes in all frames."""
     low, high = plane.bounding_box
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal", xticks=[], yticks=[])
     axes.spines[:].set_visible(False)
@@ -178,7 +178,7 @@ def draw_instant(axes: Axes, plane: Plane, frame: int) -> None:
 
 
 def _edge_width(axes: Axes, plane: Plane, size: float, least: float = _LEAST_EDGED) -> float:
-    """Return the edge width in points for shapes of a size [m]; 0 below `least`, where edges would hide the colours."""
+    """Return the width of edges [point] for shapes of a size [m]; 0 if shapes are smaller than `least` [point] when drawn."""
     low, high = plane.bounding_box
     place, figure = axes.get_position(), axes.get_figure(root=True)
     assert figure is not None
@@ -226,7 +226,7 @@ def _draw_cells(axes: Axes, plane: Plane, mesh: MeshFrames, frame: int) -> None:
 
 
 def _shade_colours(colours: FloatArray, corners: FloatArray) -> FloatArray:
-    """Return colours lit from the eye; the inside of the body, visible through gaps, is dark.
+    """Return the colours of cells as lit from the eye; the inside of a body, seen through gaps, gets a dark colour.
 
     Args:
         colours: colours of the cells, shape (m, 3).
@@ -254,7 +254,7 @@ def _add_lines(axes: Axes, lines: FloatArray, colour: str, width: float) -> None
 
 
 def exaggeration_text(plane: Plane) -> str:
-    """Return sentences on the drawn displacements; "" if they are true to scale."""
+    """Return sentences on the factor by which displacements are drawn larger; "" if they are true to scale."""
     sentences = [] if plane.scales.exaggeration == 1.0 else [f"Displacements drawn {plane.scales.exaggeration:g} x larger."]
     if still := plane.scene.unmoved_shapes:
         sentences.append(f"Drawn at the initial positions, because no displacements were recorded: {', '.join(still)}.")
@@ -262,7 +262,7 @@ def exaggeration_text(plane: Plane) -> str:
 
 
 def plane_text(plane: Plane) -> str:
-    """Return sentences on the content of the pictures."""
+    """Return sentences on what the pictures show: shapes, colours and viewpoint."""
     links = [one for motion in plane.scene.motions for one in motion.links]
     names = ", ".join(one.name.replace("_", " ") for one in (*plane.scene.shapes, *links))
     axes = "" if plane.scene.is_solid else ", x to the right, y up"

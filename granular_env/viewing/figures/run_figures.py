@@ -35,14 +35,14 @@ from .drawing import (
     use_style,
 )
 
-# Frames in figures: more than in a viewer, because a figure is drawn only once.
+# Number of frames read for a figure: more than for a viewer, because a figure is drawn only once.
 FRAMES = 2000
 # Kinds of array figures, and their heights [inch] (for profiles the height per time).
 _HEIGHTS = {"space-time": 5.2, "profiles": 1.8, "histories": 4.2}
 _PROFILES = 4
 # Number of time intervals in which events are counted.
 EVENT_BINS = 100
-# The wave has reached a particle once its change exceeds this fraction of the largest change.
+# The wave has reached a place if its value changes by more than this fraction of the largest change of all places.
 _REACHED = 0.05
 
 
@@ -54,7 +54,7 @@ def draw_fields(
     indices: Sequence[int] | None = None,
     valid_until: float = np.inf,
 ) -> Figure:
-    """Draw one field, or several fields (such as the components of vectors) one above the other.
+    """Draw one field (values at many places over time), or several (such as the components of vectors) one above the other.
 
     Args:
         fields: the fields to draw.
@@ -106,11 +106,11 @@ def _draw_histories(figure: FigureBase, field: Field, indices: Sequence[int] | N
 
 
 def _default_indices(field: Field) -> list[int]:
-    """Return up to five places, evenly spaced among those that the wave reached (among all, if nothing changed)."""
+    """Return the numbers of up to five places, evenly spaced among those that the wave reached (all, if nothing changed)."""
     with np.errstate(invalid="ignore", over="ignore"):
         change = np.abs(field.values - field.values[0]).max(axis=0)
     largest = np.max(change, initial=0.0, where=np.isfinite(change))
-    # The negation also selects non-finite changes.
+    # Written as a negation, so that changes that are not finite are selected, too.
     reached = np.flatnonzero(~(change <= _REACHED * largest))
     reached = reached if len(reached) else np.arange(len(change))
     columns = reached[np.unique(np.rint(np.linspace(0, len(reached) - 1, 5)).astype(int))]
@@ -118,7 +118,7 @@ def _default_indices(field: Field) -> list[int]:
 
 
 def _place_column(field: Field, index: int) -> int:
-    """Return the column of a place (negative numbers count from the end); `ParameterError` if it does not exist."""
+    """Return the column of a field with the place number `index` (negative: from the end); `ParameterError` without it."""
     if not isinstance(index, int) or not -field.total <= index < field.total:
         raise ParameterError(
             f"got {index!r}", expected=f"a whole number from {-field.total} to {field.total - 1}", at="indices"
@@ -128,7 +128,7 @@ def _place_column(field: Field, index: int) -> int:
 
 @use_style
 def draw_balance(scene_data: SceneData, quantity: str = "energy") -> Figure | None:
-    """Draw the entries of a balance over time, with its residual below; None if there are no entries."""
+    """Draw the entries of a balance (such as the kinds of energy) over time, and below its residual; None without entries."""
     names = next((balance for balance in scene_data.balances if balance.quantity == quantity), None)
     if names is None or not (amounts := scene_data.named_curves(names.entries)):
         return None

@@ -24,7 +24,7 @@ from ..visible_drawables import colouring_outputs, is_plane_filling, is_solid
 
 @dataclass(frozen=True)
 class CaptionedFigure:
-    """A figure, its heading and its caption."""
+    """A figure of a report with its heading and its caption."""
 
     heading: str
     figure: Figure
@@ -33,14 +33,14 @@ class CaptionedFigure:
 
 @dataclass(frozen=True)
 class ReportChoice:
-    """The user's choice of variable names, times [s] and places; None for the default."""
+    """The user's choice of what a report shows: names of variables, times [s] and indices of elements; None for the default."""
 
     variables: Sequence[str] | None = None
     times: Sequence[float] | None = None
     indices: Sequence[int] | None = None
 
     def check_log(self, log: Any) -> None:
-        """Raise `ParameterError` for variables, times or places that the log does not contain."""
+        """Raise `ParameterError` if the log does not contain the chosen variables, times or indices."""
         arrays = array_names(log)
         known = [*arrays, *(name for name in recorded_outputs(log) if name not in arrays)]
         if unknown := [name for name in self.variables or () if name not in known]:
@@ -51,7 +51,7 @@ class ReportChoice:
             raise ParameterError("none of the variables is a recorded array", hint="omit times and indices", at="variables")
 
     def is_chosen(self, name: str) -> bool:
-        """Return whether to show a variable."""
+        """Return whether the report shows a variable."""
         return self.variables is None or name in self.variables
 
 
@@ -100,7 +100,7 @@ def _scene_pictures(log: Any, scene_data: SceneData, choice: ReportChoice) -> di
 
 
 def _chosen_arrays(log: Any, scene_data: SceneData, choice: ReportChoice) -> list[str]:
-    """Return the arrays to show, the particles' colour first; by default all arrays that no other figure shows."""
+    """Return names of arrays to show, that which colours the particles first; by default those that no other figure shows."""
     if choice.variables is not None:
         return [name for name in array_names(log) if choice.is_chosen(name)]
     elsewhere = {name for balance in log.balances for name in (*balance.entries, balance.residual)}
@@ -173,7 +173,7 @@ def _active_curves(scene_data: SceneData, group: str) -> list[Curve]:
 
 
 def _input_figures(log: Any, scene_data: SceneData) -> dict[str, CaptionedFigure]:
-    """Return a figure of all scalar inputs and one per active array input; large arrays also get x-t diagrams."""
+    """Return one figure of all scalar inputs and one per array input that is not always 0; large arrays also as x-t diagram."""
     drawn: dict[str, CaptionedFigure] = {}
     scalars = {name for name, one in log.input_variables.items() if one.shape == ()}
     if curves := [one for one in _active_curves(scene_data, "inputs") if one.name in scalars]:
@@ -194,7 +194,7 @@ def _input_figures(log: Any, scene_data: SceneData) -> dict[str, CaptionedFigure
 
 
 def _input_text(acted: InputCurves) -> str:
-    """Return a caption for an array input: its description, the axes of its elements, and the elements drawn."""
+    """Return the caption of an array input's figure: its description, what its indices count, and which elements are drawn."""
     variable = acted.variable
     words = f"{_figure_title(variable.name)} in time: {variable.description}."
     if variable.axes:

@@ -92,7 +92,7 @@ def _sections(log: Any, scene_data: SceneData, drawn: Mapping[str, CaptionedFigu
 
 
 def _lead_paragraphs(log: Any, scene_data: SceneData) -> Markup:
-    """Return the description of the experiment, the length of the run, and notes."""
+    """Return the paragraphs at the top of the report: description of the experiment, length of the run, and notes."""
     metadata = log.metadata
     experiment = metadata.get("experiment") if isinstance(metadata.get("experiment"), dict) else {}
     scale, unit = drawing.time_unit(log.duration)

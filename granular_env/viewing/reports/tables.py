@@ -26,7 +26,7 @@ _MOST_INCIDENTS, _LONGEST_MESSAGE = 20, 1000
 
 
 def balance_table(scene_data: SceneData) -> Markup:
-    """Return the entries of the balances at the start and the end, and the size of each residual."""
+    """Return tables of the balances (such as of energy): entries at the start and the end, and the size of each residual."""
     rows: list[list[Any]] = []
     sentences = []
     for balance in scene_data.balances:
@@ -48,7 +48,7 @@ def balance_table(scene_data: SceneData) -> Markup:
 
 
 def incident_sentences(log: Any) -> list[str]:
-    """Return a sentence for each incident other than a step, and one on the segments if there are several."""
+    """Return a sentence on each incident of the recording, and one on the segments if the log has several."""
     sentences = [text for incident in log.incidents if (text := _incident_sentence(incident))][:_MOST_INCIDENTS]
     if (count := len(log.segments)) > 1:
         why = "the component was reset, restored or returned to an earlier state between them"
@@ -70,7 +70,7 @@ def _incident_sentence(incident: Mapping[str, Any]) -> str | None:
 
 
 def event_section(log: Any) -> Markup:
-    """Return the events of the run and, for a branch, earlier events; empty if no event can occur."""
+    """Return the report's parts on the events of the run and, for a branch, before it; empty if no event can occur."""
     kinds = log.event_kinds
     if not kinds:
         return Markup()
@@ -93,7 +93,7 @@ def event_section(log: Any) -> Markup:
 
 
 def validity_section(log: Any) -> Markup:
-    """Return the validity of the model's assumptions."""
+    """Return the report's parts on the validity of the model's assumptions in this run."""
     figures, cautions = log.metadata["report"], log.metadata["cautions"]
     rows = [[typeset_unit(name), "unknown" if value is None else value] for name, value in figures.items()]
     reported = parts.table(["figure", "value"], rows) if rows else parts.paragraph("No figures of validity.")
@@ -110,7 +110,7 @@ def parameter_table(log: Any) -> Markup:
 
 
 def _parameter_rows(prefix: str, values: Mapping[str, Any], model: Any) -> Iterator[list[Any]]:
-    """Yield a row for each value, including values in tables; `model` supplies units and meanings (None if unknown)."""
+    """Yield a table row for each parameter, including those in tables; `model` (or None) has their units and meanings."""
     fields = getattr(type(model), "model_fields", {})
     for name, value in values.items():
         own = getattr(model, name, None)
@@ -147,7 +147,7 @@ def experiment_section(log: Any) -> Markup:
 
 
 def environment_table(log: Any) -> Markup:
-    """Return the software and machine that recorded the log, and its size."""
+    """Return a table of the software and the machine that recorded the log, and the size of the log."""
     metadata = log.metadata
     rows = [[f"{name} version", text] for name, text in metadata["versions"].items()]
     rows += [[name.replace("_", " "), _short_value(value)] for name, value in metadata["machine"].items()]

@@ -14,17 +14,17 @@ from ..scene_scales import Scales
 from .profiles import profile_pane
 from .scene import LEGEND, TIMELINE, plot_paths, whole_camera
 
-# Approximate wall time for the playback of a run [s].
+# Approximate wall time in which rerun plays a whole run [s].
 _PLAYBACK_SECONDS = 10.0
-# Number of plots with and without particles: more would be too small to read; users can add others in the viewer.
+# Largest number of plots, with particles and without: more would be too small to read; users can add others in the viewer.
 _SHOWN_PLOTS, _SHOWN_PLOTS_ALONE = 3, 4
-# Number of panes for fields along a line.
+# Largest number of panes with fields along a line.
 _SHOWN_PROFILES = 4
 
 # Distance of the eye from a body in space, in diagonals of its box, so that the body fits rerun's 55-degree field of view.
 _EYE_DISTANCE = 1.1
 
-# A plane with a smaller ratio of width to height is shown next to the plots, not above them.
+# A picture of a plane with a smaller ratio of width to height is placed next to the plots, not above them.
 _WIDE = 2.0
 
 
@@ -33,7 +33,7 @@ def make_blueprint(scene_data: SceneData, scales: Scales | None, views: Views | 
 
     Args:
         scene_data: the scene.
-        scales: None if nothing is drawn in space.
+        scales: scales of the scene; None if it has plots but no shapes.
         views: views of the component's domain; None without particles.
         duration: simulated time of the run [s], which sets the playback speed; None for a running simulation.
     """
@@ -55,7 +55,7 @@ def make_blueprint(scene_data: SceneData, scales: Scales | None, views: Views | 
         # A two-column grid with one pane would leave half of the width empty.
         rows.append((profiles[0] if len(profiles) == 1 else rrb.Grid(*profiles, grid_columns=2), 4.5))
     if scales is not None and _is_tall(scene_data, scales):
-        # Side by side, because a square picture has little room above the plots.
+        # Put the scene and the plots side by side, because a nearly square picture would be small above the plots.
         beside = rrb.Vertical(*reversed(shown), row_shares=[3.0, 6.0][-len(shown) :])
         content = rrb.Horizontal(_stack_panes(rows, 10.0), beside, column_shares=[5.0, 4.0])
     else:
@@ -71,7 +71,7 @@ def make_blueprint(scene_data: SceneData, scales: Scales | None, views: Views | 
 
 
 def _stack_panes(rows: list[tuple[Any, float]], first: float | None = None) -> Any:
-    """Return panes one above the other with their shares of the height; `first` replaces the share of the first pane."""
+    """Return panes one above the other with their shares of the height; `first`, if given, is the share of the first pane."""
     shares = [share for _, share in rows]
     return rrb.Vertical(*(row for row, _ in rows), row_shares=[first or shares[0], *shares[1:]])
 
@@ -116,7 +116,7 @@ def _whole_view(scene_data: SceneData, scales: Scales, views: Views | None) -> A
 
 
 def _oblique_eye(scene_data: SceneData, scales: Scales) -> Any:
-    """Return an oblique eye: close to a row or a plane, far enough to see a body in space as a whole."""
+    """Return the eye of the 3D view, looking obliquely: close to a row or a plane, far enough away to show a whole body."""
     low, high = scales.magnification * np.array(scales.low), scales.magnification * np.array(scales.high)
     middle = 0.5 * (low + high)
     away = np.array([-0.35, -0.55, 0.3]) * float((high - low).max())

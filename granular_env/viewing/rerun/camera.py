@@ -13,7 +13,7 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-# Distance in widths: the ends are at 18 degrees. At larger distances, rerun's single precision distorts the spheres.
+# Distance of the camera in widths of its picture, whose ends are then at 18 degrees; if larger, single precision distorts.
 _DISTANCE = 1.5
 _PIXELS = 2000.0
 # Smallest distance of the camera [m]; rerun clips everything closer than 0.1 m.

@@ -1,4 +1,4 @@
-"""The caption of a scene: shapes, units, factors, colours, notes."""
+"""The caption of a scene: text that explains its shapes, units, display factors and colours, and lists notes on the run."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def make_caption(scene_data: SceneData, scales: Scales | None, views: Views | No
         words.append(f"**Curves along x:** {names}, at the instant of the cursor; a line marks 0.")
     if any(scene_data.named_curves(balance.entries) for balance in scene_data.balances):
         words.append("**Plots.** Balances since the reset. Their residuals are numerical errors.")
-    # A single sample (live run) does not show whether an input acts.
+    # A single sample (at the start of a live run) does not show whether an input is always 0.
     inputs = scene_data.inputs.values()
     if inputs and not any(curve.values.any() or len(curve.values) < 2 for curve in inputs):
         words.append("No input acts in this run.")

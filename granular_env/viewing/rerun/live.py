@@ -28,19 +28,19 @@ from .scene import APPLICATION, send_curves, send_frames, send_static
 from .viewer import output_path
 
 FRAME_SECONDS = 0.05
-# Largest growth factor of the distance between frames.
+# Largest factor by which the number of ticks between frames may grow from one frame to the next.
 _GROWTH = 4.0
-# Wall time between two slow pictures [s].
+# Wall time between two updates of the pictures that take long to draw [s].
 _PICTURE_SECONDS = 0.25
 _NEVER = 1 << 62
-# Room left and right of the particles at rest, as a fraction of their extent.
+# Free space left and right of the particles at rest, as a fraction of their extent.
 _ROOM = (0.1, 0.3)
-# Memory limits above which the viewer drops old frames.
+# Memory of the viewers above which rerun drops old frames.
 _MEMORY = ("--memory-limit", "2GB", "--server-memory-limit", "512MB")
 
 
 class Pace:
-    """Schedule of the frames, about one per `FRAME_SECONDS`, and the waiting time of a run that is ahead of its pace.
+    """Timing of a live run: a frame about every `FRAME_SECONDS` of wall time, and pauses if the run is faster than its pace.
 
     Args:
         ticks_per_second: largest number of ticks per second of wall time; infinity for no limit.
@@ -58,7 +58,7 @@ class Pace:
         self._arrived, self._rate = self._first, math.inf
 
     def wait_for_pace(self, tick: int) -> None:
-        """Measure the speed of the run, and wait if it is ahead of its pace."""
+        """Measure the speed of the run up to this tick, and wait if it is faster than its pace."""
         self._arrived = perf_counter()
         if tick > self._left_tick:
             self._rate = (tick - self._left_tick) / max(self._arrived - self._left, 1e-9)
@@ -67,13 +67,13 @@ class Pace:
             sleep(ahead)
             self._arrived = perf_counter()
         else:
-            # Do not catch up on lost time: the frames in between would be missing.
+            # If the run is behind its pace, do not catch up later: frames would be missing then.
             self._first -= ahead
 
     def next_frame_tick(self, tick: int) -> int:
         """Return the tick of the next frame, after a frame was sent."""
         self._left_tick, self._left = tick, perf_counter()
-        # Sending takes at most half of the time for frames of any size; a single slow frame does not count.
+        # Choose the interval so that sending frames takes at most half of the time; a single slow frame does not count.
         last, self._sending = self._sending, self._left - self._arrived
         sending = min(last, self._sending)
         interval = max(FRAME_SECONDS, 2.0 * sending)
@@ -189,7 +189,7 @@ class LiveViewer:
         self._last_tick = component.tick
 
     def on_failure(self, component: Component, error: BaseException) -> None:
-        """Return to the start of the failed step, like the component."""
+        """Set the viewer back to the start of the failed step, to which the component has returned."""
         self._last_tick = component.tick
         self._pacing.restart(self._elapsed + component.tick)
         self.next_tick = component.tick + 1
@@ -249,7 +249,7 @@ class LiveViewer:
         self.frames += 1
 
     def _draw_pictures(self, motion: Motion | None = None) -> None:
-        """Send the slow pictures of the run so far."""
+        """Send the pictures that take long to draw, for the run so far."""
         motion = motion or make_scene(self._component).motion
         if motion is not None and self._scales is not None and self._views is not None:
             self._views.send_pictures(self._recording, motion, self._scales)
@@ -257,7 +257,7 @@ class LiveViewer:
 
 
 def _initial_scales(scene_data: SceneData, exaggerate: float | None) -> Scales | None:
-    """Return scales with room for motion around the shapes at rest."""
+    """Return the scales for the first frame of a live run, with space for motion around the shapes at rest."""
     first = make_scales(scene_data, exaggerate)
     if first is None:
         return None

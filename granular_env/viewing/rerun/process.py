@@ -32,7 +32,7 @@ _END_SECONDS = 5.0
 _POLL_SECONDS = 0.05
 _LONGEST_MESSAGE = 400
 
-# Print only errors, without colours. With CI set, rerun sends no usage data.
+# Environment of rerun: print only errors, without colours; with CI set, rerun sends no usage data.
 _ENVIRONMENT = {"RUST_LOG": "error", "NO_COLOR": "1", "CI": "true"}
 # Linux sends SIGKILL to a process with PR_SET_PDEATHSIG (1) when its parent ends.
 _ENDS_WITH_PARENT = (
@@ -133,7 +133,7 @@ class RerunProcess:
 
 
 def require_screen(advice: str) -> None:
-    """Raise `GranularError` with this advice if no window can open."""
+    """Raise `GranularError` with this advice if there is no screen on which a window can open."""
     if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         missing = "no screen: neither DISPLAY nor WAYLAND_DISPLAY is set, so the desktop viewer cannot open"
         raise GranularError(missing, hint=advice)

@@ -1,4 +1,4 @@
-"""Rerun panes for a field along a line: a curve over the coordinate, with both ranges in the title."""
+"""Rerun panes for a field along a line: a curve of its values over the coordinate; the title states the ranges of both."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _HEADROOM = 0.05
 
 
 def profile_path(profile: ProfileFrames) -> str:
-    """Return the entity path of a profile."""
+    """Return rerun's entity path of a profile (the values of a field along a line)."""
     return entity_path("profiles/", profile.name)
 
 
@@ -36,7 +36,13 @@ def profile_pane(profile: ProfileFrames) -> Any:
 
 
 def send_profile(recording: Any, profile: ProfileFrames, when: list[Any]) -> None:
-    """Send the static plot frame, and the curve of each time."""
+    """Send the frame around the plot, which does not change, and the curve of the values at each time.
+
+    Args:
+        recording: rerun's recording.
+        profile: the field along a line.
+        when: rerun's time columns.
+    """
     low, high = _frame_limits(profile.values)
     path = profile_path(profile)
     corners = np.array([[0.0, 0.0], [_WIDTH, 0.0], [_WIDTH, _HEIGHT], [0.0, _HEIGHT], [0.0, 0.0]])
@@ -55,7 +61,7 @@ def send_profile(recording: Any, profile: ProfileFrames, when: list[Any]) -> Non
 
 
 def _frame_limits(values: FloatArray) -> tuple[float, float]:
-    """Return the lowest and highest value of the frame, which includes zero."""
+    """Return the lowest and highest value on the plot's vertical axis, which includes zero."""
     low, high = min(float(values.min()), 0.0), max(float(values.max()), 0.0)
     room = _HEADROOM * (high - low) or 1.0
     return (low - room if low < 0.0 else 0.0), (high + room if high > 0.0 else room)

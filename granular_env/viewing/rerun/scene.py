@@ -88,7 +88,7 @@ def send_static(recording: Any, scene_data: SceneData, scales: Scales | None, vi
     for plot in make_plots(scene_data):
         for place, (path, curve) in enumerate(zip(plot_paths(plot), plot.curves, strict=True)):
             name, colour = f"{curve.name.replace('_', ' ')} [{curve.unit}]", parse_rgb(PALETTE[place % len(PALETTE)])
-            # Rerun's default averages the points on one pixel, which would turn stairs into ramps of other heights.
+            # Switch off rerun's averaging of samples on one pixel, which would turn stairs into ramps of other heights.
             off = rr.components.AggregationPolicy.Off
             lines = rr.SeriesLines(names=name, colors=colour, widths=2.0, aggregation_policy=off)
             recording.log(path, lines, static=True)
@@ -120,17 +120,17 @@ def _send_particles(recording: Any, motion: Motion, scales: Scales, views: Views
 
 
 def particles_path(motion: Motion) -> str:
-    """Return the path of particles."""
+    """Return rerun's entity path of these particles."""
     return entity_path("scene/particles_", motion.name)
 
 
 def plot_paths(plot: Plot) -> list[str]:
-    """Return the path of each curve of a plot."""
+    """Return rerun's entity path of each curve of a plot."""
     return [entity_path(f"{plot.group}/", curve.name) for curve in plot.curves]
 
 
 def send_curves(recording: Any, scene_data: SceneData) -> None:
-    """Send the scalar plots."""
+    """Send the values of all scalar curves."""
     for plot in make_plots(scene_data):
         for path, curve in zip(plot_paths(plot), plot.curves, strict=True):
             # Separate the two sides of a jump by 1 ns and one tick, because rerun would draw the mean of simultaneous values.
@@ -140,6 +140,6 @@ def send_curves(recording: Any, scene_data: SceneData) -> None:
 
 
 def time_columns(times: FloatArray, ticks: npt.NDArray[np.int64], earlier: npt.NDArray[np.int64] | int = 0) -> list[Any]:
-    """Return both timelines; times are in whole nanoseconds, as in rerun, and reduced by `earlier` nanoseconds."""
+    """Return rerun's columns for both timelines (time, tick); times are whole nanoseconds, reduced by `earlier` nanoseconds."""
     nanoseconds = np.rint(times * 1e9).astype(np.int64) - earlier
     return [rr.TimeColumn(TIMELINE, duration=nanoseconds.astype("timedelta64[ns]")), rr.TimeColumn(TICKS, sequence=ticks)]

@@ -15,13 +15,13 @@ from ..cracks import MOST_LINES, crack_lines
 from ..scene_data import MeshFrames, Motion
 from ..visible_drawables import area_vectors
 
-# Radii of lines, relative to the smallest particle radius, and distance of lines in front of the centres, relative to the
-# largest radius. A line is moved along the ray to the camera, so that it appears at its place anywhere in the picture.
+# Radii of lines, relative to the smallest particle radius; distance of lines in front of the particles' centres, over the
+# largest radius. Lines are moved along the ray to the camera, so that their place in the picture does not change.
 _THICKNESS, _CRACK_THICKNESS, _SPOKE_THICKNESS, _IN_FRONT = 0.12, 0.16, 0.05, 1.05
 # The crack colour is visible on the dark and light backgrounds and on every colour of particles.
 _CRACK, _SPOKE = (190, 0, 255), (90, 95, 100)
 _SPOKE_LENGTH = 0.9
-# Up to these numbers of cells, in total and along the longest side, all edges are drawn; beyond, only boundary edges.
+# With more cells than these, in total or along the longest side, only the edges on the mesh's boundary are drawn.
 _MOST_EDGED_CELLS, _MOST_ALONG = 2000, 200.0
 # Distance of the edges in front of the cells, relative to the mesh's length.
 _EDGES_IN_FRONT = 2e-3
@@ -40,7 +40,7 @@ def send_links(recording: Any, motion: Motion, positions: npt.NDArray[Any], eye:
 
     Args:
         recording: rerun's recording.
-        motion: the frames.
+        motion: the particles and links in the frames to send.
         positions: drawn positions of the particles, shape (frames, n, 3) [m].
         eye: position of the camera, shape (3,) [m].
         when: rerun's time columns.
@@ -65,7 +65,7 @@ def send_links(recording: Any, motion: Motion, positions: npt.NDArray[Any], eye:
 
 
 def send_spokes(recording: Any, motion: Motion, positions: npt.NDArray[Any], eye: FloatArray, when: list[Any]) -> None:
-    """Send a radial line in each particle, which shows its rotation; arguments as for `send_links`."""
+    """Send a radial line (spoke) in each particle, which shows its rotation; arguments as for `send_links`."""
     if motion.rotation is None or not motion.is_plane:
         return
     front, angle = _move_to_front(motion, positions, eye), motion.rotation
@@ -82,7 +82,7 @@ def _camera_direction(motion: Motion) -> npt.NDArray[np.float64]:
 
 
 def _move_to_front(motion: Motion, positions: npt.NDArray[Any], eye: FloatArray) -> npt.NDArray[np.float32]:
-    """Return the positions moved towards the eye, to the front of the largest particle."""
+    """Return positions moved towards the eye, so that lines there lie in front of all particles."""
     ray = eye - positions
     part = _IN_FRONT * float(motion.radius.max()) / (ray @ _camera_direction(motion))
     return (positions + part[..., None] * ray).astype(np.float32)
@@ -157,7 +157,7 @@ def send_mesh(
 
     Args:
         recording: rerun's recording.
-        mesh: the frames.
+        mesh: the cells in the frames to send.
         positions: drawn positions of the nodes, shape (frames, n, 3) [m].
         colours: colours of the nodes or of the cells, shape (frames, n or m, 3).
         when: rerun's time columns.
@@ -177,7 +177,7 @@ def send_mesh(
 
 
 def _send_lining(recording: Any, mesh: MeshFrames, drawn: npt.NDArray[Any], when: list[Any]) -> None:
-    """Send a dark lining just below the surface of a body in space, which hides the far side's colours behind gaps."""
+    """Send a dark copy of a body's surface just below it, so that gaps (broken cells) do not show the far side's colours."""
     lining = (drawn - _LINING * float(np.ptp(mesh.nodes, axis=0).max()) * _node_normals(mesh)).astype(np.float32)
     whole = np.ones((len(drawn), len(mesh.connectivity)), bool) if mesh.whole is None else mesh.whole
     path = _lining_path(mesh)
@@ -210,7 +210,7 @@ def _node_normals(mesh: MeshFrames) -> npt.NDArray[np.float32]:
 
 
 def _send_edges(recording: Any, mesh: MeshFrames, positions: npt.NDArray[Any], when: list[Any]) -> None:
-    """Send the edges of unbroken cells; the edges of a plane lie in front of it."""
+    """Send the edges of the unbroken cells; for cells in a plane, slightly in front of them so that they stay visible."""
     whole = np.ones((1, len(mesh.connectivity)), bool) if mesh.whole is None else mesh.whole
     edges = [make_edges(mesh.connectivity[kept], mesh.nodes) for kept in whole] * (len(positions) if mesh.whole is None else 1)
     strips = np.concatenate([places[ends] for places, ends in zip(positions, edges, strict=True)])
@@ -223,7 +223,7 @@ def _send_edges(recording: Any, mesh: MeshFrames, positions: npt.NDArray[Any], w
 
 
 def _drawn_corners(mesh: MeshFrames) -> npt.NDArray[np.int64]:
-    """Return the corners of each cell as indices of the sent vertices, which cells do not share if each has a colour."""
+    """Return each cell's corners as indices of the vertices sent; cells share vertices unless colours are per cell."""
     if mesh.has_cell_values:
         return np.arange(mesh.connectivity.size).reshape(mesh.connectivity.shape)
     return mesh.connectivity

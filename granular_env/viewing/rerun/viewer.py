@@ -78,7 +78,7 @@ def scene_bytes(
     scales = make_scales(scene_data, exaggerate)
     views = make_views(str(log.metadata.get("component")), scene_data, scales)
     recording = rr.RecordingStream(APPLICATION, recording_id=f"{scene_data.title} ({log.metadata.get('created')})")
-    # Write through memory: on a full disk, rerun's writer drops the rest or hangs, without an error.
+    # Let rerun write to memory, not to the file: on a full disk it drops the rest or hangs, without an error.
     kept = recording.memory_recording()
     try:
         # Make the layout active, because the web viewer does not show the default layout of a server.
@@ -148,12 +148,12 @@ def screenshot(
 
 
 def _take_png(viewer: RerunProcess, instant: float) -> bytes:
-    """Return the PNG of a windowless viewer at a time [s]."""
+    """Return a picture (PNG) of what a viewer without a window shows at a time [s]."""
     viewer.wait_for_ports()
     client = _repeat_request(viewer, lambda: ViewerClient.connect(viewer.url))
-    # Setting the time fails until the recording is loaded.
+    # Repeat the request to set the time: it fails until the recording is loaded.
     _repeat_request(viewer, lambda: client.set_time(TIMELINE, duration=instant, play_state="paused"))
-    # Textures arrive some frames later and the viewer's notices disappear after seconds; rerun signals neither.
+    # Wait, since textures arrive some frames later and the viewer's notices vanish after seconds; rerun signals neither.
     time.sleep(_SETTLE_SECONDS)
     return _repeat_request(viewer, client.take_screenshot)
 
