@@ -61,7 +61,7 @@ class Literal(Lockstep):
 @dispatch_by_class
 def begin_tick(steps, grid, automata, seam, factors, row):
     """Begin the tick of a row of factors: values of the grid's signals at the middle of each tick, shape (ticks, signals).
-        row: row of this tick in `factors`.
+    row: row of this tick in `factors`.
     """
 
 

@@ -13,7 +13,8 @@ class Kind(NamedTuple):
     """A kind of TOML file that a command runs.
 
     Attributes:
-        words: its name, its command, and top-level keys that identify the kind: each file of this kind has at least one of them."""
+        words: its name, its command, and top-level keys that identify the kind: each file of this kind has at least one of them.
+    """
 
     words: str
     command: str
