@@ -212,7 +212,8 @@ class ComponentVectorEnv(SyncVectorEnv):
         """
         if name not in _OWN:
             expected = " or ".join(map(repr, _OWN))
-            raise ParameterError(f"got {one_line(name)}", expected=expected, hint="create another batch", at="name")
+            received = f"{one_line(name)} is common to all environments of a batch"
+            raise ParameterError(received, expected=expected, hint="create another batch", at="name")
         super().set_attr(name, values)
 
     def render(self) -> tuple[Any, ...]:

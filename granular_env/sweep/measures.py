@@ -86,7 +86,7 @@ class Reading:
         return "s" if self.kind.startswith("time") else variable.unit
 
     def read_value(self, component: Component) -> float:
-        """Return the present value of the element; for a whole variable, the largest of all elements (for min, the smallest)."""
+        """Return the present value of the element; for a whole variable, the largest element (for min, the smallest)."""
         value = np.asarray(self.element.select_from(component.peek(self.element.name)))
         value = np.abs(value) if self.absolute else value
         return float(value if not value.ndim else value.min() if self.kind == "min" else value.max())

@@ -43,7 +43,7 @@ class Range(Table):
         return self
 
     def values(self) -> list[float | int]:
-        """Return all values of the range; they are integers if ends and step are whole numbers."""
+        """Return all values of the range; they are integers if all are whole numbers."""
         parts = [i / max(self.count - 1, 1) for i in range(self.count)]
         place = interpolate_geometrically if self.spacing == "log" else _interpolate_linearly
         found = [self.begin, *(place(self.begin, self.end, part) for part in parts[1:-1]), self.end][: self.count]
@@ -72,7 +72,7 @@ class Distribution(Table):
             if not self.values or low is not None or high is not None:
                 raise ParameterError("choice requires values, without from and to", expected="values = [...]", at="values")
         elif low is None or high is None or not low < high or self.values:
-            raise ParameterError(f"got from = {low} and to = {high}", expected="from < to, without values")
+            raise ParameterError(f"got from = {low} and to = {high}", expected="from < to; `values` belong to choice")
         elif kind == "log_uniform" and low <= 0.0:
             raise ParameterError(f"log_uniform needs values above 0, got {low:g}", at="from")
         elif kind == "integer" and not (low.is_integer() and high.is_integer() and abs(high) < 2.0**52):

@@ -138,7 +138,7 @@ class Plan(Document):
 
 
 def _flatten_tables(content: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the plan's content with dotted keys in [set], [grid] and [samples], where they may be nested tables."""
+    """Return the content of [set] with dotted keys; keys of the experiment may be written as in the experiment's tables."""
     found: dict[str, Any] = {}
     for key, value in content.items():
         inner = value if "." not in key and isinstance(value, Mapping) else None

@@ -102,7 +102,7 @@ def _connection_options(address: str | None, cores: int) -> dict[str, Any]:
     given = address or os.environ.get("RAY_ADDRESS")
     if not given:
         if "RAY_AUTH_MODE" not in os.environ and "ray" not in sys.modules:
-            # A token keeps other users from the temporary cluster. Ray reads the variables once; without them it writes a token file.
+            # The token keeps others out of the temporary cluster. Ray reads it once; otherwise it would write it to a file.
             os.environ |= {"RAY_AUTH_MODE": "token", "RAY_AUTH_TOKEN": secrets.token_hex(32)}
         return {"address": "local", "num_cpus": cores, "include_dashboard": False}
     try:

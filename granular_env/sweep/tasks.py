@@ -74,7 +74,7 @@ def make_workload(plan: Plan, time_limit: float | None = None, allow_large: bool
 
     @cache
     def store_file(path: str) -> str:
-        """Read a CSV file, which is sent along with the tasks; return its name in the results' folder, a hash of its content."""
+        """Read a CSV file, which is sent with the tasks; return its name in the folder ``inputs/``, a hash of its content."""
         data = read_data_file(experiment.folder / path)
         name = f"{hashlib.sha256(data).hexdigest()[:32]}.csv"
         files[name] = data
@@ -120,7 +120,7 @@ def _content_hash(content: Any) -> str:
 
 
 def column_units(plan: Plan, component: Component) -> dict[str, str]:
-    """Return column -> SI unit, for those keys and measures that are numbers; "1" if they are dimensionless."""
+    """Return name of a key or a measure -> SI unit, "1" for dimensionless numbers; keys that are not numbers are left out."""
     found = {key: _key_unit(key, component) for key in plan.keys}
     found |= {name: measure.unit(component) for name, measure in plan.measure.items()}
     return {name: unit for name, unit in found.items() if unit}
