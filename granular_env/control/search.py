@@ -118,7 +118,7 @@ class Search:
         for point, value, spent in zip(chosen, values.tolist(), steps.tolist(), strict=True):
             self.count_return(np.array(point), value, spent)
         if len(chosen) < len(points):
-            return np.concatenate([values, self.returns(points[len(chosen) :])])  # early ends may leave budget
+            return np.concatenate([values, self.returns(points[len(chosen) :])])  # budget left by episodes that ended early
         return values
 
     def value_and_slopes(self, point: FloatArray) -> tuple[float, FloatArray]:

@@ -79,7 +79,7 @@ DOMAINS: dict[str, Domain] = {
         remark="granular_env.domains.shell:remark",
     ),
 }
-"""Catalogue name of a component -> offers of its domain."""
+"""Name of a component -> its domain."""
 
 _NOTHING = Domain()
 

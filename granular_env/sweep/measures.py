@@ -51,7 +51,7 @@ class FinishedRun(NamedTuple):
         component: component at the end of the run.
         report: name -> number, from `Component.report`.
         times: times at which the variables were sampled [s].
-        history: history recorded by the observer `Domain.watch`; None if no measure needs it.
+        history: history recorded by the observer `Domain.watch`; None without such an observer.
     """
 
     component: Component

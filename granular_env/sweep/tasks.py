@@ -120,7 +120,7 @@ def _content_hash(content: Any) -> str:
 
 
 def column_units(plan: Plan, component: Component) -> dict[str, str]:
-    """Return name of a key or a measure -> SI unit, "1" for dimensionless numbers; keys that are not numbers are left out."""
+    """Return name of a key or a measure -> SI unit, "1" for dimensionless numbers; keys of unknown unit are left out."""
     found = {key: _key_unit(key, component) for key in plan.keys}
     found |= {name: measure.unit(component) for name, measure in plan.measure.items()}
     return {name: unit for name, unit in found.items() if unit}

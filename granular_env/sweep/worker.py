@@ -110,7 +110,7 @@ class TaskComputer:
         """Compute a task and return its result; an error gives a result with the outcome "failed" or "lost"."""
         try:
             return self._run_task(task)
-        except Exception as error:  # of any type, because components of other packages may raise any, and the sweep must go on
+        except Exception as error:  # of any type, so that an error in a third-party component does not end the sweep
             outcome = "lost" if _is_machine_error(error) else "failed"
             return Result(task.hash, outcome, error=f"{type(error).__name__}: {str(error) or 'no message'}")
 

@@ -1,4 +1,4 @@
-"""CMA-ES (Hansen & Ostermeier 2001) from the package cma: samples adapt their normal distribution."""
+"""CMA-ES (Hansen & Ostermeier 2001) from the package cma: samples a normal distribution, which adapts to the best."""
 
 from __future__ import annotations
 

@@ -193,7 +193,7 @@ def make_soliton_train(
 
     ## Arguments
     * `waves` (3): largest number of waves. `amplitude` ((3.0, 6.0) m/s), `spacing` ((11.0, 14.0) grains), `front` ((36.0,
-    40.0) grains): see the start state. `window` (5.0 grains): half width of a wave. `chain`: without precompression.
+      40.0) grains): see the start state. `window` (5.0 grains): half width of a wave. `chain`: without precompression.
 
     ## Baselines
     "theory" is that of `PulseForming-v1`, for the requested waves. Over seeds 0 to 59 it returns -1.4e-4 to -7.8e-4 with a
