@@ -88,7 +88,7 @@ class DriveShape:
         weights = np.zeros((len(part), self.knots))
         weights[np.arange(len(part)), before] = 1.0 - part
         weights[np.arange(len(part)), after] += part
-        # Solve the tridiagonal normal equations without LAPACK, whose rounding depends on the machine; trials are compared bitwise.
+        # Solve the normal equations without LAPACK, whose rounding depends on the machine; trials are compared bitwise.
         pivot, side = (weights * weights).sum(axis=0), (weights[:, :-1] * weights[:, 1:]).sum(axis=0)
         knots = (weights[:, :, None] * wished[: len(part), None, :]).sum(axis=0)
         for k in range(1, self.knots):

@@ -175,8 +175,8 @@ def make_confinement(
     100 to 119). A policy that observes the damage may do better.
 
     ## Versions
-    Since v3, the rate of change of the pressure is limited. Since v2, the strengths are sampled for each episode, and an
-    unlinked contact presses as soon as it is shorter than the rest distance of its former link.
+    Since v3, the rate of change of the pressure is limited. Since v2, the strengths are sampled for each episode, and
+    contacts press as soon as they are shorter than the rest distance of their links.
     """
     row = 0.5 * math.sqrt(3.0) * _DIAMETER
     grip = _GRIP * row

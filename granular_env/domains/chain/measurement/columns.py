@@ -9,7 +9,7 @@ from typing import Any
 from granular_env.domains.chain import measurement
 
 Taken = Callable[[Any, int, dict[str, Any]], float]
-"""A column: a function(history, which, arguments) that returns a number, or NaN if the measurement's result has no item `which`."""
+"""A column: function(history, which, arguments) that returns a number, NaN if the measurement has no item `which`."""
 
 
 def measurement_function(name: str) -> Callable[..., Any]:

@@ -148,7 +148,7 @@ class PassingTrain:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the goal, so that that of the next episode is read."""
+        """Forget the goal of the last episode."""
         self.step, self.drive = 0, np.zeros(0)
 
     def __call__(self, observation: Any, info: Mapping[str, Any]) -> FloatArray:
