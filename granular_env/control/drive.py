@@ -15,17 +15,17 @@ class DriveShape:
     """A map from a point (the numbers chosen by a method) to a drive (the action of every control step).
 
     Knots are evenly spaced over the driven steps, from the first to the last step. Between two knots the action is
-    interpolated linearly or holds the earlier knot; after the driven steps it is 0. Finally the rate limits the change of the
-    action between steps, and of the first step from 0.
+    interpolated linearly or keeps the value of the earlier knot; after the driven steps it is 0. Finally `rate` limits the
+    change of the action from one step to the next, and from 0 to the first step.
 
     Attributes:
         steps: control steps of an episode.
-        entries: numbers in an action.
-        knots: values of each entry over the driven steps.
+        entries: number of entries of an action.
+        knots: number of knots of each entry of the action.
         between: "linear" or "held".
-        driven: control steps spanned by the knots; the rest of the episode is 0.
+        driven: number of control steps spanned by the knots; in later steps the action is 0.
         lowest, highest: smallest and largest value of a knot, in units of the action's scale.
-        rate: largest change of the action per control step, in the same units; None for no limit.
+        rate: largest change of the action per control step, in units of its scale; None for no limit.
     """
 
     steps: int
@@ -39,11 +39,11 @@ class DriveShape:
 
     @property
     def size(self) -> int:
-        """Numbers in a point: knots x entries."""
+        """Number of coordinates of a point: knots x entries."""
         return self.knots * self.entries
 
     def actions(self, points: FloatArray) -> FloatArray:
-        """Return the drives of points.
+        """Return the drive that each point determines.
 
         Args:
             points: shape (members, size); each row has the knots of the first entry of the action, then of the second.
@@ -59,11 +59,11 @@ class DriveShape:
         return wished if self.rate is None else _limit_rate(wished, self.rate)
 
     def pullback(self, point: FloatArray, slopes: FloatArray) -> FloatArray:
-        """Return the derivatives of a number with respect to the point, shape (size,), from those with respect to its drive.
+        """Return the derivatives of a function of the drive with respect to the point, shape (size,).
 
         Args:
             point: shape (size,).
-            slopes: d number / d action, shape (steps, entries).
+            slopes: derivatives of the function with respect to the drive, shape (steps, entries).
         """
         if self.rate is not None:
             unlimited = replace(self, rate=None)
@@ -77,10 +77,10 @@ class DriveShape:
         return pulled.reshape(-1)
 
     def fit_point(self, actions: FloatArray) -> FloatArray:
-        """Return the point with the drive nearest to given actions, by least squares, shape (size,).
+        """Return the point whose drive fits the given actions best in the least-squares sense, shape (size,).
 
         Args:
-            actions: shape (any number of control steps, entries); missing ones are 0.
+            actions: shape (any number of control steps, entries); the actions of missing steps count as 0.
         """
         before, after, part = self._knot_weights()
         wished = np.zeros((self.steps, self.entries))
@@ -88,7 +88,7 @@ class DriveShape:
         weights = np.zeros((len(part), self.knots))
         weights[np.arange(len(part)), before] = 1.0 - part
         weights[np.arange(len(part)), after] += part
-        # Solve the tridiagonal normal equations here, not with LAPACK, because trials are compared bitwise.
+        # Solve the normal equations without LAPACK, whose rounding depends on the machine; trials are compared bitwise.
         pivot, side = (weights * weights).sum(axis=0), (weights[:, :-1] * weights[:, 1:]).sum(axis=0)
         knots = (weights[:, :, None] * wished[: len(part), None, :]).sum(axis=0)
         for k in range(1, self.knots):
@@ -101,7 +101,7 @@ class DriveShape:
         return np.clip(knots.T.reshape(-1), self.lowest, self.highest)
 
     def _knot_weights(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], FloatArray]:
-        """Return the knots before and after every driven step, and its position between them, 0 to 1; shape (driven,)."""
+        """Return for each driven step the knots before and after it, and its position between them (0 to 1), each (driven,)."""
         driven = min(self.driven or self.steps, self.steps)
         step = np.arange(driven)
         if self.between == "held" or self.knots == 1:
@@ -121,7 +121,7 @@ def _limit_rate(requested: FloatArray, rate: float) -> FloatArray:
 
 
 def _limit_rate_pullback(requested: FloatArray, slopes: FloatArray, rate: float) -> FloatArray:
-    """Return the derivatives with respect to the requested actions; an active limit passes them to the previous action."""
+    """Return derivatives with respect to `requested` from those with respect to the actions after the rate limit (`slopes`)."""
     followed = _limit_rate(requested[None], rate)[0]
     before = np.vstack([np.zeros((1, requested.shape[1])), followed[:-1]])
     free = np.abs(requested - before) < rate

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @use_style
 def draw_study(result: StudyResult) -> bytes:
-    """Return a PNG with the best return over control steps, and the actions of each method's best in an episode."""
+    """Return a PNG: each method's best return against the simulated steps, and the actions of its best drive or policy."""
     methods = list(dict.fromkeys(trial.method for trial in result.trials))
     figure = new_figure(8.6, 4.2 + 1.1 * len(methods))
     axes, *panels = figure.subplots(1 + len(methods), 1, height_ratios=[4, *[1] * len(methods)])
@@ -45,7 +45,7 @@ def draw_study(result: StudyResult) -> bytes:
 
 
 def _hide_poor_starts(axes: Axes, result: StudyResult) -> None:
-    """Limit the axes to the compared returns, because early returns may be far below."""
+    """Limit the return axis to the final returns and the baselines; the first returns of a search may be far below."""
     ends = [trial.search_return for trial in result.trials] + [score.value for score in result.baselines.values()]
     margin = 0.25 * (max(ends) - min(ends)) or 1.0
     bottom, top = axes.get_ylim()

@@ -1,4 +1,4 @@
-"""The task of a study: a batch for the search, a single environment for evaluation, an objective for gradients."""
+"""The task of a study: a batch of environments for the search, a single one for the test, and an objective for gradients."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ class Problem:
         folder: folder in which modules are searched first.
 
     Attributes:
-        stage: keyword arguments of the task's smooth objective; None for the defaults.
-        steps: control steps of an episode.
+        stage: keyword arguments of the task's smooth objective, which `Gradient` sets in stages; None for the defaults.
+        steps: number of control steps of an episode.
         duration: duration of a control step [s].
-        entries: numbers in an action.
-        rate: the environment's limit of the action's change per control step, or None.
-        gradient_runs: cost of an objective with its gradient, in forward runs; 0 without gradients.
+        entries: number of entries of an action.
+        rate: largest change of an action per control step that the environment allows; None for no limit.
+        gradient_runs: cost of an objective with its gradient, in units of one simulated episode; 0 without gradients.
 
     Raises:
         ParameterError: unknown environment or argument, or episodes without an end.
@@ -74,19 +74,19 @@ class Problem:
 
     @property
     def task_source(self) -> str:
-        """The source of the module that defines the task, which determines results if it is the user's module."""
+        """The source text of the module that defines the task, if it is the user's module, because results depend on it."""
         try:
             return inspect.getsource(sys.modules[type(self.env.task).__module__])
         except (OSError, TypeError):
             return ""
 
     def returns(self, drives: FloatArray, seeds: Sequence[int]) -> tuple[FloatArray, npt.NDArray[np.int64]]:
-        """Return mean returns and simulated control steps, both (members,), for drives of shape (members, steps, entries)."""
+        """Return for each drive, (members, steps, entries), its mean return over the seeds and its simulated control steps."""
         actions = np.repeat(drives, len(seeds), axis=0)
         return self._simulate_episodes(len(drives), seeds, lambda step, observations: actions[:, step])
 
     def policy_return(self, policy: Callable[[npt.NDArray[Any]], npt.NDArray[Any]], seeds: Sequence[int]) -> tuple[float, int]:
-        """Return mean return and simulated control steps of a policy: observations (environments, size) -> actions."""
+        """Return a policy's mean return over the seeds and its simulated steps; its observations are (environments, size)."""
         values, steps = self._simulate_episodes(1, seeds, lambda step, observations: policy(observations))
         return float(values[0]), int(steps[0])
 
@@ -111,7 +111,7 @@ class Problem:
         return totals.reshape(shape).mean(axis=1), np.minimum(steps, self.steps).reshape(shape).sum(axis=1)
 
     def make_vector_env(self, count: int) -> Any:
-        """Return `count` environments as a Gymnasium `VectorEnv` that resets in the same step."""
+        """Return `count` environments as a Gymnasium `VectorEnv` with `AutoresetMode.SAME_STEP`."""
         from granular_env.envs import make_batch
 
         return make_batch(self._make_env, count, autoreset_mode="SameStep", **self._arguments)
@@ -121,7 +121,7 @@ class Problem:
         return {"nothing": OpenLoop(np.zeros((self.steps, self.entries))), **self.env.task.baselines()}
 
     def play_episode(self, actor: Policy, seed: int, log: Path | None = None) -> tuple[float, FloatArray]:
-        """Play one episode in the single environment, recorded if a path is given.
+        """Play one episode in the single environment, and record it if the path of a log is given.
 
         Returns:
             The return, and the actions, shape (control steps, entries), in units of their scales.
@@ -131,7 +131,7 @@ class Problem:
         env, actions, total, over = self.env, [], 0.0, False
         with ExitStack() as stack:
             if log is not None:
-                # The component may be sampled for each episode; record the component of this episode.
+                # Record only now: the reset may replace the component, if its parameters are sampled for each episode.
                 env.reset(seed=seed)
                 stack.enter_context(record(env.component, log, overwrite=True))
             observation, info = env.reset(seed=seed)
@@ -147,19 +147,19 @@ class Problem:
     def value_and_grad(self, drive: FloatArray, seeds: Sequence[int]) -> tuple[float, FloatArray]:
         """Return the smooth objective averaged over the episodes, and its gradient with respect to the drive, (steps, entries).
 
-        Available only if `gradient_runs` is not 0. `StepError` if the physics breaks down under the drive.
+        Available only if `gradient_runs` is not 0. Raise `StepError` if the state leaves the range of the physics.
         """
         return self._gradients.value_and_grad(self.env, drive, seeds, self.stage)
 
 
 def environment_names() -> dict[str, str]:
-    """Return short name -> registered name: ``pulse-forming`` is ``granular_env/PulseForming-v1``."""
+    """Return a mapping from short to registered names, such as ``pulse-forming`` to ``granular_env/PulseForming-v1``."""
     plain = {name: name.rpartition("/")[2].partition("-v")[0] for name in load_environments()}
     return {re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "-", short).lower(): name for name, short in plain.items()}
 
 
 def load_environment_factory(name: str, folder: Path | None = None) -> Callable[..., Any]:
-    """Return the factory of the single environment of a name, which may refer to user code.
+    """Return the function that makes the environment with this name; the name may be ``module:name`` of user code.
 
     Raises:
         ParameterError: unknown name; the message suggests the nearest name.

@@ -1,4 +1,4 @@
-"""The results of a study: trials, one file each, and a table of all trials."""
+"""The results of a study: its trials (one method with one seed), each in a file, and a table of all trials."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Score(BaseModel):
 
     @classmethod
     def from_episodes(cls, actor: Policy, problem: Problem, study: Study, log: Path | None = None) -> Self:
-        """Play a policy in the test episodes; the first episode is recorded if a path is given."""
+        """Return the score of a policy played in the test episodes; record the first episode if the path of a log is given."""
         episodes = [problem.play_episode(actor, seed, None if place else log) for place, seed in enumerate(study.test_seeds)]
         values, actions = np.array([value for value, _ in episodes]), episodes[0][1].tolist()
         return cls(value=float(values.mean()), spread=float(values.std()), actions=actions, duration=problem.duration)
@@ -49,11 +49,11 @@ class Trial(BaseModel):
     """A finished trial of one method with one seed: the content of ``trials/METHOD-SEED.json``.
 
     Attributes:
-        identity: hash of everything that determines the trial.
+        identity: hash of everything that determines the trial, see `Study.trial_identity`.
         spent: number of simulated control steps.
-        search_return: return of the best in the search episodes.
-        curve: (control steps, best return) at each improvement.
-        score: score of the best in the test episodes.
+        search_return: return of the best drive or policy in the search episodes.
+        curve: (simulated control steps, best return) at each improvement of the best return.
+        score: score of the best drive or policy in the test episodes.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -68,7 +68,7 @@ class Trial(BaseModel):
 
     @property
     def name(self) -> str:
-        """Return the name of the trial's files."""
+        """Return the name of the trial's files without their extension."""
         return f"{self.method}-{self.seed}"
 
 
@@ -88,10 +88,10 @@ class StudyResult:
     Attributes:
         study: the study.
         folder: folder of the study's files.
-        trials: one per method and seed, in the file's order, without failed or interrupted trials.
+        trials: one per method and seed, in the order of the study's file, without failed or interrupted trials.
         baselines: scores of the reference policies, by name.
         interrupted: whether Ctrl-C ended the study; the same command continues it.
-        notes: the warnings of the runs.
+        notes: texts of the warnings issued during the trials.
     """
 
     study: Study
@@ -106,9 +106,9 @@ class StudyResult:
         return sorted((trial for trial in self.trials if trial.method == method), key=lambda trial: -trial.score.value)
 
     def comparison(self) -> list[list[object]]:
-        """Return headings, and a row per method with its returns over the seeds and the baselines that it beats.
+        """Return the headings and one row per method: its returns over the seeds, and whether it beats each baseline.
 
-        The comparison uses the lower median over the seeds (the worse of two).
+        It beats a baseline if its median return over the seeds (of an even number, the lower of the middle two) is larger.
         """
         heads = ["method", "return (lower median)", "worst seed", "best seed", "control steps"]
         rows: list[list[object]] = [[*heads, *(f"beats {name}" for name in self.baselines)]]

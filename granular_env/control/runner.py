@@ -39,9 +39,9 @@ def run_study(
 
         result = run_study("pulse-forming", "studies/pulse", overrides={"budget": 100_000})
 
-    The folder receives the study (``study.toml``), a file per finished trial (``trials/``), a log of each trial's best
-    (``logs/``), ``table.csv`` and ``figure.png``. After Ctrl-C or a kill the same call continues: finished trials are read, and
-    an unfinished trial is restarted.
+    The folder receives the study (``study.toml``), a file per finished trial (``trials/``), a log of an episode with each
+    trial's best drive or policy (``logs/``), ``table.csv`` and ``figure.png``. After Ctrl-C or a kill the same call continues:
+    finished trials are read, and an unfinished trial is restarted.
 
     Args:
         source: a shipped study's name, the path of a TOML file, the content of one, or a loaded study.
@@ -56,7 +56,7 @@ def run_study(
         MissingExtraError: a method or the figure needs a package that is not installed.
     """
     study = load_study(source, overrides)
-    import_optional("matplotlib", "the figure of a study")  # fail before hours of searching, not after
+    import_optional("matplotlib", "the figure of a study")  # a missing package must raise before hours of searching, not after
     labels = [method.label for method in study.method]
     wanted = list(only) or labels
     for name in wanted:
@@ -92,7 +92,7 @@ def run_study(
 def _run_trial(
     study: Study, method: MethodTable, seed: int, problem: Problem, shape: DriveShape, folder: Path, bar: Bar
 ) -> Trial:
-    """Return a trial, read from its file if that belongs to this study and program version."""
+    """Return a trial: read from its file if that belongs to this study and program version, otherwise computed."""
     name = f"{method.label}-{seed}"
     path, log = folder / "trials" / f"{name}.json", folder / "logs" / f"{name}.mcap"
     identity = study.trial_identity(method, seed, f"{code_hash()} {problem.task_source}")

@@ -14,12 +14,12 @@ from granular_env.components.support.float_arrays import FloatArray
 from .drive import DriveShape
 from .problem import Problem
 
-# Objective of a drive under which the physics breaks down; a line search steps back from it.
+# Objective of a drive that raises `StepError`; so large that the line search shortens its step.
 _BROKEN = 1e6
 
 
 class BudgetSpentError(Exception):
-    """The budget is too small for the next evaluation: the regular end of a method."""
+    """The rest of the budget is too small for the next evaluation: the regular end of a search."""
 
 
 class Search:
@@ -29,14 +29,14 @@ class Search:
         problem: the task.
         shape: map from points to drives.
         seed: seed of the method's random numbers.
-        seeds: seeds of the episodes that evaluate points.
+        seeds: seeds of the episodes in which points (see `DriveShape`) are evaluated.
         budget: largest number of simulated control steps.
-        watch: called with the search after each evaluation.
+        watch: function called with this `Search` after each evaluation.
 
     Attributes:
         spent: number of simulated control steps.
-        best: the point or the policy with the best return.
-        best_return: return of the best; -inf if there is none.
+        best: the point or the policy with the largest return.
+        best_return: return of `best`; -inf before the first evaluation.
         curve: (control steps, best return) at each improvement.
     """
 
@@ -57,7 +57,7 @@ class Search:
 
     @property
     def remaining_steps(self) -> int:
-        """Return the remaining control steps of the budget."""
+        """Return the number of control steps left in the budget."""
         return self.budget - self.spent
 
     def random_generator(self, stream: int = 0) -> np.random.Generator:
@@ -65,12 +65,12 @@ class Search:
         return np.random.default_rng([self.seed, stream])
 
     def count_steps(self, steps: int) -> None:
-        """Count simulated control steps."""
+        """Add simulated control steps to `spent`."""
         self.spent += steps
         self._watch(self)
 
     def count_return(self, candidate: Any, value: float, steps: int) -> None:
-        """Count the return of a point or a policy, and store it if it is the best.
+        """Add `steps` to `spent`, and store the point or the policy if its return `value` is the best so far.
 
         Raises:
             ExperimentError: the return is not finite.
@@ -82,7 +82,7 @@ class Search:
         self.count_steps(steps)
 
     def baseline_point(self, name: str) -> FloatArray:
-        """Return the point nearest to a baseline's actions in the first episode, shape (size,); this counts as one episode.
+        """Play a baseline in the first search episode, which spends budget; return the point that fits its actions best.
 
         Raises:
             ExperimentError: the task has no such baseline.
@@ -98,7 +98,7 @@ class Search:
         return self.shape.fit_point(self.problem.play_episode(known[name], self.seeds[0])[1])
 
     def returns(self, points: FloatArray) -> FloatArray:
-        """Return the returns of drives, averaged over the episodes.
+        """Return for each point the return of its drive, averaged over the search episodes.
 
         Args:
             points: shape (members, size), simulated as one batch.
@@ -117,11 +117,11 @@ class Search:
         for point, value, spent in zip(chosen, values.tolist(), steps.tolist(), strict=True):
             self.count_return(np.array(point), value, spent)
         if len(chosen) < len(points):
-            return np.concatenate([values, self.returns(points[len(chosen) :])])  # an episode may have ended early
+            return np.concatenate([values, self.returns(points[len(chosen) :])])  # budget left by episodes that ended early
         return values
 
     def value_and_slopes(self, point: FloatArray) -> tuple[float, FloatArray]:
-        """Return a drive's mean smooth objective over the episodes and its gradient, shape (size,); errors of `returns`."""
+        """Return the smooth objective at a point, averaged over the episodes, and its gradient; errors as `returns`."""
         cost = math.ceil(self.problem.gradient_runs * self.problem.steps * len(self.seeds))
         if self.remaining_steps < cost:
             raise BudgetSpentError

@@ -22,10 +22,10 @@ class Sb3VecEnv(VecEnv):
     Infos are empty except at the last step of an episode, with "terminal_observation" and "TimeLimit.truncated".
 
     Args:
-        env: a `SyncVectorEnv` or the native batch, which resets in the same step (`AutoresetMode.SAME_STEP`).
+        env: a `SyncVectorEnv` or a `ComponentVectorEnv`, with `AutoresetMode.SAME_STEP`.
 
     Raises:
-        ParameterError: another type of environment or of reset.
+        ParameterError: another type of environment or autoreset mode.
     """
 
     def __init__(self, env: gymnasium.vector.VectorEnv) -> None:

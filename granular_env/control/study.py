@@ -27,7 +27,7 @@ from granular_env.documents import Document, Overrides, Table, TableChoice, load
 
 from .methods import AnyMethod, MethodTable
 
-# First seeds of the search episodes and of the test episodes.
+# Seed of the first search episode and of the first test episode; further episodes have the following seeds.
 _SEARCH_SEED, _TEST_SEED = 1_000_000, 2_000_000
 
 
@@ -40,12 +40,12 @@ class TaskTable(Table):
 
     @property
     def arguments(self) -> dict[str, Any]:
-        """All keys except the name."""
+        """All keys of the table except the name."""
         return dict(self.model_extra or {})
 
 
 class DriveTable(Table):
-    """The map from a few numbers, the knots, to the actions of an episode."""
+    """The [drive] table: the map from a few numbers, the knots, to the actions of an episode; see `DriveShape`."""
 
     knots: int = Field(
         default=32, ge=1, le=100_000, description="number of knots per entry of the action, over the driven steps"
@@ -65,7 +65,7 @@ class DriveTable(Table):
 
 
 class Study(Document):
-    """A study, validated as far as possible without building its environment."""
+    """The content of a study's file, validated as far as possible without building its environment."""
 
     kind: ClassVar[str] = "study"
     shelf: ClassVar[str] = "studies"
@@ -112,7 +112,7 @@ class Study(Document):
         return [_TEST_SEED + place for place in range(self.test_episodes)] or self.search_seeds
 
     def trial_identity(self, method: MethodTable, seed: int, code: str) -> str:
-        """Hash everything that determines a trial: the study without its other methods and seeds, and the code."""
+        """Return a hash of everything that determines a trial: the study without its other methods and seeds, and the code."""
         content = self.to_dict()
         kept = {key: content.get(key) for key in ("budget", "episodes", "test_episodes", "task", "drive")}
         return digest(canonical_json([kept, method.model_dump(), seed, code])).hex()

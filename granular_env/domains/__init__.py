@@ -1,8 +1,8 @@
-"""Domains, one folder for each physical system, and the table of their offers.
+"""Domains, one folder for each physical system, and the table of what each offers to the generic packages.
 
 Only domains name a physical system. The generic packages (environments, studies, sweeps, viewing) import this module but no
-domain: `find_domain` returns the offers of a component's domain. A name in the table is a module or "module:attribute",
-imported on first use. If an offer is None or absent, the generic package uses its default or reports the missing offer.
+domain: `find_domain` returns the `Domain` of a component. An offer is given as the name of a module or "module:attribute",
+which is imported on first use. If it is None, the generic package uses its default or reports that the offer is missing.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ class Environment:
     """A registered environment.
 
     Attributes:
-        entry_point: factory of a single environment.
+        entry_point: "module:function" of the function that makes a single environment.
         reward_threshold: the return at which the task counts as solved.
     """
 
@@ -28,21 +28,21 @@ class Environment:
 
 @dataclass(frozen=True)
 class Domain:
-    """The offers of one physical system to the generic packages.
+    """What one physical system offers to the generic packages; each attribute is optional.
 
     Attributes:
         environments: a mapping registered name -> `Environment`.
-        rows: a class that presents components as rows of arrays and advances them together, for row-based tasks and native
-            batches, see `chain.rows.ChainRows`.
+        rows: a class that stores the states of many components in common arrays (one row each) and advances them together,
+            for native batches of environments, see `chain.rows.ChainRows`.
         gradients: a module with `RUNS` (cost of one gradient in forward runs) and `value_and_grad(env, drive, seeds, stage)`,
-            the smooth objective of a task and its derivatives with respect to the actions, for studies.
-        watch: a class of observers with a `history`, constructed with the time between two frames [s].
-        columns: a module with the sweep columns of this history: `MEASUREMENTS` (measurement -> column name ->
-            taken(history, which, arguments)), `UNITS` of the columns, and `measurement_function(name)`.
+            which returns the smooth objective of a task and its derivatives with respect to the actions, for studies.
+        watch: a class of observers that record a `history` of a run, constructed with the time between two frames [s].
+        columns: a module with the sweep columns computed from this history: `MEASUREMENTS` (measurement -> column name ->
+            function(history, which, arguments)), `UNITS` of the columns, and `measurement_function(name)`.
         views: a subclass of `viewing.domain_views.Views`, which adds domain-specific parts to a scene.
-        contacts: contacts(points, displacement, read), which returns the quantity shown at the contacts between points, see
+        contacts: function(points, displacement, read) that returns the quantity shown at the contacts between points, see
             `chain.viewing.contact_quantity`.
-        remark: remark(parameters), a note to print below pictures of the component; "" for none.
+        remark: function(parameters) that returns a note to print below pictures of the component; "" for none.
     """
 
     environments: str | None = None
@@ -79,7 +79,7 @@ DOMAINS: dict[str, Domain] = {
         remark="granular_env.domains.shell:remark",
     ),
 }
-"""Catalogue name of a component -> offers of its domain."""
+"""Name of a component -> its domain."""
 
 _NOTHING = Domain()
 

@@ -10,7 +10,7 @@ from gymnasium.envs.registration import register, registry
 
 from ..domains import load_environments
 
-# The names of __init__.pyi.
+# Load the names of __init__.pyi lazily.
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 for _name, _one in load_environments().items():

@@ -1,6 +1,6 @@
-"""Actuators: conversion of an agent's action to inputs of a component, with clipping, rate limit, delay and scaling.
+"""The actuator: converts an agent's action to inputs of a component, with clipping, rate limit, delay and scaling.
 
-Commands are in units of the task's scales. Arrays may have a leading axis with one row per environment of a batch.
+Commands are clipped, rate-limited actions. Arrays may have a leading axis with one row per environment of a batch.
 """
 
 from __future__ import annotations
@@ -21,21 +21,21 @@ _LONGEST_DELAY = 100_000
 
 
 class Actuator:
-    """The effect of actions on inputs.
+    """The conversion of actions to inputs. Its memory, an array, holds the commands of the last 1 + `control_delay` steps.
 
     Args:
         task: defines the driven inputs and their scales.
         component: component with these inputs.
-        action_rate: largest change of an entry in a control step, in scales; None for no limit.
-        control_delay: control steps between an action and its effect.
+        action_rate: largest change of an entry of the action in a control step; None for no limit.
+        control_delay: number of control steps between an action and its effect.
 
     Attributes:
-        driven: inputs or input elements, their entries in the action, and the shape of the whole input.
-        size: entries of the action.
+        driven: for each driven input or input element: its entries in the action, and the shape of the whole input.
+        size: number of entries of the action.
         scales: input value at action 1, for each entry of the action.
-        rate: largest change in a control step, in scales; infinite for no limit.
-        delay: control steps between an action and its effect.
-        memory_size: size of the memory: 1 + delay commands, from the newest to the acting command.
+        rate: largest change of an entry in a control step, in units of its scale; infinite for no limit.
+        delay: number of control steps between an action and its effect.
+        memory_size: size of the memory: 1 + delay commands, from the newest to the command that acts now.
 
     Raises:
         ParameterError: the component lacks an input, the rate is not above 0, or the delay is not a whole number >= 0.
@@ -55,16 +55,16 @@ class Actuator:
             raise ParameterError(f"got {self.rate:g}", expected="more than 0, or None for no limit", at="action_rate")
         self.delay = whole_number("control_delay", control_delay, 0, _LONGEST_DELAY)
         self.memory_size = self.size * (1 + self.delay)
-        # Fast path for scalar inputs only.
+        # If all inputs are scalars, a faster conversion is used.
         self._names = None if any(shape for *_, shape in self.driven) else [element.name for element, *_ in self.driven]
 
     def initial_memory(self, component: Component) -> FloatArray:
-        """Return the memory for the case that the start inputs had always been commanded."""
+        """Return the memory at the start of an episode, as if the component's present inputs had always been commanded."""
         held = [np.ravel(element.select_from(component.get(element.name))) for element, *_ in self.driven]
         return np.tile(np.concatenate(held) / self.scales, 1 + self.delay)
 
     def next_memory(self, actions: FloatArray, memory: FloatArray) -> FloatArray:
-        """Return the memory after a control step with given actions, shape (..., entries)."""
+        """Return the memory after a further control step with the given actions, shape (..., entries)."""
         commands = np.minimum(np.maximum(actions, self._low), self._high)
         if self.rate < math.inf:
             newest = memory[..., : self.size]
@@ -72,9 +72,9 @@ class Actuator:
         return np.concatenate([commands, memory[..., : -self.size]], axis=-1) if self.delay else commands
 
     def inputs(self, memory: FloatArray) -> dict[str, Any]:
-        """Return the inputs by name for a memory; elements that are not driven are 0.
+        """Return the inputs, by name, that the oldest command in the memory gives; elements that are not driven are 0.
 
-        Inputs are floats or arrays of their shape. With a leading axis, all inputs are scalars, returned as arrays.
+        Inputs are floats or arrays. If the memory has a leading axis, all inputs must be scalars and are arrays over this axis.
         """
         values = memory[..., -self.size :] * self.scales
         if self._names is not None:

@@ -19,7 +19,12 @@ from granular_env.terminal_text import align_columns, wrap_text
 
 
 def describe_environment(name: str, arguments: Mapping[str, Any]) -> str:
-    """Return a description of an environment: its facts, and the sections of its docstring."""
+    """Return the text that describes an environment: its properties, and the sections of its docstring.
+
+    Args:
+        name: registered name.
+        arguments: arguments of the environment that differ from the defaults; the size of its spaces may depend on them.
+    """
     facts = environment_facts(name, arguments)
     shown = {**facts, "control_step": f"{facts['control_step']:.6g} s"}
     rows = [(key.replace("_", " "), str(value)) for key, value in shown.items() if not isinstance(value, dict)]
@@ -60,7 +65,7 @@ def _variable_unit(env: ComponentEnv, name: str) -> str:
 
 
 def _factory_arguments(make: Any) -> dict[str, str]:
-    """Return the arguments of a factory by name, with the repr of their defaults."""
+    """Return the arguments of the function that makes an environment, by name, with their defaults as text."""
     parameters = inspect.signature(make).parameters.values()
     named = {one.name: repr(one.default) for one in parameters if one.kind is not one.VAR_KEYWORD}
     return {**named, "...": "options of every environment, see `help(granular_env.envs.ComponentEnv)`"}

@@ -113,7 +113,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         self._acting = action_rate, control_delay
         self._sensing = observe, noise, clock, self.deadline
         self.drawn: Drawn = {}
-        # State at the first save of an episode; only a start draws random numbers.
+        # Stored at the first save of an episode. The random generator in it needs no later update: only a start draws numbers.
         self._origin: Origin | None = None
         self._build_parts()
         self.clock = self.sensors.clock
@@ -126,14 +126,14 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             rebuild_component(component, drawn)
 
     def _build_parts(self) -> None:
-        """Set the parts that depend on the component and its task."""
+        """Make the actuator and the sensors, which depend on the component and its task."""
         self.task.hold, self.task.counters = self.hold, {}
         self.actuator = Actuator(self.task, self.component, *self._acting)
         self.sensors = Sensors(self.task, self.component, *self._sensing)
         self._elements = [(name, parse_element(name)) for name in self.task.observations]
 
     def bind_memory(self) -> None:
-        """Partition the memory, and wrap the component for a row-based task."""
+        """Set the views into `memory`, and wrap the component for a `RowTask`."""
         self._row, self._commands, self._bytes = self.memory[None], self.memory[COMMANDS:], self.memory.data.cast("B")
         self._rows: Any = None
         if isinstance(self.task, RowTask):
@@ -144,7 +144,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             self._rows = native([self.component])
 
     def __getstate__(self) -> dict[str, Any]:
-        """Omit the attributes made by `bind_memory`, because a copy has different memory."""
+        """Leave out the attributes made by `bind_memory`, because a copy has its own memory."""
         return {name: value for name, value in vars(self).items() if name not in ("_row", "_commands", "_bytes", "_rows")}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -152,7 +152,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         self.bind_memory()
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict[str, Any]]:
-        """Start an episode; see the class.
+        """Start an episode; see the docstring of the class.
 
         Args:
             seed: seed of all random samples.
@@ -171,7 +171,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             numbers = task.parse_goal(given.pop("goal")) if "goal" in given else task.sample_goal(self.np_random)
             goal = dict(zip(task.goal_names, numbers, strict=True))
         number = int(self.np_random.integers(2**31))
-        # Refuse invalid options before replacing anything.
+        # Check all options before changing anything, so that a refused reset has no effect.
         if "snapshot" in given:
             snapshot = given.pop("snapshot")
             if given or self.randomization.parameters:
@@ -185,7 +185,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         return self.observe()
 
     def step(self, action: npt.ArrayLike) -> tuple[Observation, SupportsFloat, bool, bool, dict[str, Any]]:
-        """Advance by one action: `hold` control steps, or fewer if the episode ends; see the class.
+        """Advance by one action: `hold` control steps, or fewer if the episode ends; see the docstring of the class.
 
         Raises:
             ParameterError: the action is invalid, or the episode is over.
@@ -222,7 +222,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         return self._observation(seen), total, terminated, late and not terminated, self._info(seen, inputs)
 
     def render(self) -> npt.NDArray[np.uint8] | None:  # type: ignore[override]
-        """Return a picture of the present state, shape (360, 960, 3), with the marks of the task; None without a mode."""
+        """Return a picture of the state and the task's target values, shape (360, 960, 3); None if `render_mode` is None."""
         from .rendering import draw_state
 
         if self.render_mode is None:
@@ -235,7 +235,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         return self._observation(seen), self._info(seen, self.actuator.inputs(self._commands))
 
     def save(self) -> EnvState:
-        """Return the complete changing state of an episode; a restored episode continues bitwise identically."""
+        """Return everything that changes during an episode; from it, `restore` continues the episode bitwise identically."""
         if self._origin is None:
             self._origin = self.task.name, self.np_random.bit_generator.state, self.drawn
         return EnvState(self.component.save(), bytes(self._bytes), dict(self.task.counters), self._origin)
@@ -260,7 +260,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         self._bytes[:], self.task.counters = state.memory, dict(state.counters)
 
     def _rebuild_component(self, sampled: Drawn) -> Ready:
-        """Return the component and the task for sampled parameters."""
+        """Return a component with the sampled parameters, and the task for it."""
         if sampled == self.drawn:
             return self.component, self.task, self.drawn
         if sampled.keys() != self.randomization.parameters.keys():
@@ -277,14 +277,14 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         return component, self._make_task(component) if self._make_task else self.task, sampled
 
     def _replace_component(self, ready: Ready) -> None:
-        """Continue with a component of the same shape, and its task."""
+        """Replace component and task by those from `_rebuild_component`; the sizes of actions and observations are the same."""
         if ready[0] is not self.component:
             self.component, self.task, self.drawn = ready
             self._build_parts()
             self.bind_memory()
 
     def _begin_episode(self, seed: int, goal: Mapping[str, float]) -> None:
-        """Begin an episode; the component has its start state."""
+        """Begin an episode of the task; the component is already in its start state."""
         memory = self.memory
         memory[:], self._commands[:] = 0.0, self.actuator.initial_memory(self.component)
         memory[RUNNING], memory[SEED], self._origin, self.task.counters = 1.0, seed, None, {}
@@ -296,11 +296,11 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         self._copy_counters()
 
     def _copy_counters(self) -> None:
-        """Convert the task's counters to numbers, because counters of rows may be views of the component's memory."""
+        """Convert the task's counters to numbers, because a `RowTask` may have stored views of the component's memory."""
         self.task.counters = {name: float(value) for name, value in self.task.counters.items()}
 
     def _read_outputs(self) -> dict[str, Any]:
-        """Return new values of the task's outputs, or an empty mapping if they are not needed."""
+        """Return the present values of the task's outputs, or an empty mapping if nothing uses them."""
         if self._rows is not None and self.info == "brief":
             return {}
         return {name: element.select_from(self.component.get(element.name)) for name, element in self._elements}
@@ -320,7 +320,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
 
 
 def validate_actions(actions: npt.ArrayLike, shape: tuple[int, ...], at: str) -> FloatArray:
-    """Return actions as finite numbers of a shape; `ParameterError` for anything else."""
+    """Return actions as a float array; `ParameterError` unless they are finite numbers of the given shape."""
     try:
         numbers = np.asarray(actions, dtype=np.float64)
     except (TypeError, ValueError):  # text, or rows of unequal length

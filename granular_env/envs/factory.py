@@ -1,4 +1,4 @@
-"""Factories of environments: functions that build a component and a task, and return their environment."""
+"""Helpers for factories, the functions that build a component and a task and return the environment of both."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Options(TypedDict, total=False):
 
 
 def environment_factory(make: Callable[Given, Env]) -> Callable[Given, Env]:
-    """Decorate a function that returns the environment of a task: refuse unknown arguments and suggest the nearest name."""
+    """Decorate a factory: unknown arguments raise an error that suggests the nearest name."""
 
     @wraps(make)
     def make_checked(*arguments: Given.args, **keywords: Given.kwargs) -> Env:
@@ -41,7 +41,7 @@ def environment_factory(make: Callable[Given, Env]) -> Callable[Given, Env]:
         refuse_repeated_parameters(keywords)
         return make(*arguments, **keywords)
 
-    # Gymnasium looks for the render modes here, as on a class.
+    # Gymnasium reads the render modes from the entry point, which is usually a class.
     make_checked.metadata = ComponentEnv.metadata  # type: ignore[attr-defined]
     return make_checked
 
@@ -67,7 +67,7 @@ def options_type(make: Callable[..., Any]) -> Any:
 
 
 def refuse_repeated_parameters(arguments: Mapping[str, Any]) -> None:
-    """Raise `ParameterError` for component parameters that are not a mapping or duplicate arguments of the factory."""
+    """Raise `ParameterError` if a component's parameters, such as `chain`, are no mapping or repeat another argument."""
     for component in (name for name in built_in_names() if arguments.get(name) is not None):
         if not isinstance(arguments[component], Mapping):
             raise ParameterError(f"got {one_line(arguments[component])}", expected="a mapping of its parameters", at=component)
@@ -78,6 +78,13 @@ def refuse_repeated_parameters(arguments: Mapping[str, Any]) -> None:
 
 def refuse_early_deadline(deadline: int | None, least: int, duration: float, reason: str, at: str = "deadline") -> None:
     """Refuse a deadline before control step `least`, the agent's earliest possible effect; None is no deadline.
+
+    Args:
+        deadline: number of control steps of an episode.
+        least: number of control steps until the earliest possible effect.
+        duration: duration of a control step [s].
+        reason: reason for `least`, as text for the error.
+        at: name of the argument that the error names.
 
     Raises:
         ParameterError: the deadline is less than `least`.

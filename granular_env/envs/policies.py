@@ -1,4 +1,4 @@
-"""Policies: callables (observation, info) -> action, with a memory that `reset` clears."""
+"""Policies: callables (observation, info) -> action; `reset` clears their memory before an episode."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from ..components.support.float_arrays import FloatArray
 
 
 class Policy(Protocol):
-    """A chooser of actions: a drive, a baseline, a trained agent."""
+    """The interface of everything that chooses actions: drives, baselines, trained agents."""
 
     def reset(self) -> None:
-        """Begin an episode."""
+        """Forget the last episode."""
 
     def __call__(self, observation: npt.NDArray[np.float32], info: Mapping[str, Any]) -> npt.ArrayLike:
         """Return the next action."""
@@ -23,10 +23,10 @@ class Policy(Protocol):
 
 
 class OpenLoop:
-    """A drive without feedback: its rows in sequence, then zero.
+    """A drive: given actions in sequence, whatever is observed; zero after the last.
 
     Args:
-        drive: shape (steps, actions) or (steps,), from -1 to 1.
+        drive: numbers from -1 to 1, shape (steps, entries of an action), or (steps,) for one entry.
     """
 
     def __init__(self, drive: npt.ArrayLike) -> None:
@@ -35,11 +35,11 @@ class OpenLoop:
         self.step = 0
 
     def reset(self) -> None:
-        """Restart with the first row."""
+        """Start again with the first action of the drive."""
         self.step = 0
 
     def __call__(self, observation: Any, info: Mapping[str, Any]) -> FloatArray:
-        """Return the next row."""
+        """Return the next action of the drive."""
         self.step += 1
         return self.drive[self.step - 1].copy() if self.step <= len(self.drive) else np.zeros(self.drive.shape[1])
 
@@ -48,7 +48,7 @@ class Constant(OpenLoop):
     """The same action at every step.
 
     Args:
-        action: numbers from -1 to 1; zero for no action.
+        action: its entries, from -1 to 1.
     """
 
     def __init__(self, action: npt.ArrayLike = 0.0) -> None:
@@ -62,7 +62,7 @@ class Constant(OpenLoop):
 def play(
     env: Any, policy: Policy, *, seed: int | None = None, options: dict[str, Any] | None = None
 ) -> tuple[float, Mapping[str, Any]]:
-    """Play one episode from reset to end; return its return and the last ``info``.
+    """Play one episode from reset to end; return the sum of its rewards and the last ``info``.
 
     Args:
         env: a Gymnasium environment.

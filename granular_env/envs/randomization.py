@@ -1,8 +1,8 @@
 """Domain randomisation: component parameters and start values sampled for each episode.
 
-`randomise` is a mapping. A scalar parameter maps to (low, high), the range of a uniform sample. A parameter with a distribution
-maps to this distribution without its seed, which is sampled, such as "radius" -> {"low": 2e-3, "high": 3e-3}. A state variable
-maps to (low, high), the range of the start value of its first element, or to {index: (low, high)}.
+`randomise` maps names to what is sampled. For a scalar parameter, this is (low, high), the range of a uniform sample. For a
+parameter that accepts a distribution over the particles, it is a distribution without seed, such as {"low": 2e-3, "high":
+3e-3}; the seed is sampled. For a state variable, it is (low, high) of its first element's start value, or {index: (low, high)}.
 
 All samples come from the environment's random generator (`np_random`) at each reset. A seed therefore determines the component,
 in single environments and in all kinds of batches.
@@ -30,7 +30,7 @@ class Randomization:
         component: component with the sampled parameters and start values.
 
     Attributes:
-        parameters: name -> (low, high), or a distribution without a seed.
+        parameters: parameter name -> (low, high), or a distribution without a seed.
         starts: (state variable, index, (low, high)) of each start value.
 
     Raises:
@@ -45,7 +45,7 @@ class Randomization:
         self.starts: list[tuple[str, tuple[int, ...], tuple[float, float]]] = []
         self._whole = {name for name in fields if fields[name].annotation is int}
         numbers = [name for name in fields if name in self._whole or "float" in str(fields[name].annotation)]
-        # Sort by name, so that samples do not depend on the order of the mapping.
+        # Sample in the order of the names, so that the samples do not depend on the order of the mapping.
         for name, bounds in sorted((randomise or {}).items()):
             if name in shapes:
                 shape = shapes[name]
@@ -60,11 +60,11 @@ class Randomization:
                 raise ParameterError(f"{one_line(name)} cannot be sampled", hint=hint, at="randomise")
 
     def sample_parameters(self, random: Generator) -> Drawn:
-        """Sample the parameters of an episode."""
+        """Return sampled values of the parameters for an episode; for a distribution, a seed."""
         return {name: self._sample_value(name, bounds, random) for name, bounds in self.parameters.items()}
 
     def extreme_parameters(self) -> list[Drawn]:
-        """Return the parameters at the lower and at the upper ends of their ranges; empty if no parameter is sampled."""
+        """Return two sets of parameters, at the lower and at the upper ends of their ranges; none if none is sampled."""
 
         def bound_value(end: int, name: str, bounds: Any) -> Any:
             if isinstance(bounds, dict):
@@ -81,7 +81,7 @@ class Randomization:
         return int(random.integers(low, high + 1)) if name in self._whole else low + (high - low) * float(random.random())
 
     def add_start_values(self, start: Mapping[str, Any], random: Generator) -> dict[str, Any]:
-        """Return a task's start values updated with the sampled start values."""
+        """Return the start values of a task, in which the sampled ones replace or complete those of the task."""
         found = dict(start)
         for name, index, (low, high) in self.starts:
             value = low + (high - low) * float(random.random())
@@ -113,7 +113,7 @@ def _state_shapes(component: Component) -> dict[str, tuple[int, ...]]:
 
 
 def _parse_index(name: str, value: Any, shape: tuple[int, ...]) -> tuple[int, ...]:
-    """Return a non-negative index of a state variable; empty for a scalar."""
+    """Return an index as a tuple of numbers >= 0, () for a scalar variable; `ParameterError` if it does not fit the shape."""
     index = () if value is None else parse_index(value)
     check_index(("randomise", name), index, shape)
     return tuple(number % size for number, size in zip(index, shape, strict=True))

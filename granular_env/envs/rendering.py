@@ -1,4 +1,4 @@
-"""A small picture of a component: its particles, their colouring quantity, and its inputs.
+"""A small picture of a component: its particles, the quantity that colours them, and its inputs.
 
 From the top: time and inputs as text; the particles to scale, coloured by velocity (blue to the left, red to the right); and a
 graph of these values, with target values as dark dots. Particles in a plane and cells are seen from above. A component
@@ -29,7 +29,12 @@ _PAPER, _INK, _PALE, _ZERO = (255, 255, 255), (40, 40, 48), (205, 205, 212), "#e
 
 
 def draw_state(component: Component, task: Task, target: FloatArray | None = None) -> npt.NDArray[np.uint8]:
-    """Return a picture of the present state, shape (360, 960, 3), uint8; `target` is the wanted value at each particle."""
+    """Return a picture of the present state, shape (360, 960, 3), uint8.
+
+    Args:
+        component: component to draw.
+        task: supplies the names of the inputs and the scales.
+        target: the value that the task wants at each particle's coloured quantity; None for none."""
     image = Image.new("RGB", (WIDTH, HEIGHT), _PAPER)
     pen = ImageDraw.Draw(image)
     pen.text((_MARGIN, 24), _caption(component, task), _INK, anchor="lm", font_size=_LETTERS)
@@ -65,7 +70,7 @@ def _caption(component: Component, task: Task) -> str:
 def _draw_bodies(
     pen: ImageDraw.ImageDraw, component: Component, task: Task, points: list[Points], cells: list[Cells], row: int
 ) -> FloatArray:
-    """Draw points and cells from above, centred on a row of the picture; return the columns of the points at rest."""
+    """Draw points and cells from above, centred on pixel row `row`; return the pixel columns of the points' rest positions."""
     corners = [one.nodes[:, :2] for one in cells]
     for one in points:
         corners += [one.reference[:, :2] - one.radius[:, None], one.reference[:, :2] + one.radius[:, None]]
@@ -95,12 +100,12 @@ def _draw_bodies(
 
 
 def _scale_values(component: Component, task: Task, name: str, values: FloatArray) -> FloatArray:
-    """Return values in units of the task's scale of an output or, if it is not observed, of its largest magnitude."""
+    """Return values of an output over its scale in the task or, if it is not observed, over the largest magnitude."""
     return values / (task.observations.get(name) or float(np.abs(component.get(name)).max()) or 1.0)
 
 
 def _draw_graph(pen: ImageDraw.ImageDraw, x: FloatArray, values: FloatArray, colours: list[Colour], radius: float) -> None:
-    """Draw a dot for each value in units of the scale, and lines at 0 and at the scale."""
+    """Draw a dot for each value (already divided by the scale), and lines at 0 and at 1."""
     for level, colour in ((-1, _PALE), (0, _INK), (1, _PALE)):
         row = _GRAPH_ROW - level * _GRAPH_REACH
         pen.line((_MARGIN, row, WIDTH - _MARGIN, row), colour)
@@ -116,7 +121,7 @@ def _draw_discs(pen: ImageDraw.ImageDraw, places: FloatArray, radii: FloatArray,
 
 
 def value_colours(values: FloatArray) -> list[Colour]:
-    """Return blue at -1, grey at 0, red at 1."""
+    """Return the colour of each value: blue at -1, grey at 0, red at 1."""
     # The root makes weak motion visible.
     strength = np.sign(values) * np.sqrt(np.clip(np.abs(values), 0.0, 1.0))
     return [tuple(colour) for colour in diverging_colours(strength, 1.0, _ZERO).tolist()]

@@ -1,4 +1,4 @@
-"""Sensors: conversion of a component's outputs to an observation, optionally with noise, a goal and a clock.
+"""The sensors: convert a component's outputs to an observation, optionally with noise, a goal and a clock.
 
 Arrays have a leading axis with one row per environment; a single environment has one row.
 """
@@ -27,20 +27,20 @@ _EVERYTHING = "all"
 
 
 class Sensors:
-    """The layout of observations: readings, then a goal, then a clock.
+    """The conversion of outputs to observations, which consist of readings of outputs, then the goal, then the clock.
 
     Args:
         task: defines the outputs and their scales.
         component: component with these outputs.
         observe: "full" for the outputs of the task, or output -> indices along its first axis, or "all".
         noise: standard deviation of the noise on each reading, in units of its scale.
-        clock: readings of the clock.
-        deadline: control steps of an episode, for the clock; infinite for no end.
+        clock: number of time readings, see `ComponentEnv`.
+        deadline: number of control steps of an episode, for the clock; infinite for no end.
 
     Attributes:
-        readings: for each output: name, index of its elements (None for all), slice of the observation, value observed as 1.
+        readings: for each output: its name, index of the observed elements (None for all), slice of the observation, scale.
         size: number of readings.
-        goal: counter of the task -> value observed as 1, for each number of the goal.
+        goal: for each number of the goal: name of the task's counter that holds it -> value observed as 1.
         space: the observation space.
 
     Raises:
@@ -81,7 +81,7 @@ class Sensors:
             goals: goals in units of their scales, shape (environments, goal), or (goal,) for one environment.
         """
         seen = np.empty((len(memories), self.size + len(self.goal) + self.clock), np.float32)
-        limit = math.inf if self.noise else self.limit  # noise comes before the clipping
+        limit = math.inf if self.noise else self.limit  # with noise, clip only afterwards
         for name, index, place, scale in self.readings:
             value = read(name)
             chosen = value if index is None else value[:, *index]
@@ -97,14 +97,14 @@ class Sensors:
 
 
 def _observed_elements(observe: Any, component: Component, task: Task) -> Iterator[tuple[str, Any, float]]:
-    """Yield name, index and scale of the observed outputs."""
+    """Yield for each observed output its name, the index of its observed elements, and the value observed as 1."""
     own = element_scales("observations", task.observations, component, "output")
     if isinstance(observe, str) and observe == "full":
         yield from ((element.name, element.index or None, scale) for element, scale in own)
         return
     if not isinstance(observe, Mapping) or not observe:
         raise ParameterError(f"got {one_line(observe)}", expected='"full", or output -> indices (at least one)', at="observe")
-    # Outputs that the task does not name use the scale of their unit.
+    # An output that the task does not name has the scale that the task gives for its unit.
     units = {component.variables[element.name].unit: scale for element, scale in own} | dict(task.unit_scales)
     outputs = [variable for variable in component.variables.values() if variable.causality == "output"]
     scales = {one.name: units[one.unit] for one in outputs if one.unit in units}
@@ -136,7 +136,7 @@ def _scale_readings(values, factor, limit, out):
 
 
 def _add_noise(readings, noise, limit, seeds, elapsed):
-    """Add noise (a function of episode seed, control step and reading) to readings, and clip them."""
+    """Add noise to the readings and clip them; the noise depends only on episode seed, control step and reading."""
     for k in range(readings.shape[0]):
         key = stream_key(seeds[k], elapsed[k])
         for i in range(readings.shape[1]):
@@ -149,7 +149,7 @@ _blur = jit(_add_noise) if JIT else np.errstate(over="ignore")(_add_noise)
 
 @jit
 def _write_clocks(elapsed, steps, out):
-    """Write cos(pi k elapsed / steps), k = 1, 2, ...; without the time an agent cannot know a deadline (Pardo et al. 2018)."""
+    """Write the time as cos(pi k elapsed / steps), k = 1, 2, ...: agents need it to know a deadline (Pardo et al. 2018)."""
     # cos((k + 1) x) = 2 cos(x) cos(k x) - cos((k - 1) x) needs only one cosine; accurate to 1e-14.
     for row in range(out.shape[0]):
         cosine = math.cos(math.pi * (elapsed[row] / steps))

@@ -1,4 +1,4 @@
-"""The state of an environment within an episode, from which any process can continue."""
+"""The state of an environment within an episode, from which the episode can be continued in any process."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 from ..components.snapshot import Snapshot
 
-# Layout of an environment's memory: elapsed control steps, whether the episode is running, seed of the noise, then the
-# actuator's commands.
+# Indices in an environment's memory: elapsed control steps, whether the episode is running, seed of the noise; then follow
+# the actuator's commands.
 ELAPSED, RUNNING, SEED, COMMANDS = range(4)
 
 Drawn = Mapping[str, Any]
@@ -19,13 +19,13 @@ Origin = tuple[str, Mapping[str, Any], Drawn]
 
 
 class EnvState(NamedTuple):
-    """The state returned by `ComponentEnv.save` and accepted by `restore`; immutable, and can be pickled.
+    """The state that `ComponentEnv.save` returns and `restore` accepts; it is immutable and can be pickled.
 
     Attributes:
         snapshot: the component's state.
         memory: memory of the environment, as bytes of float64.
         counters: counters of the task.
-        origin: the start of the episode.
+        origin: what defines the start of the episode (sampled parameters and random generator).
     """
 
     snapshot: Snapshot

@@ -1,6 +1,6 @@
 """Tasks: the actions of an agent, its observations and its rewards.
 
-A task uses a component through its contract and does not depend on Gymnasium. Tasks are in ``tasks/``, one per file.
+A task uses only the public methods of `Component`, not Gymnasium. The tasks of a domain are in its folder ``tasks/``.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ class Task:
     """Base of every task.
 
     Attributes:
-        name: name in messages and pictures.
+        name: name of the task in messages and pictures.
         actions: input or input element (such as "force[3,0]") -> its value at action 1, in the unit of the input; action -1 is
             the opposite. The order is that of the action's entries.
         observations: output or output element -> its value observed as 1, in the unit of the output. The order is that of
             the observation's parts.
-        unit_scales: unit -> value observed as 1, for further outputs that an environment's `observe` may select.
+        unit_scales: unit -> value observed as 1, for outputs not in `observations` that the option `observe` selects.
         observation_limit: observations are clipped to +- this value.
-        lowest_action: actions are clipped to this value and 1; the action space is always -1 to 1.
+        lowest_action: actions are clipped to the range from this value to 1; the action space is always -1 to 1.
         counters: state of the task in the episode, name -> number; empty before `begin`. The environment saves and restores
             counters, and shows them in ``info``. `restore` loses any other state of a task.
         hold: control steps for which an action is held; set by the environment.
@@ -56,18 +56,18 @@ class Task:
         return {}
 
     def inputs(self, component: Component, driven: dict[str, Any]) -> dict[str, Any]:
-        """Return the inputs of a control step, given the driven inputs; default: the driven inputs."""
+        """Return all inputs of a control step; `driven` are those set by the action, which are also the default."""
         return driven
 
     def begin(self, component: Component, outputs: Seen) -> None:
-        """Set the counters at the start of an episode; they are empty before."""
+        """Set the counters at the start of an episode; until then they are empty."""
 
     def judge(self, component: Component, outputs: Seen, duration: float) -> tuple[float, bool]:
         """Return the reward of a control step that lasted `duration` [s], and whether the episode has reached its end."""
         raise NotImplementedError(f"task {self.name!r} does not define judge")
 
     def objective(self, component: Any, steps: int) -> Any:
-        """Return the smooth counterpart of minus the return over `steps` control steps, for gradients.
+        """Return an objective for gradients: a differentiable replacement of minus the return over `steps` control steps.
 
         A task may have further keyword arguments with defaults, which a study sets in stages. A task that
         samples goals has the argument `goal` for the goal of the episode.
@@ -81,7 +81,7 @@ class Task:
         )
 
     def target_profile(self, elapsed: int) -> FloatArray | None:
-        """Return the wanted value of each particle's coloured quantity after `elapsed` control steps, for pictures, or None."""
+        """Return the value that each particle's coloured quantity shall have after `elapsed` control steps, for pictures."""
         return None
 
     def baselines(self) -> Mapping[str, Policy]:
@@ -90,17 +90,17 @@ class Task:
 
 
 class RowTask(Task):
-    """Base of tasks that judge many episodes at once, for native batches, bitwise identical to single environments.
+    """Base of tasks that can judge many episodes at once, for native batches; results are bitwise those of single environments.
 
-    The arguments of `begin_rows` and `judge_rows` belong to one episode, or have one row per episode: `rows` are the
-    components as presented by their domain's native batch (`Domain.rows`), `constants` belong to the task, `counters` are
-    numbers by name, which are replaced, and `elapsed` counts the control steps. NumPy expressions handle both cases.
+    `begin_rows` and `judge_rows` serve one episode, or several with arrays of one row per episode; NumPy expressions handle
+    both cases. `rows` are the components as an object of the class `Domain.rows`, `constants` those of the task, `counters`
+    the numbers that the methods replace, by name, and `elapsed` the number of control steps since the start.
 
     Attributes:
         counter_names: names of the counters in order; ``info`` shows all counters.
         constants: a `NamedTuple` of numbers and one-dimensional arrays that depend on the component; None for none.
-        goal_scales: for a goal sampled in each episode, the values of its numbers that are observed as 1. The first counters
-            hold the goal.
+        goal_scales: for each number of a goal that is sampled in each episode, its value that is observed as 1. The first
+            counters hold the goal.
     """
 
     counter_names: tuple[str, ...] = ()
@@ -109,11 +109,11 @@ class RowTask(Task):
 
     @property
     def goal_names(self) -> tuple[str, ...]:
-        """Return the names of the counters with the goal."""
+        """Return the names of the counters that hold the goal."""
         return self.counter_names[: len(self.goal_scales)]
 
     def begin_rows(self, rows: Any, constants: Any, counters: dict[str, Any]) -> None:
-        """Set the counters at the start of episodes; they are 0 before, except for a goal."""
+        """Set the counters at the start of episodes; until then they are 0, except those of a goal."""
 
     def judge_rows(self, rows: Any, constants: Any, counters: dict[str, Any], elapsed: Any) -> tuple[Any, Any]:
         """Return the rewards of a control step, and a mask of the episodes that have reached their end (False for none)."""
@@ -133,7 +133,7 @@ class RowTask(Task):
 
 
 def stack_constants(constants: list[Any]) -> Any:
-    """Return constants of several tasks as one tuple, each field with a leading axis; shorter arrays are padded with 0."""
+    """Return the constants of several tasks as one tuple whose fields have a leading axis; shorter arrays are padded with 0."""
     if constants[0] is None:
         return None
     stacked = []
@@ -145,7 +145,7 @@ def stack_constants(constants: list[Any]) -> Any:
 
 
 def element_scales(what: str, scales: Mapping[str, float], component: Component, causality: str) -> list[tuple[Element, float]]:
-    """Return a task's actions or observations with their scales; `ParameterError` if the component lacks one."""
+    """Return the elements named in a task's actions or observations, with scales; `ParameterError` if one is missing."""
     checked = []
     for name, scale in scales.items():
         try:

@@ -21,7 +21,7 @@ from .state import COMMANDS, ELAPSED, RUNNING, EnvState
 from .task import RowTask, stack_constants
 
 Infos = dict[str, Any]
-# Attributes that may differ between the environments of a native batch.
+# Attributes that `set_attr` may change, because they may differ between the environments of a native batch.
 _OWN = "np_random", "render_mode", "step_error_reward"
 
 
@@ -33,10 +33,10 @@ def make_batch(
     info: str = "brief",
     **arguments: Any,
 ) -> SyncVectorEnv:
-    """Return a batch of environments: native for a row-based task, Gymnasium's `SyncVectorEnv` otherwise.
+    """Return a batch of environments: a `ComponentVectorEnv` if the task is a `RowTask`, otherwise Gymnasium's `SyncVectorEnv`.
 
     Args:
-        environment: factory of a `ComponentEnv`.
+        environment: function that makes a `ComponentEnv`.
         num_envs: number of environments.
         autoreset_mode: any `gymnasium.vector.AutoresetMode`.
         info: "brief" or "full", as for the single environment.
@@ -50,7 +50,7 @@ def make_batch(
 
 
 class ComponentVectorEnv(SyncVectorEnv):
-    """A batch of environments with a row-based task, advanced by one call of compiled code.
+    """A native batch: environments with a `RowTask`, all advanced by one call of compiled code.
 
     `gymnasium.make_vec("granular_env/Protection-v1", num_envs=256)` makes one. Observations, rewards, ends and infos are
     bitwise identical to `SyncVectorEnv` of the single environment. Environment i equals the single environment reset with
@@ -89,13 +89,13 @@ class ComponentVectorEnv(SyncVectorEnv):
         self._update_batch()
 
     def _stack_constants(self) -> None:
-        """Stack the component-dependent constants of the tasks."""
+        """Stack the constants of the environments' tasks, which depend on their components, into arrays."""
         tasks = [cast(RowTask, one.task) for one in self.envs]
         self._constants = stack_constants([task.constants for task in tasks])
         self._goal_scales = np.array([task.goal_scales for task in tasks], dtype=np.float64)
 
     def _update_environments(self, numbers: Iterable[int] | None = None) -> list[ComponentEnv]:
-        """Return environments updated to the state of the batch, all by default."""
+        """Update environments (all by default) to the state of the batch, and return them."""
         chosen = range(self.num_envs) if numbers is None else list(numbers)
         for k in chosen:
             self._rows.update_chain(k)
@@ -103,7 +103,7 @@ class ComponentVectorEnv(SyncVectorEnv):
         return [self.envs[k] for k in chosen]
 
     def _update_batch(self, numbers: Iterable[int] | None = None) -> None:
-        """Update the batch from the states of single environments, all by default; their components may have changed."""
+        """Update the batch from the states of its environments (all by default), whose components may have been replaced."""
         is_redrawn = False
         for k in range(self.num_envs) if numbers is None else numbers:
             one = self.envs[k]
@@ -117,7 +117,7 @@ class ComponentVectorEnv(SyncVectorEnv):
             self._stack_constants()
 
     def __getstate__(self) -> dict[str, Any]:
-        """Keep the single environments, from which `_gather_memories` rebuilds the rest."""
+        """Copy only the single environments, from which `_gather_memories` rebuilds the arrays of the batch."""
         self._update_environments()
         made = ("_task", "_memories", "_commands", "_counters", "_rows", "_constants", "_goal_scales")
         return {name: value for name, value in vars(self).items() if name not in made}
@@ -169,7 +169,7 @@ class ComponentVectorEnv(SyncVectorEnv):
     def _advance_environments(
         self, wished: np.ndarray, moving: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, dict[int, Infos]]:
-        """Act, advance and judge as `ComponentEnv.step` does, with the same bits; return also the errors of refused steps."""
+        """Advance the environments in the mask `moving`; return rewards, terminated, truncated, errors of rejected steps."""
         first, memories = self.envs[0], self._memories
         rewards, over, late = np.zeros(self.num_envs), np.zeros_like(moving), np.zeros_like(moving)
         errors: dict[int, Infos] = {}
@@ -205,11 +205,12 @@ class ComponentVectorEnv(SyncVectorEnv):
         """Set an attribute of all environments to one value or to a list of values.
 
         Raises:
-            ParameterError: the environments of a batch share the attribute.
+            ParameterError: all environments of the batch have this attribute in common, so it cannot be changed.
         """
         if name not in _OWN:
             expected = " or ".join(map(repr, _OWN))
-            raise ParameterError(f"got {one_line(name)}", expected=expected, hint="create another batch", at="name")
+            received = f"{one_line(name)} is common to all environments of a batch"
+            raise ParameterError(received, expected=expected, hint="create another batch", at="name")
         super().set_attr(name, values)
 
     def render(self) -> tuple[Any, ...]:
@@ -244,7 +245,7 @@ class ComponentVectorEnv(SyncVectorEnv):
         return self.envs[0].sensors.make_observations(self._rows.read_output, self._memories, goals)
 
     def _infos(self) -> Infos:
-        """Return infos as new arrays, each with a mask of its environments."""
+        """Return the infos of the batch as new arrays, each with a mask of the environments that have this info."""
         first, shown = self.envs[0], {"time": self._rows.time}
         for name in first.task.observations if first.info == "full" else ():
             element = parse_element(name)
@@ -259,7 +260,7 @@ class ComponentVectorEnv(SyncVectorEnv):
 
 
 def __getattr__(name: str) -> Any:
-    """Return the batch of a registered environment by the name of its factory; Gymnasium needs an attribute for each."""
+    """Return the batch factory of a registered environment by its factory's name; Gymnasium looks for a module attribute."""
     for one in load_environments().values():
         if one.entry_point.partition(":")[2] == name:
             return partial(make_batch, import_object(one.entry_point))

@@ -15,15 +15,22 @@ from .store import TABLE
 from .table import Sweep
 from .worker import Result
 
-# Longer tables are not printed.
+# Largest number of rows of a table that is printed.
 _MOST_ROWS = 24
-# Number of printed errors; the table contains all errors.
+# Largest number of errors that are printed; the table contains all errors.
 _MOST_ERRORS = 3
 
 
 @contextmanager
 def sweep_progress(title: str, size: int, known_count: int, progress: Progress) -> Iterator[Callable[[Result], None]]:
-    """Show a progress bar with done and failed tasks, their rate, and the remaining time."""
+    """Show a progress bar with done and failed tasks, their rate, and the remaining time.
+
+    Args:
+        title: title of the bar.
+        size: number of tasks.
+        known_count: number of tasks that already have a result.
+        progress: whether to show the bar, or a function to call with the completed fraction instead.
+    """
     with progress_bar(title, size, done=known_count, show=progress) as shown:
         begun, done, failed = perf_counter(), 0, 0
 
@@ -37,7 +44,7 @@ def sweep_progress(title: str, size: int, known_count: int, progress: Progress) 
 
 
 def closing_text(sweep: Sweep, part: str = "") -> str:
-    """Return the counts of tasks, the errors, and code that opens the table; for a part, the step after all parts."""
+    """Return a text: numbers of tasks, errors, and code that opens the table or, for a part, what to do after all parts."""
     pending = sweep.outcomes.count("pending")
     counts = f"{sweep.done} done, {sweep.failed} failed" + (f", {pending} pending" if pending else "")
     lines = [f"{count_text(sweep.size, 'task')}: {counts}"]
@@ -56,7 +63,7 @@ def closing_text(sweep: Sweep, part: str = "") -> str:
 
 
 def _table_rows(sweep: Sweep) -> list[list[str]]:
-    """Return headings with units, and the varying keys, the measures and the outcome of each task."""
+    """Return the rows of the printed table: headings with units, then each task's varying keys, measures and outcome."""
     columns, about = sweep.columns(), sweep.description
     shown = ["task", *about.keys, *about.measures, *(["outcome"] if sweep.done < sweep.size else [])]
     rows = [[columns[name][row] for name in shown] for row in range(sweep.size)]

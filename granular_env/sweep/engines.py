@@ -25,7 +25,7 @@ from .worker import Job, Result, Task, TaskComputer, compute_task
 
 # Number of times a task may lose its process or node before it fails.
 _ATTEMPTS = 3
-# Longest wait for a task [s].
+# Longest time that `wait` waits for a task [s].
 LOOK_SECONDS = 2.0
 # Longest wait for the first task [s], which compiles the kernels that the other processes load.
 _ALONE_SECONDS = 60.0
@@ -34,14 +34,14 @@ ONE_THREAD = {"GRANULAR_ENV_THREADS": "1", "OMP_NUM_THREADS": "1"}
 
 
 class TaskLostError(Exception):
-    """The process or node of a task ended; the text states how."""
+    """The process or node that computed a task ended; the text states how."""
 
 
 class Engine:
     """The interface of engines, and the engine "serial", which computes tasks sequentially in this process for debugging.
 
     Attributes:
-        capacity: largest number of submitted tasks.
+        capacity: largest number of tasks that may be submitted and not finished at the same time.
     """
 
     capacity: int = 1
@@ -50,7 +50,7 @@ class Engine:
         self._computer = TaskComputer(job, folder)
 
     def submit(self, task: Task) -> Any:
-        """Start the computation of a task; return its handle."""
+        """Start the computation of a task; return a handle (any object) for `wait` and `result`."""
         return task
 
     def wait(self, handles: Collection[Any]) -> Collection[Any]:
@@ -61,13 +61,13 @@ class Engine:
         """Return the result of a finished task.
 
         Raises:
-            TaskLostError: its process or its node ended.
-            SweepError: its worker refuses to compute.
+            TaskLostError: the process or node that computed the task ended.
+            SweepError: the worker has other code than this process.
         """
         return self._computer.compute(handle)
 
     def close(self) -> None:
-        """End the engine's processes, if necessary during a task."""
+        """End the engine's processes, even if they are computing a task."""
 
 
 def compute_tasks(engine: Engine, tasks: Sequence[Task], time_limit: float | None = None) -> Iterator[Result]:
@@ -101,8 +101,8 @@ class ProcessPool(Engine):
 
     def __init__(self, job: Job, folder: Path, workers: int | None) -> None:
         self.capacity = workers or thread_count()
-        self._job, self._folder = replace(job, files={}), folder  # the folder contains the files
-        self._context = get_context("spawn")  # a forked process may hang after the parent has run kernels
+        self._job, self._folder = replace(job, files={}), folder  # the processes read the CSV files from the folder
+        self._context = get_context("spawn")  # not forked: a forked process may hang if the parent has run compiled kernels
         self._watched, self._lifeline = self._context.Pipe(duplex=False)
         self._idle, self._busy = list[ProcessPoolExecutor](), dict[Future[Result], ProcessPoolExecutor]()
 
@@ -118,7 +118,7 @@ class ProcessPool(Engine):
         return future
 
     def wait(self, handles: Collection[Future[Result]]) -> Collection[Future[Result]]:
-        """Wait for a task for at most two seconds."""
+        """Wait at most two seconds for finished tasks; return their handles."""
         return wait(handles, LOOK_SECONDS, FIRST_COMPLETED).done
 
     def result(self, handle: Future[Result]) -> Result:
@@ -152,7 +152,7 @@ def _prepare_process(lifeline: Connection) -> None:
 
 @contextmanager
 def _worker_settings() -> Iterator[None]:
-    """Start processes with one thread each, without Ctrl-C, and without the caller's script, which would run again."""
+    """Within this context, new processes have one thread, ignore Ctrl-C, and do not run the caller's script again."""
     main, environment = sys.modules["__main__"], dict(os.environ)
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:

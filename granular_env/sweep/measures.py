@@ -1,4 +1,4 @@
-"""Measures of each run of a plan: texts for the component's variables, tables for its domain's measurements.
+"""The measures of a plan: a number for each run, given by a text (variables, events, report) or a table (measurements).
 
 [measure]
 peak = "max velocity[40]"             # final, start, max, min, mean, time of max, time of min; velocity[3,1] for several axes
@@ -9,8 +9,8 @@ pressure = "report peak contact pressure"   # a figure of the final report; the 
 speed = { measurement = "front_speed", above = 0.1, first = 20, last = 60 }
 pulse = { measurement = "waves_at", take = "amplitude", which = 0, grain = 40, above = 0.1 }
 
-Each class of measures has two methods. `unit` checks a measure against a component and returns its unit. `value` returns the
-number for a finished run, and a note if it is not resolved. `RunObserver` takes the measures of a run.
+Each class of measures has two methods. `unit` checks a measure against a component and returns the unit of the number. `value`
+returns the number for a finished run, and a note if the samples do not resolve it. `RunObserver` takes the measures of a run.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from granular_env.components.variables import ELEMENT, Element, parse_element
 from granular_env.crests_and_crossings import resolved_maximum
 from granular_env.domains import find_domain
 
-# Columns of every table, which are not allowed as names of measures.
+# Columns that every table has; a measure must not have one of these names.
 OWN_COLUMNS = ("task", "sample", "outcome", "error", "notes", "hash", "log")
 _EXTREMES = ("max", "min", "mean", "time of max", "time of min")
 _KINDS = (*_EXTREMES, "final", "start")
@@ -49,9 +49,9 @@ class FinishedRun(NamedTuple):
 
     Attributes:
         component: component at the end of the run.
-        report: figures of the report.
-        times: sampling times [s].
-        history: history of the domain's observer, see `Domain.watch`; None without one.
+        report: name -> number, from `Component.report`.
+        times: times at which the variables were sampled [s].
+        history: history recorded by the observer `Domain.watch`; None without such an observer.
     """
 
     component: Component
@@ -65,9 +65,9 @@ class Reading:
     """A number from a variable: its final or start value, or a statistic over all samples.
 
     Attributes:
-        kind: final, start, max, min, mean, time of max, time of min.
-        element: element of a variable, or a whole variable (no index).
-        absolute: whether to use the magnitude.
+        kind: which number: final, start, max, min, mean, time of max, time of min.
+        element: the element of a variable; without an index the whole variable.
+        absolute: whether to use the magnitude of the values.
     """
 
     kind: str
@@ -75,7 +75,7 @@ class Reading:
     absolute: bool
 
     def unit(self, component: Component) -> str:
-        """Return the unit; `ParameterError` if the component has no such variable or element."""
+        """Return the unit of the number; `ParameterError` if the component has no such variable or element."""
         expected = f"an output of component {component.name!r}"
         variable = self.element.find_variable(component.variables, expected, "output", "input")
         size, name = math.prod(variable.shape), self.element.name
@@ -85,16 +85,16 @@ class Reading:
         return "s" if self.kind.startswith("time") else variable.unit
 
     def read_value(self, component: Component) -> float:
-        """Return the present value; for all elements the largest, or the smallest for min."""
+        """Return the present value of the element; for a whole variable, the largest element (for min, the smallest)."""
         value = np.asarray(self.element.select_from(component.peek(self.element.name)))
         value = np.abs(value) if self.absolute else value
         return float(value if not value.ndim else value.min() if self.kind == "min" else value.max())
 
     def value(self, run: FinishedRun, samples: FloatArray) -> tuple[float, str]:
-        """Return the number from the samples at `run.times`; for start only the first sample is needed.
+        """Return the number computed from `samples`, the values at `run.times` (for start, only the first is needed).
 
-        An extreme of a scalar is interpolated from the neighbouring samples. The extreme over all elements of an array is the
-        largest or the smallest sample.
+        An extreme of a single element is interpolated between samples; that of a whole variable is the largest or the smallest
+        sample.
         """
         if self.kind == "final":
             return self.read_value(run.component), ""
@@ -114,17 +114,17 @@ class Reading:
 
 @dataclass(frozen=True)
 class ReportFigure:
-    """A figure of `Component.report`, given by the beginning of its name."""
+    """A number from `Component.report`, selected by the beginning of its name."""
 
     name: str
 
     def unit(self, component: Component) -> str:
-        """Return the unit at the end of the figure's name; `ParameterError` unless exactly one figure matches."""
+        """Return the unit, which ends the number's name in the report; `ParameterError` unless exactly one name matches."""
         match = re.search(r"\[([^\[\]]+)\]$", self._full_name(component.report()))
         return match[1] if match else "1"
 
     def value(self, run: FinishedRun, samples: FloatArray) -> tuple[float, str]:
-        """Return the figure."""
+        """Return the number in the report of the run."""
         return float(run.report[self._full_name(run.report)]), ""
 
     def _full_name(self, report: Mapping[str, float]) -> str:
@@ -141,7 +141,7 @@ class EventMeasure:
     """The number of events of one kind, or the time of the first event.
 
     Attributes:
-        kind: kind of the events.
+        kind: kind of the events that are counted.
         is_first: whether to return the time of the first event [s] (NaN without events).
     """
 
@@ -149,7 +149,7 @@ class EventMeasure:
     is_first: bool
 
     def unit(self, component: Component) -> str:
-        """Return the unit; `ParameterError` for an unknown kind of event."""
+        """Return the unit of the number; `ParameterError` if the component has no events of this kind."""
         component.events(self.kind)
         return "s" if self.is_first else "1"
 
@@ -163,13 +163,13 @@ class EventMeasure:
 
 @dataclass(frozen=True)
 class Measurement:
-    """A measurement of the component's domain, with the selection of a number.
+    """A measurement function of the component's domain (see `Domain.columns`), and which number of its result to take.
 
     Attributes:
-        name: name of the function.
-        take: name of the number; "" for the domain's first.
-        which: index among several waves, in the function's order; negative values count from the last.
-        arguments: arguments of the function.
+        name: name of the measurement function.
+        take: name of the number in its result; "" for the first that the domain lists.
+        which: if the result is a list (of waves), index of the item to take; negative values count from the last.
+        arguments: arguments of the measurement function.
     """
 
     name: str
@@ -178,7 +178,7 @@ class Measurement:
     arguments: Mapping[str, Any]
 
     def unit(self, component: Component) -> str:
-        """Return the unit; `ParameterError` for a measurement, number or argument unknown to the domain."""
+        """Return the unit of the number; `ParameterError` if the domain has no such measurement, number or argument."""
         columns = find_domain(component.name).load_attribute("columns")
         if columns is None:
             hint = "measure its variables, such as 'max NAME[0]'"
@@ -197,7 +197,7 @@ class Measurement:
         return columns.UNITS.get((self.name, take)) or columns.UNITS[take]
 
     def value(self, run: FinishedRun, samples: FloatArray) -> tuple[float, str]:
-        """Return the number; NaN if there are fewer waves."""
+        """Return the number for a finished run; NaN if the result has no item `which`."""
         columns = find_domain(run.component.name).load_attribute("columns")
         taken = columns.MEASUREMENTS[self.name][self._column_name(columns)]
         return taken(run.history, self.which, dict(self.arguments)), ""
@@ -210,7 +210,7 @@ Measure = Reading | ReportFigure | EventMeasure | Measurement
 
 
 def parse_measure(content: Any) -> Measure:
-    """Return a measure from its text or table in the plan (for pydantic)."""
+    """Return the measure that a text or a table in the plan describes; pydantic calls this to validate the plan."""
     words = " ".join(content.split()) if isinstance(content, str) else ""
     if isinstance(content, Mapping) and isinstance(content.get("measurement"), str):
         arguments = {key: value for key, value in content.items() if key not in ("measurement", "take", "which")}
@@ -238,8 +238,8 @@ class RunObserver(Observer):
 
     Args:
         measures: column name -> measure.
-        every: sampling interval [s]; None for each internal step.
-        duration: duration of the run [s], to refuse a history that would exceed the memory.
+        every: sampling interval [s]; None to sample at each internal step.
+        duration: duration of the run [s]; a run whose history would exceed the memory is refused.
     """
 
     def __init__(self, measures: Mapping[str, Measure], every: float | None, duration: float) -> None:
@@ -250,7 +250,7 @@ class RunObserver(Observer):
         self.next_tick = 0
 
     def on_reset(self, component: Component) -> None:
-        """Check the measures against the component, and sample its start."""
+        """Check the measures against the component, and take the first sample."""
         for name, measure in self._measures.items():
             try:
                 measure.unit(component)
@@ -271,7 +271,7 @@ class RunObserver(Observer):
         return watch
 
     def on_sample(self, component: Component) -> None:
-        """Sample every variable with a requested extreme or mean."""
+        """Sample every variable of which a measure needs an extreme or the mean."""
         self._sample_variables(component, self._extremes)
         if self._watch is not None:
             self._watch.on_sample(component)
@@ -286,7 +286,7 @@ class RunObserver(Observer):
         self.next_tick = component.tick + self._interval if self._extremes or self._watch else 2**62
 
     def values(self, component: Component, report: Mapping[str, float]) -> tuple[list[float], list[str]]:
-        """Return the measures of a finished run in order; a measure without a value gives NaN and a sentence."""
+        """Return the numbers of all measures for a finished run, in order; for a number that does not exist, NaN and a note."""
         if self._times[-1] < component.time:
             self._sample_variables(component, self._extremes)
         run = FinishedRun(component, report, np.array(self._times), self._watch and self._watch.history)

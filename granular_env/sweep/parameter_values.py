@@ -1,4 +1,4 @@
-"""The values of a plan's keys: lists and ranges of a grid, and random samples.
+"""The values that a plan gives to keys of its experiment: lists and ranges of a grid, and random samples.
 
     [grid]
     "component.grains" = [20, 40]
@@ -8,8 +8,8 @@
     count = 100
     "component.radius" = { distribution = "uniform", from = 2e-3, to = 4e-3 }
 
-Sample i depends only on the seed, the key and i, not on the number of samples or on other keys. Powers are rounded to 12
-digits, so that a plan's values and task hashes do not depend on the library that computes logarithms.
+Sample i depends only on the seed, the key and i, not on the number of samples or on other keys. Logarithmically spaced values
+are rounded to 12 digits, so that they and the task hashes do not depend on the library that computes logarithms.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from granular_env.documents import Table
 
 
 class Range(Table):
-    """Evenly spaced values of a key of the experiment, instead of a list of values."""
+    """A range of a grid: evenly (or logarithmically) spaced values of a key, instead of a list."""
 
     begin: float = Field(alias="from", description="first value")
     end: float = Field(alias="to", description="last value")
@@ -43,7 +43,7 @@ class Range(Table):
         return self
 
     def values(self) -> list[float | int]:
-        """Return all values, as whole numbers if ends and step are whole numbers."""
+        """Return all values of the range; they are integers if all are whole numbers."""
         parts = [i / max(self.count - 1, 1) for i in range(self.count)]
         place = interpolate_geometrically if self.spacing == "log" else _interpolate_linearly
         found = [self.begin, *(place(self.begin, self.end, part) for part in parts[1:-1]), self.end][: self.count]
@@ -52,7 +52,7 @@ class Range(Table):
 
 
 class Distribution(Table):
-    """A distribution of a key's values.
+    """The distribution from which a key's values are sampled.
 
     uniform: uniform density. log_uniform: uniform density of the logarithm. integer: equal probability of all whole numbers,
     including the ends. choice: an entry of a list.
@@ -72,7 +72,7 @@ class Distribution(Table):
             if not self.values or low is not None or high is not None:
                 raise ParameterError("choice requires values, without from and to", expected="values = [...]", at="values")
         elif low is None or high is None or not low < high or self.values:
-            raise ParameterError(f"got from = {low} and to = {high}", expected="from < to, and no values")
+            raise ParameterError(f"got from = {low} and to = {high}", expected="from < to; `values` belong to choice")
         elif kind == "log_uniform" and low <= 0.0:
             raise ParameterError(f"log_uniform needs values above 0, got {low:g}", at="from")
         elif kind == "integer" and not (low.is_integer() and high.is_integer() and abs(high) < 2.0**52):
@@ -80,7 +80,7 @@ class Distribution(Table):
         return self
 
     def quantile(self, number: float) -> Any:
-        """Return the value for a uniform number in [0, 1)."""
+        """Return the value for which the cumulative distribution is `number`, in [0, 1)."""
         if self.distribution == "choice":
             return self.values[int(number * len(self.values))]
         low, high = self.begin or 0.0, self.end or 0.0
@@ -92,7 +92,7 @@ class Distribution(Table):
 
 
 class Samples(Table):
-    """The number of samples; further keys are those of the experiment, each with its distribution."""
+    """The [samples] table: the number of samples, the seed, and keys of the experiment, each with its distribution."""
 
     model_config = {"extra": "allow"}
     __pydantic_extra__: dict[str, Distribution]  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -102,7 +102,7 @@ class Samples(Table):
 
     @property
     def distributions(self) -> dict[str, Distribution]:
-        """Key -> distribution of its values."""
+        """Key of the experiment -> distribution of its values."""
         return dict(self.__pydantic_extra__)
 
     @model_validator(mode="after")
@@ -137,13 +137,13 @@ def interpolate_geometrically(begin: float, end: float, fraction: float) -> floa
 
 
 def sample_values(distribution: Distribution, key: str, seed: int, count: int) -> list[Any]:
-    """Return the samples of a key."""
+    """Return `count` values of a key, sampled from its distribution."""
     stream = int.from_bytes(hashlib.sha256(key.encode()).digest()[:8], "little")
     return [distribution.quantile(number) for number in uniform(seed, stream, count).tolist()]
 
 
 def flatten_table(content: Any) -> Any:
-    """Return a table with dotted keys, for the notations "a.b" = ..., a.b = ... and [grid.a] b = ..."""
+    """Return a table with dotted keys ("a.b"); `content` may also have the key b in a nested table a."""
     if not isinstance(content, Mapping):
         return content
     found: dict[str, Any] = {}

@@ -35,7 +35,7 @@ LARGEST = 100_000
 
 
 class Plan(Document):
-    """A plan, validated as far as possible without its experiment."""
+    """The content of a plan file, validated as far as possible without its experiment."""
 
     kind: ClassVar[str] = "plan"
     shelf: ClassVar[str] = "plans of sweeps"
@@ -70,7 +70,7 @@ class Plan(Document):
 
     @classmethod
     def advice_for_unknown(cls, key: str, given: Mapping[str, Any]) -> str:
-        """Return advice on the table for keys of the experiment."""
+        """Return advice for an unknown key: keys of the experiment belong in the tables [set], [grid] or [samples]."""
         if "." in key or key in Experiment.model_fields:
             return "keys of the experiment belong in [set], [grid] or [samples]"
         return ""
@@ -79,7 +79,7 @@ class Plan(Document):
     def parse(
         cls, content: Mapping[str, Any], origin: str = "", folder: Path | None = None, overrides: tuple[Override, ...] = ()
     ) -> Self:
-        """Return a plan from the content of its file; keys of the experiment may be tables or dotted."""
+        """Return a plan from the content of its file; keys of the experiment may be dotted ("a.b") or nested tables."""
         flat = {key: flatten_table(value) if key in ("grid", "samples") else value for key, value in content.items()}
         if isinstance(flat.get("set"), Mapping):
             flat["set"] = _flatten_tables(flat["set"])
@@ -87,7 +87,7 @@ class Plan(Document):
 
     @model_validator(mode="after")
     def _check_keys(self) -> Self:
-        """Refuse a key that is given in two places, and a measure with the name of a column."""
+        """Refuse a key that is in two of the tables, and a measure whose name is that of another column."""
         drawn = self.samples.distributions if self.samples else ()
         seen: dict[str, str] = {}
         for table, keys in (("grid", self.grid), ("samples", drawn), ("set", self.set)):
@@ -103,7 +103,7 @@ class Plan(Document):
 
     @property
     def keys(self) -> list[str]:
-        """The keys of the grid followed by the keys of the samples: the columns that identify a task."""
+        """The keys whose values differ between tasks: those of the grid, then those of the samples."""
         return [*self.grid, *(self.samples.distributions if self.samples else ())]
 
     @property
@@ -128,7 +128,7 @@ class Plan(Document):
             raise self.plan_error(error) from error
 
     def plan_error(self, error: GranularError) -> ExperimentError:
-        """Return an error of the experiment as an error of the plan, or of the external override with the fault."""
+        """Return an error of the experiment as an error of the plan, or of the override (not in the file) that caused it."""
         return ExperimentError(*map(self._plan_fault, error.faults))
 
     def _plan_fault(self, fault: Fault) -> Fault:
@@ -138,7 +138,7 @@ class Plan(Document):
 
 
 def _flatten_tables(content: Mapping[str, Any]) -> dict[str, Any]:
-    """Return dotted keys, converting keys written as the experiment's tables."""
+    """Return the content of [set] with dotted keys; keys of the experiment may be written as in the experiment's tables."""
     found: dict[str, Any] = {}
     for key, value in content.items():
         inner = value if "." not in key and isinstance(value, Mapping) else None
@@ -154,6 +154,6 @@ def load_plan(source: str | os.PathLike[str] | Mapping[str, Any], overrides: Ove
         overrides: keys of the experiment for all tasks, as in the plan's [set].
 
     Raises:
-        ExperimentError: names file, key, received and expected value.
+        ExperimentError: the plan is invalid; the message names file, key, received and expected value.
     """
     return load_document(Plan, source, [replace(one, key=("set", ".".join(one.key))) for one in to_overrides(overrides)])

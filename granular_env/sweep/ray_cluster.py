@@ -1,7 +1,7 @@
-"""A Ray cluster: a running cluster, given by its address, or a temporary cluster on this machine.
+"""The engine "ray": computes tasks on a running Ray cluster, given by its address, or on a temporary one on this machine.
 
-Ray schedules tasks, and reports workers and nodes that end. Nodes that join during the sweep are used. Results and logs are
-returned by value, so nodes need no access to the results' folder.
+Ray distributes the tasks, and reports workers and nodes that end. Nodes that join during the sweep are used. Results and logs
+are sent back to this process, so the nodes need no access to the results' folder.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ class RayCluster(Engine):
         self._ray = ray = import_optional("ray", "the engine 'ray'")
         self._folder, self._most, self._cores, self._looked = folder, workers, 1, -LOOK_SECONDS
         with ExitStack() as held:
-            held.enter_context(redirect_stdout(sys.stderr))  # Ray prints messages on nodes that end
+            held.enter_context(redirect_stdout(sys.stderr))  # Ray prints a message when a node ends
             held.callback(ray.shutdown)
             try:
                 ray.init(**options, log_to_driver=False, logging_level="ERROR")
-            except Exception as error:  # Ray raises many types
+            except Exception as error:  # Ray raises errors of many types
                 raise SweepError(
                     f"Ray does not start, or the cluster rejects programs from this machine: {_last_line(error)}",
                     hint="check the address with `ray status`, the versions of Ray, and the token (RAY_AUTH_MODE=token)",
@@ -51,7 +51,7 @@ class RayCluster(Engine):
 
     @property
     def capacity(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """One more than the number of cores, so that no core waits for this program."""
+        """Largest number of submitted tasks: one more than the cluster's cores, so that no core waits for this program."""
         if monotonic() - self._looked >= LOOK_SECONDS:
             cores, self._looked = max(1, int(self._ray.cluster_resources().get("CPU", 1))), monotonic()
             self._cores = min(cores, self._most or cores)
@@ -62,7 +62,7 @@ class RayCluster(Engine):
         return self._remote.remote(self._job, task)
 
     def wait(self, handles: Collection[Any]) -> Collection[Any]:
-        """Wait for a task for at most two seconds, because nodes may join."""
+        """Wait at most two seconds for finished tasks; return their handles. Later, nodes that have joined get tasks."""
         return self._ray.wait(list(handles), timeout=LOOK_SECONDS)[0]
 
     def result(self, handle: Any) -> Result:
@@ -81,14 +81,14 @@ class RayCluster(Engine):
         return found
 
     def close(self) -> None:
-        """Disconnect from the cluster; a temporary cluster ends."""
+        """Disconnect from the cluster; end it if it is temporary."""
         self._held.close()
 
 
 def compute_on_node(job: Job, task: Task) -> tuple[Result, bytes | None]:
     """Compute a task in a worker of the cluster; return its result and its log."""
     os.environ.update(ONE_THREAD)
-    # Ray ends its workers with a signal, so a folder that outlives the task would remain on the node.
+    # Use a folder for this task only: Ray ends its workers with a signal, so a longer-lived folder would remain on the node.
     with tempfile.TemporaryDirectory(prefix="granular-env-sweep-") as name:
         write_inputs(job, Path(name))
         found = compute_task(job, task, Path(name))
@@ -102,7 +102,7 @@ def _connection_options(address: str | None, cores: int) -> dict[str, Any]:
     given = address or os.environ.get("RAY_ADDRESS")
     if not given:
         if "RAY_AUTH_MODE" not in os.environ and "ray" not in sys.modules:
-            # Other users must not access the temporary cluster. Ray reads this once, and would otherwise write a token file.
+            # The token keeps others out of the temporary cluster. Ray reads it once; otherwise it would write it to a file.
             os.environ |= {"RAY_AUTH_MODE": "token", "RAY_AUTH_TOKEN": secrets.token_hex(32)}
         return {"address": "local", "num_cpus": cores, "include_dashboard": False}
     try:

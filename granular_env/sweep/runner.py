@@ -1,4 +1,4 @@
-"""Computing a sweep: an engine computes the tasks without a result, and results are stored as they arrive."""
+"""Runs a sweep: an engine computes the tasks that have no result yet, and results are stored as they arrive."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from .table import Sweep
 from .tasks import Workload, column_units, make_workload
 from .worker import Job, Result, Task, TaskComputer, log_path, write_inputs
 
-# Largest number of tasks prepared before the first is computed. A prime, so that the tasks rarely share the value of a key.
+# Largest number of tasks that `_validate_plan` tries. A prime, so that tasks at equal distances rarely share a key's value.
 _MOST_TRIED = 7
 
 
@@ -60,8 +60,8 @@ def run_sweep(
         progress: whether to show a bar, or a function to call with the completed fraction.
         allow_large: lift the limit on the number of tasks.
         time_limit: wall time after which a task is ended and counts as failed [s]; not for the engine "serial".
-        part: "I/N": compute only the tasks I, I + N, I + 2N, ..., for job arrays; ``open_sweep(folder).write_csv()`` writes the
-            table of all parts.
+        part: "I/N": compute only the tasks I, I + N, I + 2N, ..., for instance in a job array of a cluster; afterwards,
+            ``open_sweep(folder).write_csv()`` writes the table of all parts.
 
     Raises:
         ExperimentError: the plan or its experiment is not valid.
@@ -120,7 +120,7 @@ def results_folder(plan: Plan, folder: str | os.PathLike[str] | None = None) -> 
 
 
 def _open_engine(name: str, job: Job, folder: Path, workers: int | None, address: str | None) -> Engine:
-    """Return an engine by name; `ParameterError` for an unknown engine or an option that does not fit it."""
+    """Return the engine with this name; `ParameterError` if it is unknown or does not have one of the options."""
     if name not in (names := ("processes", "serial", "ray")):
         raise ParameterError(f"got {one_line(name)}", hint=spelling_hint(str(name), names), at="engine")
     if job.time_limit is not None:
@@ -145,12 +145,12 @@ def _parse_part(text: str) -> tuple[int, int]:
 
 
 def _has_result(result: Result | None, task: Task, folder: Path) -> bool:
-    """Return whether a task has a result and, if requested, a log."""
+    """Return whether a task has a result and, if its log is to be kept, the log exists."""
     return result is not None and not (task.is_logged and result.outcome == "done" and not log_path(folder, task.hash).exists())
 
 
 def _validate_plan(plan: Plan, workload: Workload) -> dict[str, str]:
-    """Prepare tasks from all parts of the plan until one can start; return the units of the columns.
+    """Try to prepare tasks, evenly spread over the plan, until one can start; return the units of the table's columns.
 
     Raises:
         ExperimentError: none of the tried tasks can start.

@@ -1,4 +1,4 @@
-"""The folder of a sweep's results.
+"""The folder of a sweep's results, and the files in it.
 
     sweep.json            the tasks of the plan: their values and hashes
     results.jsonl         a line per finished task, appended immediately, so that results survive the end of the program
@@ -31,8 +31,8 @@ class Description(BaseModel):
     """The content of `sweep.json`.
 
     Attributes:
-        keys: column -> its value in each task: the varying keys of the experiment, then the number of the sample.
-        measures: columns of the measures.
+        keys: column -> its value in each task; the columns are the varying keys, then the number of the sample.
+        measures: names of the measures, which are columns, too.
         units: column -> SI unit.
         hashes: hashes of the tasks.
     """
@@ -48,12 +48,12 @@ class Description(BaseModel):
 
 
 class Store:
-    """The results of a sweep, or of a part of it, during the computation; a context manager.
+    """Stores the results of a sweep, or of a part of it, while they are computed; a context manager.
 
     Args:
-        folder: created if necessary.
-        description: the sweep.
-        part: (i, n), the part I/N of `run_sweep`.
+        folder: folder of the results; it is created if necessary.
+        description: content of the folder's `sweep.json`.
+        part: (I, N) of the argument `part` of `run_sweep`.
 
     Raises:
         SweepError: another process uses the folder, it has other content, or it cannot be written.
@@ -78,7 +78,7 @@ class Store:
             lock_file(self._journal, SweepError(busy, hint="wait until it ends, or choose another folder", source=named))
             if self._journal.seek(0, os.SEEK_END):
                 self._journal.seek(-1, os.SEEK_END)
-                if self._journal.read() != b"\n":  # a kill truncated the last line
+                if self._journal.read() != b"\n":  # the last line is incomplete, because the program was killed
                     self._journal.write(b"\n")
             with replace_file(folder / DESCRIPTION, SweepError) as part:
                 part.write_text(self.description.model_dump_json(), encoding="utf-8")
@@ -90,7 +90,7 @@ class Store:
         self._journal.close()
 
     def add_result(self, result: Result) -> None:
-        """Append a result to the journal."""
+        """Append a result to the file `results.jsonl` (or `results-I-of-N.jsonl`)."""
         row = [result.hash, result.outcome, result.values, result.error, result.notes]
         try:
             self._journal.write(json.dumps(row, separators=(",", ":")).encode() + b"\n")
@@ -124,9 +124,9 @@ def read_description(folder: Path) -> Description:
 
 
 def read_results(folder: Path) -> dict[str, Result]:
-    """Return hash -> result of all journals in a folder.
+    """Return hash of the task -> result, from all files `results*.jsonl` in a folder.
 
-    The last result of a task counts, but a done task is never replaced. Truncated lines are ignored.
+    Of several results of a task, the last counts, unless an earlier one has the outcome "done". Incomplete lines are ignored.
     """
     found: dict[str, Result] = {}
     for path in sorted(folder.glob(JOURNALS)):

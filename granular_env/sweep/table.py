@@ -1,4 +1,4 @@
-"""The table of a sweep: one row per task in the plan's order, with the results so far."""
+"""The table of a sweep: one row per task, in the order of the plan, with the results so far."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ _NOTHING = Result("", "lost")
 
 
 class Sweep:
-    """The results of a sweep: `table` for pandas, `columns` for lists.
+    """The results of a sweep, as a pandas `table` or as lists (`columns`).
 
     Attributes:
         folder: folder of the results.
         description: the plan's name, keys, measures and tasks.
         size: number of tasks.
         outcomes: outcome of each task: done, failed or pending. A task that lost its process or node several times has failed.
-        done: number of tasks with measures.
+        done: number of tasks that were computed without an error.
         failed: number of failed tasks.
-        errors: number of each failed task -> error.
-        units: column -> SI unit, for the varying keys and the measures; "1" for plain numbers.
+        errors: number of a failed task -> its error as text.
+        units: column of a varying key or a measure -> SI unit; "1" for dimensionless numbers.
         interrupted: whether Ctrl-C ended the computation in this process.
     """
 
@@ -52,7 +52,7 @@ class Sweep:
         return log_path(self.folder, self.description.hashes[task])
 
     def columns(self) -> dict[str, list[Any]]:
-        """Return column -> a value for each task, in the plan's order, without wall times, which differ between runs."""
+        """Return name of a column -> its value for each task, in the order of the plan; wall times are left out."""
         about, results = self.description, [one or _NOTHING for one in self._results]
         found: dict[str, list[Any]] = {"task": list(range(self.size)), **about.keys}
         for place, name in enumerate(about.measures):

@@ -23,17 +23,17 @@ from .plan import LARGEST, Plan
 from .worker import Job, Task
 
 _SECONDS = ("duration", "record.every", "record.snapshot_every")
-# Keys of an input's profile that are times; other keys have the input's unit.
+# Keys in the profile of an input whose unit is s; other keys have the unit of the input.
 _TIMES = ("duration", "rise", "start", "offset_time")
 
 
 class Workload(NamedTuple):
-    """The tasks of a plan.
+    """The tasks of a plan, and what they have in common.
 
     Attributes:
-        job: the part that all tasks share.
-        keys: column -> its value in each task: keys of the grid, keys of the samples, number of the sample.
-        tasks: tasks in the plan's order; samples vary fastest, then the last key of the grid.
+        job: the data that all tasks have in common.
+        keys: column -> its value in each task; the columns are the keys of the grid and the samples, then the sample's number.
+        tasks: all tasks in order: the sample changes from one to the next, then the last key of the grid.
     """
 
     job: Job
@@ -41,7 +41,10 @@ class Workload(NamedTuple):
     tasks: list[Task]
 
     def distinct_tasks(self, part: tuple[int, int] = (0, 1)) -> dict[str, Task]:
-        """Return hash -> task for the tasks i, i + n, i + 2n, ... of a part (i, n); of equal tasks, the first number counts."""
+        """Return hash -> task for a part of the plan; tasks with equal hash occur once.
+
+        Args:
+            part: (i, n) selects the tasks i, i + n, i + 2n, ... of a part (i, n); of tasks with equal hash, the first one's number counts."""
         index, count = part
         first: dict[str, int] = {}
         found: dict[str, Task] = {}
@@ -65,7 +68,7 @@ def make_workload(plan: Plan, time_limit: float | None = None, allow_large: bool
 
     @cache
     def store_file(path: str) -> str:
-        """Read a CSV file, which is sent with the tasks; return its name in the results' folder, a hash of its content."""
+        """Read a CSV file, which is sent with the tasks; return its name in the folder ``inputs/``, a hash of its content."""
         data = read_data_file(experiment.folder / path)
         name = f"{hashlib.sha256(data).hexdigest()[:32]}.csv"
         files[name] = data
@@ -91,7 +94,7 @@ def make_workload(plan: Plan, time_limit: float | None = None, allow_large: bool
 
 
 def _sample_points(plan: Plan) -> Iterator[tuple[tuple[Any, ...], int]]:
-    """Yield (values of the grid and of the sample, number of the sample)."""
+    """Yield for each task the values of its keys (grid and samples), and the number of its sample."""
     grid = [values.values() if isinstance(values, Range) else values for values in plan.grid.values()]
     samples: list[tuple[Any, ...]] = [()]
     if plan.samples is not None:
@@ -110,7 +113,7 @@ def _content_hash(content: Any) -> str:
 
 
 def column_units(plan: Plan, component: Component) -> dict[str, str]:
-    """Return column -> unit of the keys and measures that have one; "1" for plain numbers."""
+    """Return name of a key or a measure -> SI unit, "1" for dimensionless numbers; keys of unknown unit are left out."""
     found = {key: _key_unit(key, component) for key in plan.keys}
     found |= {name: measure.unit(component) for name, measure in plan.measure.items()}
     return {name: unit for name, unit in found.items() if unit}

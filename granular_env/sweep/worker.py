@@ -1,4 +1,4 @@
-"""The computation of a task: all engines use the same function and give the same bits."""
+"""The computation of a task, which is the same in all engines, so that their results are bitwise identical."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ from .measures import Measure, RunObserver
 
 @dataclass(frozen=True)
 class Job:
-    """The data common to all tasks of a sweep.
+    """The data that all tasks of a sweep have in common.
 
     Attributes:
         document: the experiment.
-        files: CSV files, name -> content.
-        measures: column -> measure.
-        every: sampling interval [s].
+        files: name of a CSV file in the folder ``inputs/`` -> its content.
+        measures: name of a column -> its measure.
+        every: sampling interval of the measures [s].
         program: hash of the code; a worker with other code refuses the job.
-        time_limit: wall time of a task [s]; None for no limit.
+        time_limit: wall time after which a task is ended [s]; None for no limit.
     """
 
     document: Mapping[str, Any]
@@ -43,7 +43,7 @@ class Job:
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """A run of a plan.
+    """One run of a plan's experiment.
 
     Attributes:
         hash: hash of the experiment, the overrides, the measures and the program.
@@ -64,9 +64,9 @@ class Result:
         hash: hash of the task.
         outcome: done; failed: physics or input fail in every run of the task; lost: the machine failed (a worker ended,
             memory or disk ran out, the time limit passed), so that the next sweep repeats the task.
-        values: values of the measures.
+        values: the numbers of the measures, in order.
         error: the error as a sentence.
-        notes: assumptions of the run, and measures without a value.
+        notes: warnings of the run, and the measures that have no value.
     """
 
     hash: str
@@ -77,7 +77,7 @@ class Result:
 
 
 class TaskComputer:
-    """A computer of a job's tasks in this process, with CSV files in ``inputs/`` and logs in ``logs/`` of a folder.
+    """Computes tasks of a job in this process, with CSV files in ``inputs/`` and logs in ``logs/`` of a folder.
 
     Raises:
         SweepError: the code of this process differs from that of the process that started the sweep.
@@ -92,7 +92,7 @@ class TaskComputer:
         self._job, self._folder = job, folder
 
     def prepare_task(self, task: Task) -> Prepared:
-        """Return a task's experiment ready to run, without a step.
+        """Return the experiment of a task, ready to run, before its first step.
 
         Raises:
             GranularError: the experiment or its measures are invalid.
@@ -103,10 +103,10 @@ class TaskComputer:
         return ready
 
     def compute(self, task: Task) -> Result:
-        """Return the result of a task; errors are also results."""
+        """Compute a task and return its result; an error gives a result with the outcome "failed" or "lost"."""
         try:
             return self._run_task(task)
-        except Exception as error:  # also errors of third-party components, so that the sweep continues
+        except Exception as error:  # of any type, so that an error in a third-party component does not end the sweep
             outcome = "lost" if _is_machine_error(error) else "failed"
             return Result(task.hash, outcome, error=f"{type(error).__name__}: {str(error) or 'no message'}")
 
@@ -138,15 +138,15 @@ def log_path(folder: Path, task_hash: str) -> Path:
 
 
 def write_inputs(job: Job, folder: Path) -> None:
-    """Write the CSV files of a job to the folder in which its tasks search them."""
+    """Write the CSV files of a job to ``inputs/`` in the given folder, where its tasks look for them."""
     for name, data in job.files.items():
-        # Other parts of the sweep may be reading the file.
+        # Replace the file in one operation, because other parts of the sweep may be reading it.
         with replace_file(folder / "inputs" / name, SweepError) as part:
             part.write_bytes(data)
 
 
 def compute_task(job: Job, task: Task, folder: Path) -> Result:
-    """Compute a task in a worker process, which ends (even within a kernel) when the task exceeds the time limit."""
+    """Compute a task in a worker process; after the time limit the process ends, even within a compiled kernel."""
     computer = TaskComputer(job, folder)
     if job.time_limit is None:
         return computer.compute(task)

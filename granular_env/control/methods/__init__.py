@@ -1,4 +1,4 @@
-"""Methods, one per file: a table of the study's file with its options and its search."""
+"""Search methods, one per file: each defines its options (a [[method]] table of the study's file) and its search."""
 
 from .evolution import Evolution
 from .gradient import Gradient

@@ -1,4 +1,4 @@
-"""CMA-ES (Hansen & Ostermeier 2001) from the package cma: a population adapts the normal distribution that it samples."""
+"""CMA-ES (Hansen & Ostermeier 2001) from the package cma: samples a normal distribution, which adapts to the best."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .method import MethodTable
 
 
 class Evolution(MethodTable):
-    """CMA-ES over the knots of the drive; each population is simulated as one batch."""
+    """CMA-ES over the knots of the drive (see `DriveShape`); each population is simulated as one batch."""
 
     packages: ClassVar[tuple[str, ...]] = ("cma",)
 
@@ -23,7 +23,7 @@ class Evolution(MethodTable):
     spread: float = Field(default=0.3, gt=0.0, description="initial standard deviation, as a fraction of highest - lowest")
 
     def run(self, search: Search) -> None:
-        """Search by generations; restart at another point after convergence."""
+        """Search one generation after another; restart at another point after convergence."""
         import cma
 
         lowest, highest = search.shape.lowest, search.shape.highest

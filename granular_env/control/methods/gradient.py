@@ -15,10 +15,10 @@ from .method import MethodTable
 
 
 class Gradient(MethodTable):
-    """L-BFGS-B over the knots: a few iterations from each of several starts, then a continuation from the best.
+    """L-BFGS-B over the knots of the drive: a few iterations from each of several points, then a descent from the best.
 
-    Drives have many local optima, with a different number of waves or none. Each drive that lowers the objective is also
-    evaluated by its return.
+    There are many local optima, which differ in the number of waves that the drive sends. The return is also evaluated for
+    each drive that lowers the objective.
     """
 
     needs_gradient: ClassVar[bool] = True
@@ -46,7 +46,7 @@ class Gradient(MethodTable):
     memory: int = Field(default=20, ge=1, le=1000, description="number of previous steps in the approximation of the Hessian")
 
     def run(self, search: Search) -> None:
-        """Search in rounds: the first stage compares the start points, and each stage descends from the best point."""
+        """Search in rounds: a few iterations from each of new start points, then one descent per stage from the best point."""
         shape, number = search.shape, 0
         as_tuples = [{key: tuple(one) if isinstance(one, list) else one for key, one in stage.items()} for stage in self.stages]
         middle = search.baseline_point(self.begin) if self.begin else np.full(shape.size, self.start)
@@ -54,14 +54,14 @@ class Gradient(MethodTable):
             starts = [self._start_point(search, middle, number * self.starts + place) for place in range(self.starts)]
             search.problem.stage = as_tuples[0]
             found = [self._run_lbfgs(search, start, self.trial) for start in starts]
-            _, best = min(found, key=lambda pair: pair[0])  # the first of equal values
+            _, best = min(found, key=lambda pair: pair[0])  # of equal values, take the first
             for stage in as_tuples:
                 search.problem.stage = stage
                 _, best = self._run_lbfgs(search, best, self.iterations)
             number += 1
 
     def _start_point(self, search: Search, middle: FloatArray, number: int) -> FloatArray:
-        """Return start point `number` around the middle; the first start point is the baseline, if one is given."""
+        """Return start point `number`, sampled around `middle`; point 0 is `middle` itself if `begin` names a baseline."""
         shape = search.shape
         if self.begin and number == 0:
             return middle
@@ -73,7 +73,7 @@ class Gradient(MethodTable):
         return np.clip(middle + reach * drawn.reshape(-1), shape.lowest, shape.highest)
 
     def _run_lbfgs(self, search: Search, start: FloatArray, iterations: int) -> tuple[float, FloatArray]:
-        """Return the smallest value found, and its point."""
+        """Return the smallest value of the objective found by L-BFGS-B, and the point where it was found."""
         from scipy.optimize import minimize
 
         least = [math.inf]
@@ -85,7 +85,7 @@ class Gradient(MethodTable):
                 search.returns(point[None])
             return value, slopes
 
-        # The search ends by its iterations, or when rounding stops the line search.
+        # No tolerances: the search ends after `iterations`, or when rounding errors stop the line search.
         options = {"maxiter": iterations, "maxcor": self.memory, "maxfun": 10**9, "ftol": 0.0, "gtol": 0.0}
         bounds = [(search.shape.lowest, search.shape.highest)] * search.shape.size
         ended = minimize(objective, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options)

@@ -16,10 +16,10 @@ from ..search import Search
 
 
 class MethodTable(Table):
-    """Keys of every method.
+    """The keys that every [[method]] table of a study's file has.
 
     Attributes:
-        packages: required optional modules.
+        packages: optional modules that the method needs.
         needs_gradient: whether the method needs an objective with gradients.
     """
 
@@ -43,11 +43,11 @@ class MethodTable(Table):
             import_optional(package, f"method {self.label!r}")
 
     def first_result_cost(self, problem: Problem) -> float:
-        """Return the cost of the first result, in forward runs of an episode."""
+        """Return the cost of the method's first result, in units of one simulated episode."""
         return problem.gradient_runs + 1.0 if self.needs_gradient else 1.0
 
     def adapt_problem(self, problem: Problem) -> Problem:
-        """Return the task in the form played by the best of a search."""
+        """Return the task with the environment options that the method uses, in training and in the test of its best policy."""
         return problem
 
     @abstractmethod
@@ -55,5 +55,5 @@ class MethodTable(Table):
         """Search until the budget is spent (`BudgetSpentError`) or the search is complete."""
 
     def actor(self, search: Search) -> Policy:
-        """Return a policy that plays the best of a search in a single environment."""
+        """Return the best drive or policy of a search as a policy for a single environment."""
         return OpenLoop(search.shape.actions(search.best[None])[0])

@@ -1,4 +1,4 @@
-"""Random search: points sampled uniformly between the bounds, the reference for all other methods."""
+"""Random search: the knots of the drive are sampled uniformly between their bounds; the reference for all other methods."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class RandomSearch(MethodTable):
     batch: int = Field(default=32, ge=1, le=100_000, description="drives simulated at a time")
 
     def run(self, search: Search) -> None:
-        """Sample one batch after another."""
+        """Sample and evaluate one batch of points after another until the budget is spent."""
         random, shape = search.random_generator(), search.shape
         while True:
             search.returns(random.uniform(shape.lowest, shape.highest, (self.batch, shape.size)))

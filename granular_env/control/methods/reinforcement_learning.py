@@ -20,9 +20,9 @@ from .method import MethodTable
 
 
 class Reinforcement(MethodTable):
-    """Keys of ppo and sac: rounds of training, and evaluations of the noise-free policy in the study's episodes.
+    """Keys of ppo and sac. After each round of training, the policy without exploration noise plays the search episodes.
 
-    The best policy is kept.
+    The policy with the best return is kept.
     """
 
     packages: ClassVar[tuple[str, ...]] = ("torch", "stable_baselines3")
@@ -38,7 +38,7 @@ class Reinforcement(MethodTable):
 
     @abstractmethod
     def algorithm(self, env: Any, seed: int) -> Any:
-        """Return the algorithm for an environment of stable-baselines3."""
+        """Return a new training algorithm of stable-baselines3 for its `VecEnv` `env`."""
 
     def run(self, search: Search) -> None:
         """Train in rounds until the budget is spent."""
@@ -54,7 +54,7 @@ class Reinforcement(MethodTable):
                 if is_last:
                     raise BudgetSpentError
                 model.learn(decisions, reset_num_timesteps=False, log_interval=None)
-                search.count_steps(decisions * self.hold)  # an action truncated by the end of an episode counts in full
+                search.count_steps(decisions * self.hold)  # an action cut short by the end of an episode counts as `hold` steps
                 rounds += 1
 
     def _evaluate_policy(self, policy: Any, problem: Problem, search: Search) -> None:
@@ -64,16 +64,16 @@ class Reinforcement(MethodTable):
         search.count_return(copy.deepcopy(policy) if value > search.best_return else None, value, steps)
 
     def adapt_problem(self, problem: Problem) -> Problem:
-        """Return the task with held actions and a clock."""
+        """Return the task with actions held over `hold` control steps, and with the time in the observation."""
         return problem.with_options(hold=self.hold, clock=self.clock)
 
     def actor(self, search: Search) -> Policy:
-        """Return the best policy as an actor."""
+        """Return the best policy found, for a single environment."""
         return TrainedPolicy(search.best)
 
 
 class PPO(Reinforcement):
-    """Proximal policy optimisation: many environments, short rounds."""
+    """Proximal policy optimisation: collects short rollouts from many environments between its updates."""
 
     type: Literal["ppo"] = "ppo"
     rollout: int = Field(default=64, ge=2, description="decisions per environment and round")
@@ -96,7 +96,7 @@ class PPO(Reinforcement):
 
 
 class SAC(Reinforcement):
-    """Soft actor-critic: learns from a replay buffer, so it needs less simulation and more arithmetic."""
+    """Soft actor-critic: learns from a replay buffer, so it needs fewer simulated steps but more computing time per step."""
 
     type: Literal["sac"] = "sac"
     rollout: int = Field(default=16, ge=1, description="decisions per environment and round")
@@ -120,7 +120,7 @@ class SAC(Reinforcement):
 class TrainedPolicy:
     """A trained policy without noise.
 
-    The policy acts in a batch, on observations of shape (environments, size), and in a single environment.
+    It accepts the observations of a batch, shape (environments, size), and the observation of a single environment.
     """
 
     def __init__(self, policy: Any) -> None:
@@ -132,7 +132,7 @@ class TrainedPolicy:
     def __call__(self, observation: npt.NDArray[Any], info: Any = None) -> npt.NDArray[Any]:
         """Return the next actions."""
         with limit_torch_to_one_thread():
-            # Evaluate one at a time: in a batch, sums of a network differ in the last bits.
+            # Evaluate one observation at a time: in a batch, the network's output would differ in the last bits.
             actions = [self._policy.predict(one, deterministic=True)[0] for one in np.atleast_2d(observation)]
         return np.array(actions) if np.ndim(observation) > 1 else actions[0]
 

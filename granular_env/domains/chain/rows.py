@@ -1,4 +1,4 @@
-"""A native batch of chains: their tables share one array, which a single compiled call advances."""
+"""A native batch of chains: their states (tables) are rows of one array, and a single compiled call advances all of them."""
 
 from __future__ import annotations
 
@@ -34,19 +34,19 @@ def _energies_between(law, tables, first, last, out):
 
 
 class ChainRows:
-    """Chains as rows of arrays, for row-based tasks and native batches.
+    """Many chains, or one, as rows of arrays, for tasks that judge many episodes at once (`RowTask`).
 
-    A single chain has no axis of chains: outputs keep their own shapes, and scalars stay scalars.
+    For a single chain (`is_batch` false) the axis "chains" is missing in all shapes below.
 
     Args:
         chains: chains of equal size, law and integrator.
-        is_batch: whether to copy the chains into one array; otherwise there is one chain, which keeps its memory.
+        is_batch: whether to copy the chains into one array; otherwise there must be one chain, which keeps its own memory.
 
     Attributes:
         components: the chains.
-        tables: their tables, shape (chains, rows, width).
+        tables: their tables (state and constants, see `layout`), shape (chains, rows, width).
         displacement: displacements of the grains, shape (chains, grains) [m]; a read-only view.
-        velocity: velocities of the grains, in the same form [m/s].
+        velocity: velocities of the grains, shape (chains, grains) [m/s]; a read-only view.
     """
 
     def __init__(self, chains: Sequence[Chain], is_batch: bool = False) -> None:
@@ -88,13 +88,13 @@ class ChainRows:
         return 0.0 - self.call_kernel(_contact_forces, 1, self.grains)[:, 0]
 
     def tail_energy(self, grain: int) -> FloatArray:
-        """Return the energy above the rest state of grains `grain` to the last and their contacts, shape (chains,) [J]."""
+        """Return the energy of grains `grain` to the last and their contacts minus that at rest, shape (chains,) [J]."""
         return self.call_kernel(_energies_between, 1, grain + 1, self.grains)[..., 0]
 
     def call_kernel(self, kernel: Callable[..., Any], size: int, *arguments: Any) -> FloatArray:
-        """Return the results of a jitted function for each chain, shape (chains, size).
+        """Return the `size` numbers that a jitted function computes for each chain, shape (chains, size).
 
-        The function receives a law, the tables, the arguments and the output array; ``chain_state(law, tables[k])`` is chain k.
+        The function is called as kernel(law, tables, *arguments, output); ``chain_state(law, tables[k])`` gives chain k.
         Integer arguments are common to all chains; all other arguments have one row per chain.
         """
         if not self._together:
@@ -109,7 +109,7 @@ class ChainRows:
         return np.asarray(self._ticks * self.components[0].step_size, dtype=np.float64)
 
     def read_output(self, name: str) -> FloatArray:
-        """Return an output of all chains of a batch, with a leading axis."""
+        """Return an output of all chains of a batch, with a leading axis for the chains."""
         if name in ("displacement", "velocity", "contact_force", "right_wall_force", "input_work"):
             return getattr(self, name)
         for k in range(len(self.components)):
@@ -123,7 +123,7 @@ class ChainRows:
         return self.components[k]
 
     def update_batch(self, k: int) -> None:
-        """Update the batch's time and inputs of chain k after it was used outside the batch.
+        """Copy time and inputs of chain k to the batch, after the chain was used by itself.
 
         Raises:
             ParameterError: an input follows a profile, or the chain is recorded (the batch steps without the recorder).
@@ -140,18 +140,24 @@ class ChainRows:
             self._inputs[k, _SIDES[side]] = chain.peek(name)
 
     def update_chain(self, k: int) -> None:
-        """Write the batch's time and held inputs of chain k to the chain."""
+        """Copy the batch's time and held inputs of chain k to the chain."""
         held = {name: float(self._inputs[k, _SIDES[side]]) for side, name in self._names}
         self.components[k].set_progress(int(self._ticks[k]), held)
 
     def advance_chains(self, inputs: Mapping[str, FloatArray], ticks: int, moving: npt.NDArray[np.bool_]) -> dict[int, str]:
-        """Advance the chains in the mask `moving`; return the error messages of chains that failed and kept their states."""
+        """Advance the chains selected by `moving`; return the error messages of those that failed, whose states are unchanged.
+
+        Args:
+            inputs: name of an input -> its value for each chain.
+            ticks: number of internal steps.
+            moving: mask of the chains to advance.
+        """
         before, done, errors = self._inputs.copy(), moving.copy(), dict[int, str]()
         for name, values in inputs.items():
             np.copyto(self._inputs[:, _SIDES[name.partition("_")[0]]], values, where=moving)
         first = self.components[0]
         first.entries.advance_batch(self.tables, self._inputs, self._ticks, ticks, done, self._kept, self._first_row)
-        # The kernel also stops at warnings. The chain itself can then take the step.
+        # The kernel also leaves out a chain that would issue a warning; that chain then takes the step by itself.
         for k in np.flatnonzero(moving & ~done).tolist():
             self._inputs[k] = before[k]
             self.update_chain(k)

@@ -1,1 +1,1 @@
-"""Discs in a box: the environment of one task, an example of a small domain without a native batch."""
+"""Discs in a box: one environment; an example of a small domain that has no native batch."""

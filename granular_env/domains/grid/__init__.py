@@ -1,1 +1,1 @@
-"""The grid: environments and tasks."""
+"""Environments of the elastic grid."""

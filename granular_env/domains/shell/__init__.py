@@ -1,4 +1,4 @@
-"""The solid with thin walls: a remark below pictures of a half tube, whose mirror image is not drawn."""
+"""The thin-walled solid (`shell`): a remark below pictures of half a tube, because its mirror image is not drawn."""
 
 from __future__ import annotations
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from granular_env.domains import Environment
 
-# The threshold is the lowest return of the "theory" baseline over seeds 100 to 199, rounded down. There is no native batch;
-# Gymnasium's vector environments are used.
+# The reward threshold is the lowest return of the "theory" baseline over seeds 100 to 199, rounded down. There is no native
+# batch; Gymnasium's vector environments are used.
 ENVIRONMENTS = {
     "granular_env/Confinement-v3": Environment(f"{__name__}.confinement:make_confinement", -0.104),
 }

@@ -1,4 +1,4 @@
-"""Confinement-v3: keep a brittle specimen under axial compression intact by as little lateral pressure as possible."""
+"""Confinement-v3: keep a brittle specimen under axial compression intact with as little lateral pressure as possible."""
 
 from __future__ import annotations
 
@@ -21,38 +21,38 @@ from granular_env.envs.factory import Options, environment_factory
 from granular_env.envs.policies import Constant, OpenLoop, Policy
 from granular_env.envs.task import Seen, Task
 
-# The specimen: hexagonal packing, 22 row distances high; its lowest and highest rows are held.
+# The specimen: hexagonal packing of discs, 22 row distances high; its two lowest and two highest rows are held [m].
 _DIAMETER, _WIDTH, _ROWS = 2e-3, 0.02, 22
 _ROCK = {"density": 2600.0, "young": 5e10, "poisson": 0.25}
 _CRITERION = {"name": "mohr_coulomb", "cohesion": 1.5e7, "internal_friction": 0.4, "tensile": 1e7}
-# Depth of the held ends in row distances: two rows are held.
+# Depth of each held end, in row distances: 1.04 holds two rows.
 _GRIP = 1.04
-# Best known pressures for the default arguments, in units of `pressure`, at evenly spaced instants from the start to the
-# deadline, with linear interpolation. Found by random search over 8 numbers, maximising the mean return of six samples of
-# strengths.
+# The best known drive for the default arguments: pressures in units of `pressure`, at evenly spaced instants from the start
+# to the deadline, with linear interpolation. These 8 numbers were found by random search, which maximised the mean return
+# over six samples of the strengths.
 _BEST = (0.037, 0.0, 0.0, 0.148, 0.298, 0.474, 0.627, 0.837)
-# The best known constant pressure, found likewise.
+# The best known constant pressure, in the same unit, found in the same way.
 _CONSTANT = 0.5
-# Largest seed for the strengths of an episode.
+# Upper limit of the seeds from which the strengths of an episode are sampled.
 _LARGEST_SEED = 2**16 - 1
 
 
 class ConfinementTask(Task):
-    """Keep a specimen intact under a growing load. See `make_confinement`.
+    """Keep a specimen intact under a growing axial load. See `make_confinement`.
 
     Args:
         specimen: automata with tractions on the left and right sides, and a moving upper side.
         pressure: pressure on the sides at action 1 [Pa].
-        strain: axial strain at the deadline.
+        strain: axial compressive strain at the deadline.
         control_step: length of a control step [s].
-        deadline: control steps.
+        deadline: number of control steps of an episode.
         grip: depth of the held ends [m].
-        price: cost of the largest pressure, held from the start to the deadline.
-        lost: broken fraction of the pairs above which the specimen is lost.
+        price: cost, in reward, of holding the pressure at action 1 from the start to the deadline.
+        lost: fraction of broken pairs above which the specimen counts as lost.
     """
 
     name = "confinement"
-    # The sides cannot be pulled.
+    # Only pressure: the sides cannot be pulled.
     lowest_action = 0.0
 
     def __init__(
@@ -71,7 +71,7 @@ class ConfinementTask(Task):
         self.strain, self.deadline, self.price, self.lost = strain, deadline, price, lost
         self._pairs = len(specimen.get("linked"))
         height = specimen.packing.reference[:, 1]
-        # The held rows move rigidly; between them the start velocity is linear (uniform compression).
+        # At the start, the held rows move rigidly; between them the velocity varies linearly (uniform compression).
         part = np.clip((height - height.min() - grip) / (np.ptp(height) - 2.0 * grip), 0.0, 1.0)
         self.speed = strain * (float(np.ptp(height)) - 2.0 * grip) / (deadline * control_step)
         self._start = {"velocity": np.stack([np.zeros_like(part), -self.speed * part], axis=1)}
@@ -81,11 +81,11 @@ class ConfinementTask(Task):
         self.theory = np.array([confining_pressure(one, solid.young, solid.poisson, friction) for one in strains])  # type: ignore[union-attr]
 
     def start(self, random: Generator) -> Mapping[str, Any]:
-        """Return the velocities of a uniform compression, so that no wave starts from the moving side."""
+        """Return the start velocities of a uniform compression, so that no wave starts from the moving upper side."""
         return self._start
 
     def begin(self, component: Component, outputs: Seen) -> None:
-        """Start with all pairs linked."""
+        """Set the counter of broken pairs to 0."""
         self.counters = {"broken_part": 0.0}
 
     def inputs(self, component: Component, driven: dict[str, Any]) -> dict[str, Any]:
@@ -94,7 +94,7 @@ class ConfinementTask(Task):
         return {"left_traction": left, "right_traction": -left, "top_velocity": np.array([0.0, -self.speed])}
 
     def judge(self, component: Component, outputs: Seen, duration: float) -> tuple[float, bool]:
-        """Return minus the newly broken fraction minus the cost of the pressure; a lost specimen counts as wholly broken."""
+        """Return minus the fraction of pairs broken in this step minus the pressure's cost; if lost, all count as broken."""
         before, broken = self.counters["broken_part"], float(component.get("broken_links")) / self._pairs
         self.counters["broken_part"] = broken
         pressed = float(component.get("left_traction")[0]) / self.actions["left_traction[0]"]
@@ -104,7 +104,7 @@ class ConfinementTask(Task):
     def baselines(self) -> Mapping[str, Policy]:
         """Return the policies "nothing", "constant" (pressure), "theory" and "best" (best known drive).
 
-        "theory" is the Mohr-Coulomb pressure for a specimen without cohesion, at which even the weakest pair does not slide.
+        "theory" applies the pressure at which, by Mohr and Coulomb, not even a pair without cohesion slides.
         """
         return {
             "nothing": Constant([0.0]),
@@ -130,7 +130,7 @@ def make_confinement(
     strength_seed: int | None = None,
     **options: Unpack[Options],
 ) -> ComponentEnv:
-    r"""Keep a brittle specimen under axial compression intact by as little lateral pressure as possible.
+    r"""Keep a brittle specimen under axial compression intact with as little lateral pressure as possible.
 
     A sample of rock, 20 mm x 38 mm, is compressed along its axis at a constant rate between two ends that hold it. Its
     pairs break by the criterion of Mohr and Coulomb, with strengths that scatter by 20 %. Without lateral pressure it fails
@@ -141,7 +141,7 @@ def make_confinement(
     a jump sends waves through the specimen that break it.
 
     ## Observation space
-    Stress (xx, yy, xy) and broken fraction of the faces (damage). Counter: "broken_part", the broken fraction of all pairs.
+    Of each automaton: stress (xx, yy, xy) and damage (broken part of its faces). Counter: "broken_part", that of all pairs.
 
     ## Rewards
     Minus the fraction of all pairs that broke in the step, minus `price` times p / `deadline`, where p is the pressure in
@@ -156,27 +156,27 @@ def make_confinement(
     Terminated when the specimen is lost, and at the deadline.
 
     ## Arguments
-    * `pressure` (6e7 Pa): at action 1. `price` (0.2), `lost` (0.3): see the rewards.
-    * `strain` (3.5e-3): axial strain at the deadline, i.e. a stress of 1.9e8 Pa or more on the ends. The strength without
-      pressure is some 6e7 Pa.
+    * `pressure` (6e7 Pa): pressure at action 1. `price` (0.2), `lost` (0.3): see the rewards.
+    * `strain` (3.5e-3): axial strain at the deadline; it needs a stress of at least 1.9e8 Pa on the ends. Without lateral
+      pressure, the specimen breaks at some 6e7 Pa.
     * `action_rate` (0.05): largest change of the action between two actions; None for no limit.
-    * `strength_seed` (None): fixes the strengths for all episodes.
-    * `clock` (2).
+    * `strength_seed` (None): seed of the strengths, if they shall be the same in all episodes; None samples them.
+    * `clock` (2): number of time readings in the observation.
 
     ## Baselines
-    Pairs at 60 degrees to the rows slide when the axial pressure, which the strain e causes in plane strain, reaches the
-    limit of cohesion c and friction f:
+    In plane strain, the axial strain e and the lateral pressure p cause an axial pressure. Pairs at 60 degrees to the rows
+    slide when it reaches the limit given by cohesion c and internal friction f:
 
     $$\frac{E e}{1 - \nu^2} + \frac{\nu p}{1 - \nu} = \frac{4 c + (\sqrt3 + f)\, p}{\sqrt3 - 3 f}.$$
 
-    "theory" applies the pressure p that prevents sliding without cohesion (c = 0). "best" was found by search: no pressure
-    for a third of the episode, then a steep rise, and a few broken pairs. Medians (and ranges) over the seeds 100 to 199
-    are -0.089 (-0.103 to -0.086) and -0.063 (-0.092 to -0.060). "constant" applies 0.5: -0.30 (-0.33 to -0.27, seeds 100 to
-    119). A policy that observes the damage may do better.
+    "theory" applies the p of this equation for c = 0. "best" was found by search: no pressure for a third of the episode,
+    then a steep rise; a few pairs break. Their returns have the medians (and ranges) -0.089 (-0.103 to -0.086) and -0.063
+    (-0.092 to -0.060) over the seeds 100 to 199. "constant" holds the action 0.5 and returns -0.30 (-0.33 to -0.27, seeds
+    100 to 119). A policy that observes the damage may do better.
 
     ## Versions
-    v3 limits the change of the pressure; v2 samples the strengths for each episode, and contacts press from the rest
-    distance of their links.
+    Since v3, the rate of change of the pressure is limited. Since v2, the strengths are sampled for each episode, and
+    contacts press as soon as they are shorter than the rest distance of their links.
     """
     row = 0.5 * math.sqrt(3.0) * _DIAMETER
     grip = _GRIP * row

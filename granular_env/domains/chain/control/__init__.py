@@ -1,4 +1,4 @@
-"""Control of chains: exact gradients, objectives, and checks of both.
+"""Optimal control of chains: objectives, their exact gradients, and checks of both.
 
     value, gradient = control.value_and_grad(control.total(chain, control.velocity(-1).at_end()), chain, drive, ticks=3)
 

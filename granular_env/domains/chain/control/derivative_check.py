@@ -23,7 +23,7 @@ _ROWS = {
 }
 _STEP = 1e-5
 _SEED = 20
-# A derivative (times its entry's scale) below this fraction of the value is lost in the rounding error of the differences.
+# A derivative (times its variable's scale) below this fraction of the objective is lost in the quotient's rounding error.
 _SMALL_PART = 1e-3
 
 
@@ -33,21 +33,21 @@ def check_objective(objective: Objective, chain: Chain, *, steps: int = 8, toler
     Args:
         objective: the objective to check.
         chain: a chain of the objective's size and law; it is not changed.
-        steps: number of control steps of a hypothetical run; its first, second and last are checked.
-        tolerance: largest accepted error relative to the derivative.
+        steps: number of control steps of an imagined run; the derivatives are checked at its first, second and last step.
+        tolerance: largest accepted error of a derivative, relative to it.
 
     Returns:
         The largest relative error found.
 
     Raises:
-        ParameterError: a derivative is wrong, or `note` reads a row that has no derivative; the message names the entry.
+        ParameterError: a derivative is wrong, or `note` reads a row of the chain's table that has no derivative.
     """
     refuse_without_gradients(chain)
     objective.check_fit(chain.parameters.grains, steps)
     compiled_objective(objective, chain)
     note, pullback = _wrap_for_tables(chain, objective.note), _wrap_for_tables(chain, objective.pullback)
     objective = replace(objective, note=note, value=objective.value, pullback=pullback)
-    # Among a law's further constants, gradients cover only the dissipation.
+    # Of the constants of a contact law other than the stiffness, only the dissipation has a gradient.
     is_dissipative = isinstance(chain.parameters.law, Dissipative)
     rows = {name: row for name, row in _ROWS.items() if name != "LAW_CONSTANTS" or is_dissipative}
     rng = np.random.default_rng(_SEED)
@@ -66,7 +66,7 @@ def check_objective(objective: Objective, chain: Chain, *, steps: int = 8, toler
 
 
 def _wrap_for_tables(chain: Chain, function: Callable[..., Any]) -> Callable[..., Any]:
-    """Wrap an objective's function so that it takes tables instead of chains."""
+    """Wrap a function of an objective so that it accepts the tables (arrays) of a chain and its adjoint instead of them."""
     kind = chain.parameters.law.contacts
 
     def call(table: FloatArray, *rest: Any) -> Any:
@@ -79,7 +79,7 @@ def _wrap_for_tables(chain: Chain, function: Callable[..., Any]) -> Callable[...
 
 
 def _random_state(chain: Chain, rng: np.random.Generator) -> FloatArray:
-    """Return a random state: overlaps of 1 to 2 % of the smallest radius, normally distributed velocities of about 1 m/s."""
+    """Return the table of a random state: overlaps of 1 to 2 % of the smallest radius, normal velocities of deviation 1 m/s."""
     a, n = chain.detached_table(), chain.parameters.grains
     overlap = 1e-2 * float(chain.geometry.radius.min()) * (1.0 + rng.random(n + 1))
     a[layout.U, 1 : n + 1] = -np.cumsum(overlap[:n])
@@ -99,7 +99,7 @@ def _feature_sums(objective: Objective, a: FloatArray, step: int, steps: int, in
 
 
 def _central_difference(function: Callable[[], FloatArray], memory: FloatArray, place: tuple[int, ...], h: float) -> FloatArray:
-    """Return a fourth-order central difference."""
+    """Return the derivative of `function` with respect to `memory[place]`, by a fourth-order central difference with step h."""
     before, found = memory[place], []
     for way in (1.0, -1.0, 2.0, -2.0):
         memory[place] = before + way * h
@@ -190,7 +190,7 @@ def _refuse_peaks(objective: Objective, a: FloatArray, step: int, steps: int, in
 def _largest_error(
     errors: FloatArray, sizes: FloatArray, value: float, tolerance: float, fault_at: Callable[[int], Fault]
 ) -> float:
-    """Return the largest error relative to the derivative plus `_SMALL_PART` times the value; refuse it above the tolerance."""
+    """Return the largest relative error of the derivatives; raise `fault_at` its index if it is above the tolerance."""
     relative = errors / np.maximum(sizes + _SMALL_PART * value, np.finfo(np.float64).tiny)
     wrong = int(np.argmax(relative))
     if not relative[wrong] <= tolerance:

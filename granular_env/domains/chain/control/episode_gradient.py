@@ -1,4 +1,4 @@
-"""A task's objective and its gradient with respect to the actions of an episode, averaged over seeds: for studies."""
+"""For studies: a task's objective and its gradient with respect to the actions of an episode, averaged over episodes."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from granular_env.components.chain.adjoint import value_and_adjoint
 from granular_env.components.errors import ParameterError
 from granular_env.components.support.float_arrays import FloatArray
 
-# Cost of one gradient in forward runs: the forward run, its repetition from the checkpoints, and the backward sweep, which
-# differentiates and transposes every force and counts as two.
+# Cost of one gradient, in units of a forward run: 1 for the run, 1 for its repetition from the checkpoints, and 2 for the
+# backward sweep, which computes every force with its derivative.
 RUNS = 4.0
 
 
@@ -25,12 +25,12 @@ def value_and_grad(
     Args:
         env: the environment of a chain.
         drive: an action for every control step, shape (steps, entries).
-        seeds: one for each episode.
+        seeds: the seed of each episode.
         stage: keyword arguments of the task's `objective` that differ from their defaults.
 
     Raises:
-        ParameterError: the task's objective or its chain has no gradient.
-        StepError: the physics breaks down under the drive.
+        ParameterError: the task has no objective, or its chain has no gradient.
+        StepError: the drive takes the state outside the range of the physics.
     """
     steps = len(drive)
     value, slopes, actuator = 0.0, np.zeros_like(drive), env.actuator
@@ -51,7 +51,7 @@ def value_and_grad(
 
 
 def _task_objective(env: Any, steps: int, settings: Mapping[str, Any]) -> Any:
-    """Return the task's objective; `ParameterError` for an unknown setting or one of the wrong shape."""
+    """Return the task's objective for the keyword arguments `settings`; `ParameterError` if one is unknown or malformed."""
     known = inspect.signature(env.task.objective).parameters
     for name, value in settings.items():
         default = known[name].default if name in known else None

@@ -1,4 +1,4 @@
-"""Central differences to compare with exact gradients: a directional difference quotient and its error.
+"""Central differences to compare with exact gradients: a directional derivative of the objective J, and its error.
 
 When a contact opens or closes, its force has a continuous first derivative but no second derivative. A difference quotient
 across this kink converges slowly. Across a jump (a dissipative force that sets in at a finite speed) it does not converge,
@@ -26,17 +26,17 @@ from granular_env.components.support.validation import positive_number
 from .gradient import ObjectiveSource, make_objective, refuse_without_gradients
 
 _LEVELS, _FACTOR = 8, 2.0
-# Relative rounding error of J after a run: the errors of several operations per step add up.
+# Assumed relative rounding error of J after a run, in which the errors of several operations per step add up.
 _ROUNDING = 32.0 * np.finfo(np.float64).eps
 
 
 @dataclass(frozen=True)
 class Difference:
-    """A directional derivative from differences.
+    """A directional derivative computed from difference quotients.
 
     Attributes:
-        value: the quotient extrapolated to zero step.
-        error: error estimate, the difference between extrapolations.
+        value: the difference quotient, extrapolated to a step of zero.
+        error: estimate of its error: the difference between two extrapolations.
     """
 
     value: float
@@ -52,15 +52,15 @@ def central_differences(
     ticks: int,
     step: float = 1e-2,
 ) -> Difference:
-    """Return the directional derivative from central differences with decreasing steps, extrapolated (Ridders 1982).
+    """Return an objective's directional derivative, extrapolated from central differences of decreasing step (Ridders 1982).
 
     Args:
         objective: objective, as for `value_and_grad`.
         chain: the driven chain in its start state; it is not changed.
         drive: shape (steps, 2).
-        direction: name (as in `value_and_grad`) -> change, in the shape of its gradient.
-        ticks: internal steps of a control step.
-        step: the first step tried, in units of the direction; it is halved each time.
+        direction: name of a variable (as in `value_and_grad`) -> its component of the direction, in the shape of its gradient.
+        ticks: number of internal steps in a control step.
+        step: the largest step, as a multiple of `direction`; each further step is half the one before.
     """
     refuse_without_gradients(chain)
     base = validate_drive(chain, drive)
@@ -78,9 +78,9 @@ def central_differences(
 def _extrapolate_quotients(quotients: list[float], roundings: list[float]) -> tuple[float, float]:
     """Return the entry of Neville's table with the smallest error: C. J. F. Ridders, Adv. Eng. Softw. 4 (1982) 75.
 
-    `scipy.differentiate.derivative` needs 11 to 15 evaluations instead of 16. In the test cases, however, its errors are 5 to
-    18 times as large (median, orders 4 to 8), and a third to a half of its error estimates are below the true error. Here,
-    none is.
+    Here 16 evaluations are needed. `scipy.differentiate.derivative` needs 11 to 15. In the test cases, however, its errors are
+    5 to 18 times as large (median, orders 4 to 8), and a third to a half of its error estimates are below the true error; of
+    the estimates here, none is.
     """
     best, error, row = quotients[0], float("inf"), [quotients[0]]
     for quotient, rounding in zip(quotients[1:], roundings[1:], strict=True):
@@ -98,7 +98,7 @@ def _extrapolate_quotients(quotients: list[float], roundings: list[float]) -> tu
 def _perturbed_run(
     chain: Chain, drive: FloatArray, direction: Mapping[str, npt.ArrayLike], h: float
 ) -> tuple[Chain, FloatArray]:
-    """Return a chain with changed parameters in the same state, and the changed drive."""
+    """Return copies of the chain (in the same state) and of the drive, both changed by h times the direction."""
     for name in direction:
         if name not in KNOWN:
             raise ParameterError(f"{name!r} has no gradient", hint=spelling_hint(name, KNOWN), at="direction")
@@ -126,7 +126,7 @@ def _apply_changes(chain: Chain, drive: FloatArray, changes: dict[str, FloatArra
 
 
 def _changed_parameters(chain: Chain, changes: Mapping[str, FloatArray]) -> dict[str, Any]:
-    """Return the chain's parameters with derived values fixed, so that they do not follow the changes."""
+    """Return the parameters plus `changes`; values computed from others, such as stiffnesses, are fixed at their old values."""
     p = chain.parameters
     given: dict[str, Any] = p.model_dump() | {"step_size": chain.step_size}
     if "radius" in changes or "mass" in changes:

@@ -28,7 +28,7 @@ def refuse_without_gradients(component: object) -> None:
 
 
 class ObjectiveSource(Protocol):
-    """A task, or another object with an objective."""
+    """A task, or another object whose method `objective` makes an objective for a chain."""
 
     objective: Callable[[Chain, int], Objective]
     """objective(chain, steps): the quantity to minimise over an episode of `steps` control steps."""
@@ -51,18 +51,18 @@ def value_and_grad(
     Args:
         objective: an `Objective`, or a task with a smooth objective.
         chain: the driven chain.
-        drive: left and right inputs held in each control step, shape (steps, 2); 0 for an end without an input.
-        ticks: internal steps of a control step.
+        drive: input at the left and right end in each control step, shape (steps, 2); 0 for an end without an input.
+        ticks: number of internal steps in a control step.
         with_respect_to: "drive", "radius", "mass", "contact_stiffness", "precompression", "dissipation", "gap", "gravity",
             "velocity" and "displacement" (at the start), one or more of them.
 
     Returns:
-        The value, and the derivatives by name, each in the shape of its variable: (steps, 2) for the drive, () for a parameter
-        given as one number for all, else one number each.
+        The objective, and its derivatives by name, each in the shape of its variable: (steps, 2) for the drive, () for a
+        parameter given as one number for all grains or contacts, otherwise one number for each.
 
     Raises:
         ParameterError: an unsupported gradient, a drive of the wrong shape, or an objective that is not a number.
-        StepError: the physics breaks down; the message names the control step.
+        StepError: the state leaves the range of the physics; the message names the control step.
     """
     refuse_without_gradients(chain)
     if not isinstance(with_respect_to, Iterable):
@@ -76,7 +76,7 @@ def value_and_grad(
 
 
 def make_objective(objective: Objective | ObjectiveSource, chain: Chain, steps: int) -> Objective:
-    """Return the objective itself, or a task's objective for this chain and horizon."""
+    """Return `objective` itself or, if it is a task, its objective for this chain and this number of control steps."""
     if isinstance(objective, Objective):
         return objective
     build = getattr(objective, "objective", None)

@@ -1,4 +1,4 @@
-"""Terms of objectives that need no kernels, and a guide to writing a custom objective.
+"""Terms from which objectives are built without writing compiled functions, and a guide to writing a custom objective.
 
     J = total(chain, velocity(-1).at_end(target=5.0), 1e-4 * contact_force(-1).peak(scale=100.0))
 
@@ -29,7 +29,7 @@ A custom objective consists of three jitted functions. For the kinetic energy of
 
 `components.chain.differentiable_quantities` provides quantities with their pullbacks;
 `derivative_check.check_objective` finds errors in a `pullback`.
-Derivatives pass only through displacements, velocities, inputs and the table's constants, not through PEAK.
+Derivatives are taken with respect to displacements, velocities, inputs and the constants in `rows`, not to its row PEAK.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ __all__ = [
 
 _VELOCITY, _DISPLACEMENT, _CONTACT_FORCE, _KINETIC, _ENERGY, _MOMENTUM, _APPLIED = range(7)
 _LINEAR, _SQUARED, _PEAK = range(3)
-# Layout of one term among the constants: quantity (0), first and last index, kind, target or scale, power, window, weight.
+# Columns of a term's constants: quantity (0), first and last grain or contact, kind, target or scale, power, window, weight.
 _FIRST, _LAST, _KIND, _TARGET, _POWER, _BEGIN, _END, _WEIGHT, _TERM = range(1, 10)
 
 
@@ -88,10 +88,10 @@ class Quantity:
         return self._make_term(target, begin, end, "on average")
 
     def peak(self, scale: float, *, power: int = 32, begin: int = 0, end: int = 0) -> Term:
-        """Return a smooth maximum of |q|: scale (sum (q / scale)^power)^(1/power), over control steps begin to end - 1.
+        """Return a smooth maximum of the quantity |q| in steps begin to end - 1: scale (sum (q / scale)^power)^(1/power).
 
         Args:
-            scale: rough estimate of the peak, in the quantity's unit; it keeps the powers within range.
+            scale: rough estimate of the peak, in the quantity's unit; it prevents overflow of the powers.
             power: even; a larger power is closer to the true peak but harder to minimise.
             begin: first control step of the window; negative values count from the end.
             end: first control step after the window; 0 or negative values count from the end.
@@ -112,7 +112,7 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Term:
-    """A part of an objective. Terms can be added, subtracted, and multiplied or divided by numbers."""
+    """A term of an objective. Terms can be added, subtracted, and multiplied or divided by numbers."""
 
     parts: tuple[tuple[Quantity, int, float, int, int, int, float], ...]
     body: str
@@ -120,7 +120,7 @@ class Term:
 
     @property
     def description(self) -> str:
-        """One line of text for users."""
+        """The term as one line of text for messages."""
         return self.body if self.factor == 1.0 else f"{self.factor:g} ({self.body})"
 
     def __add__(self, other: Term) -> Term:
@@ -145,7 +145,7 @@ def _check_window(begin: Any, end: Any) -> None:
     for name, place in (("begin", begin), ("end", end)):
         if isinstance(place, bool) or not isinstance(place, (int, np.integer)):
             raise ParameterError(f"got {one_line(place)}", expected="a control step (negative: from the end)", at=name)
-    if end <= begin and (begin < 0 or end > 0):  # both counted from the same side
+    if end <= begin and (begin < 0 or end > 0):  # if both are counted from the same side, end must be the later
         raise ParameterError(f"begin, end: got {begin} and {end}", expected="at least one control step between them")
 
 
@@ -160,7 +160,7 @@ def displacement(grain: int) -> Quantity:
 
 
 def contact_force(contact: int) -> Quantity:
-    """Return the force in a contact, dissipation included [N]; contact i is left of grain i."""
+    """Return the force in a contact, with its dissipative part [N]; contact i is left of grain i."""
     return Quantity(_CONTACT_FORCE, contact, contact, f"contact_force[{contact}]")
 
 
@@ -170,7 +170,7 @@ def kinetic_energy(first: int = 0, last: int = -1) -> Quantity:
 
 
 def energy(first: int = 0, last: int = -1) -> Quantity:
-    """Return the kinetic energy and the elastic energy of the contacts, counting half of each contact at the border [J]."""
+    """Return kinetic plus elastic energy of grains first to last [J]; contacts at the border of this group count half."""
     return Quantity(_ENERGY, first, last, f"energy[{first}:{last}]")
 
 
@@ -180,7 +180,7 @@ def momentum(first: int = 0, last: int = -1) -> Quantity:
 
 
 def end_input(side: Literal["left", "right"]) -> Quantity:
-    """Return the input: the force on a free end [N] or the velocity of a piston [m/s]."""
+    """Return the input at an end of the chain: the force on a free end [N] or the velocity of a piston [m/s]."""
     if side not in ("left", "right"):
         raise ParameterError(f"got {one_line(side)}", expected="'left' or 'right'", at="side")
     place = 0 if side == "left" else 1
@@ -209,7 +209,7 @@ def total(chain: Chain, *terms: Term) -> Objective:
 
 
 def _fewest_steps(begin: int, end: int) -> int:
-    """Return the smallest number of control steps that contains a window."""
+    """Return the smallest number of control steps for which the window (begin, end) is not empty and within the run."""
     return max(begin + 1, -begin, end, 1 - end)
 
 

@@ -4,7 +4,7 @@
     history = measurement.observe(chain, duration=8e-4, every=1e-6)
     measurement.waves_at(history, grain=60, above=0.1)
 
-Measurements are functions of a `History`. Grains are counted from 0. Speeds and positions refer to the reference state.
+Measurements are functions of a `History`. Grains are counted from 0. Speeds and positions refer to the undeformed chain.
 """
 
 from granular_env.crests_and_crossings import Crest, crests

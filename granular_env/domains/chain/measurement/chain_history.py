@@ -22,7 +22,7 @@ Direction = Literal["right", "left"]
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class History:
-    """The motion of n grains at T times, and the constants of the grains and of the n + 1 contact places.
+    """The motion of n grains at T times (frames), and the constants of the grains and of their n + 1 contact places.
 
     Place j is left of grain j; places 0 and n belong to the walls. An end without a wall has no contact, and its force and
     overlap are 0, as in the chain's outputs. `history` makes one from a log, `observe` or `Watch` from a running chain.
@@ -35,11 +35,11 @@ class History:
         rest_overlap: overlap in the reference configuration, shape (n + 1,), negative for a gap [m].
         position: positions of the grains in the reference configuration, shape (n,) [m].
         displacement: shape (T, n) [m]; None if unknown.
-        piston: mask of the grains with a prescribed velocity, shape (n,), bool.
+        piston: whether a grain has a prescribed velocity, shape (n,), bool.
         recorded_overlap: shape (T, n + 1) [m], if known without the displacement.
         recorded_force: shape (T, n + 1) [N], if contact forces were recorded.
         law: law of the contacts.
-        law_constants: further constants of the law for each contact, such as dissipation, shape (n + 1, k); None if none.
+        law_constants: k constants of the law for each contact besides the stiffness, such as dissipation, (n + 1, k), or None.
     """
 
     time: FloatArray
@@ -91,7 +91,7 @@ class History:
 
     @cached_property
     def overlap(self) -> FloatArray:
-        """Overlap of the surfaces at each place, negative for a gap, 0 without a contact, shape (T, n + 1) [m].
+        """Overlap of the surfaces at each contact place, negative for a gap, 0 without a contact, shape (T, n + 1) [m].
 
         Raises:
             LogError: neither displacement nor overlap was recorded.
@@ -110,7 +110,7 @@ class History:
 
     @cached_property
     def contact_force(self) -> FloatArray:
-        """Compressive force at each place, never negative, shape (T, n + 1) [N]: as recorded, else by the chain's law.
+        """Compressive force at each contact place, never negative, (T, n + 1) [N]; computed by the law if not recorded.
 
         Raises:
             LogError: overlaps are unknown, or the force depends on the contact's history and was not recorded.
@@ -127,7 +127,7 @@ class History:
 
     @cached_property
     def contact_energy(self) -> FloatArray:
-        """Elastic energy stored at each place by the chain's law, shape (T, n + 1) [J].
+        """Elastic energy stored in each contact according to the chain's law, shape (T, n + 1) [J].
 
         Raises:
             LogError: overlaps are unknown, or the energy depends on the contact's history.
@@ -141,12 +141,12 @@ class History:
 
     @property
     def rest_force(self) -> FloatArray:
-        """Force at each place in the reference configuration, from precompression and weight, shape (n + 1,) [N]."""
+        """Force in each contact in the reference configuration, from precompression and weight, shape (n + 1,) [N]."""
         return self._rest_forces_and_energies[0]
 
     @property
     def rest_energy(self) -> FloatArray:
-        """Elastic energy stored at each place in the reference configuration, shape (n + 1,) [J]."""
+        """Elastic energy stored in each contact in the reference configuration, shape (n + 1,) [J]."""
         return self._rest_forces_and_energies[1]
 
     @cached_property
@@ -163,7 +163,7 @@ class History:
         return forces_and_energies(self.law, self.stiffness, constants, overlap, velocity)
 
     def frame_number(self, time: float) -> int:
-        """Return the number of the frame nearest to a time [s].
+        """Return the index of the frame nearest to a time [s].
 
         Raises:
             ParameterError: the time is outside the history.
@@ -175,7 +175,7 @@ class History:
         return int(np.argmin(np.abs(self.time - time)))
 
     def window(self, begin: float | None = None, end: float | None = None) -> slice:
-        """Return the frames between two times [s], both included; by default all frames."""
+        """Return the slice of the frames from `begin` to `end` [s], both included; by default all frames."""
         first = 0 if begin is None else self.frame_number(begin)
         last = len(self.time) - 1 if end is None else self.frame_number(end)
         if last < first:
@@ -185,11 +185,11 @@ class History:
         return slice(first, last + 1)
 
     def valid_grain(self, number: Any, name: str = "grain") -> int:
-        """Return a validated grain number; the first is 0."""
+        """Return a grain number (the first is 0), or raise `ParameterError` if the chain has no such grain."""
         return whole_number(name, number, 0, self.grains - 1)
 
     def contact_behind(self, grain: int, direction: Direction) -> int:
-        """Return the place of the contact through which a wave reaches a grain.
+        """Return the contact place through which a wave running in `direction` reaches a grain.
 
         Raises:
             ParameterError: there is no contact (an end without a wall).
@@ -205,7 +205,7 @@ class History:
 
 
 def require_history(name: str, value: Any) -> None:
-    """Raise `ParameterError` unless the value is a history."""
+    """Raise `ParameterError` unless the value is a `History`."""
     if not isinstance(value, History):
         raise ParameterError(
             f"got {one_line(value)}", expected="a History", hint="use measurement.history or measurement.observe", at=name
@@ -224,7 +224,7 @@ def forces_and_energies(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the compressive force [N] and stored energy [J] of each contact in each frame, both of shape (T, n + 1).
 
-    The forces are bitwise identical to the chain's `contact_force`. History-dependent contacts count as never loaded before.
+    The forces are bitwise identical to the chain's `contact_force`. Contacts with memory are treated as on first loading.
 
     Args:
         law: the contact law.
@@ -244,7 +244,7 @@ def forces_and_energies(
 
 @jit
 def _write_forces_and_energies(law, table, overlap, velocity, force, energy):
-    """Write forces and energies; displacements stay 0, because each frame's overlaps are set as rest overlaps."""
+    """Write the force and energy of each contact; the overlaps enter as rest overlaps of a chain without displacements."""
     chain = chain_state(law, table)
     forces.initialise_histories(chain)
     for t in range(len(overlap)):

@@ -1,4 +1,4 @@
-"""Columns of a sweep's table from a chain's measurements."""
+"""The columns that measurements on a chain can add to a sweep's table; each is a function(history, which, arguments)."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from typing import Any
 from granular_env.domains.chain import measurement
 
 Taken = Callable[[Any, int, dict[str, Any]], float]
-"""taken(history, which, arguments): one number; NaN if there are fewer waves than `which` requires."""
+"""A column: function(history, which, arguments) that returns a number, NaN if the measurement has no item `which`."""
 
 
 def measurement_function(name: str) -> Callable[..., Any]:
-    """Return the measurement with this name."""
+    """Return the function of `measurement` with this name."""
     return getattr(measurement, name)
 
 
 def _value_column(name: str, convert: Callable[[Any], float] = float) -> Taken:
-    """Return a column with the measurement's value, converted by `convert`; `len` counts the items of a list."""
+    """Return a column with `convert` of the measurement's result; for a list, `convert` is `len`, its number of items."""
 
     def column(history: Any, which: int, arguments: dict[str, Any]) -> float:
         return float(convert(getattr(measurement, name)(history, **arguments)))
@@ -27,7 +27,7 @@ def _value_column(name: str, convert: Callable[[Any], float] = float) -> Taken:
 
 
 def _attribute_column(name: str, attribute: str) -> Taken:
-    """Return a column with an attribute of the measurement's result, or of one item if the result is a list."""
+    """Return a column with an attribute of the measurement's result or, if that is a list, of its item number `which`."""
 
     def column(history: Any, which: int, arguments: dict[str, Any]) -> float:
         found = getattr(measurement, name)(history, **arguments)
@@ -41,7 +41,7 @@ def _attribute_column(name: str, attribute: str) -> Taken:
 
 
 def _wave_column(function: str) -> Taken:
-    """Return a column with the result of `function` (energy, momentum) for one wave of `waves_at`."""
+    """Return a column with the result of `function` (`energy_of` or `momentum_of`) for wave number `which` of `waves_at`."""
 
     def column(history: Any, which: int, arguments: dict[str, Any]) -> float:
         waves = measurement.waves_at(history, **arguments)
@@ -74,7 +74,7 @@ MEASUREMENTS: dict[str, dict[str, Taken]] = {
     "detached_grains": {"count": _value_column("detached_grains", len)},
 }
 
-# Column name (of all measurements), or (measurement, column name) -> unit.
+# Unit of a column by its name, or by (measurement, column name) where columns of equal name have different units.
 UNITS: dict[str | tuple[str, str], str] = {
     **dict.fromkeys(("count", "ratio", "mean", "least", "greatest", "deviation"), "1"),
     **dict.fromkeys(("amplitude", "speed"), "m/s"),

@@ -35,12 +35,12 @@ def _masses(history: History, piston: bool) -> FloatArray:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class EnergyRatio:
-    """Ek/Ep in a time window.
+    """Ratio of the kinetic to the potential energy of a chain in a time window.
 
     Attributes:
-        mean: over the frames of the window.
-        least: minimum over the frames.
-        greatest: maximum over the frames.
+        mean: mean of the ratio over the frames of the window.
+        least: smallest ratio in a frame.
+        greatest: largest ratio in a frame.
         deviation: largest deviation from the mean, relative to the mean.
     """
 
@@ -53,7 +53,7 @@ class EnergyRatio:
 def energy_ratio(history: History, begin: float | None = None, end: float | None = None, piston: bool = True) -> EnergyRatio:
     """Return the ratio of kinetic to potential energy of the chain in a time window (Nesterenko 1983, section 3.4).
 
-    The virial theorem gives (p + 1)/2 for F = k d^p: 1.25 for Hertz's law.
+    For contact forces F = k d^p the virial theorem gives (p + 1)/2, i.e. 1.25 for Hertz's law.
 
     Args:
         history: history of a chain, with overlaps.

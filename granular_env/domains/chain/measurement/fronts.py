@@ -1,4 +1,4 @@
-"""The front of a disturbance: arrival times, position, speed, and the pressure behind it."""
+"""The front of a wave or shock in a chain: arrival times, position, speed, and the pressure behind it."""
 
 from __future__ import annotations
 
@@ -37,15 +37,15 @@ def arrivals(history: History, above: float, direction: Direction = "right") -> 
 
 
 def front_position(history: History, above: float, direction: Direction = "right") -> FloatArray:
-    """Return the position of the foremost point above a threshold, in the reference configuration, shape (T,) [m].
+    """Return the position of the front, where velocities first exceed a threshold, in the reference configuration, (T,) [m].
 
     The position is interpolated linearly in time between two grains. It is NaN before the first arrival and never decreases.
 
-    Args and errors as `arrivals`.
+    Arguments and errors as for `arrivals`.
     """
     order = slice(None) if direction_sign(direction) > 0.0 else slice(None, None, -1)
     seen = arrivals(history, above, direction)[order]
-    # The front has passed a grain as soon as it has reached any grain ahead.
+    # A grain counts as reached as soon as any grain ahead of it is.
     passed = np.fmin.accumulate(seen[::-1])[::-1]
     there = np.isfinite(passed)
     if not there.any():
@@ -78,7 +78,7 @@ def front_speed(history: History, above: float, first: int, last: int, direction
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class PressureRatio:
-    """The first maximum of a front, and the settled force behind it.
+    """The first maximum of the contact force at a front, and the settled force behind it.
 
     Attributes:
         first_maximum: first maximum of the contact force at the front, p_m [N].
@@ -97,8 +97,8 @@ class PressureRatio:
 def pressure_ratio(history: History, grain: int, near: int | None = None, direction: Direction = "right") -> PressureRatio:
     """Return the first maximum of the force behind a grain, and the mean force near the driven end from that time on.
 
-    Nesterenko (1983), section 3.4: the front at grain 50, p_m/p_c = 2.24. Both contacts are equal there, so that the ratio of
-    forces is the ratio of pressures.
+    Nesterenko (1983), section 3.4, gives p_m/p_c = 2.24 for the front at grain 50. All grains are equal there, so that the
+    ratio of the pressures is that of the contact forces.
 
     Args:
         history: history of a chain, with overlaps.

@@ -1,4 +1,4 @@
-"""Histories from a chain and frames of its motion, or from a log."""
+"""Makes a `History` from a chain and frames of its motion, or from a log."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ def make_history(
         time: shape (T,) [s].
         velocity: shape (T, n) [m/s].
         displacement: shape (T, n) [m].
-        overlap: variable of the chain, shape (T, n + 1) [m].
-        contact_force: variable of the chain, shape (T, n + 1) [N].
+        overlap: overlap of each contact, as output by the chain, shape (T, n + 1) [m].
+        contact_force: force in each contact, as output by the chain, shape (T, n + 1) [N].
     """
     chain = chain_geometry(component)
     parameters: Any = component.parameters
@@ -55,7 +55,7 @@ def chain_geometry(component: Component) -> Any:
 
 
 def history(log: Log, segment: int | None = None) -> History:
-    """Return the history in a log of a chain: its frames, and the geometry derived from its parameters.
+    """Return the history recorded in a log of a chain; masses, contacts and positions follow from the parameters in the log.
 
     Args:
         log: log opened by `ge.open_log`.

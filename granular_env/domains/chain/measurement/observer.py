@@ -1,4 +1,4 @@
-"""A history collected from a running chain; observers never change a step."""
+"""Records the `History` of a running chain; observing does not change the motion."""
 
 from __future__ import annotations
 
@@ -90,9 +90,9 @@ class Watch:
 
 
 def history_variables(chain: Component) -> tuple[str, ...]:
-    """Return the variables that a history of this chain needs."""
+    """Return the names of the variables that have to be stored for a history of this chain."""
     parameters: Any = chain.parameters
-    # The forces of history-dependent contacts cannot be computed from frames.
+    # The forces of contacts with memory cannot be computed from the overlaps of single frames.
     return ("velocity", "displacement", *(["contact_force"] if parameters.law.has_history else []))
 
 

@@ -1,4 +1,4 @@
-"""Waves along the chain at an instant: position, extent, energy and momentum of each."""
+"""The waves in a chain at an instant: position, extent, energy and momentum of each."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class WaveInChain:
         first: first grain of the wave.
         last: last grain of the wave.
         kinetic_energy: kinetic energy of the wave's grains [J].
-        potential_energy: potential energy of its contacts, above the static energy; a contact at the border counts half [J].
+        potential_energy: elastic energy of its contacts minus that at rest; a contact at the wave's border counts half [J].
         momentum: momentum in the wave's direction [kg m/s].
     """
 
@@ -39,7 +39,7 @@ class WaveInChain:
 
     @property
     def energy(self) -> float:
-        """Kinetic and potential energy [J]."""
+        """Kinetic plus potential energy [J]."""
         return self.kinetic_energy + self.potential_energy
 
 
@@ -53,8 +53,8 @@ def waves_along(
     Args:
         history: history of a chain, with overlaps.
         time: time of the instant [s]; the nearest frame is used.
-        above: least velocity of a wave's fastest grain, greater than 0 [m/s].
-        separation: as in `waves_at`, here along the chain.
+        above: smallest velocity of a wave's fastest grain that counts, greater than 0 [m/s].
+        separation: as in `waves_at`, but between neighbouring maxima along the chain instead of in time.
         direction: direction in which the waves run.
 
     Raises:
@@ -66,7 +66,7 @@ def waves_along(
     kinetic, potential = 0.5 * history.mass * velocity**2, _potential_energies(history, frame)
     momentum = history.mass * velocity
     found, free = [], 0
-    # Pad with zero velocity beyond the ends, because a wave may peak at an end grain.
+    # Add a grain of zero velocity beyond each end, because a wave may have its crest at an end grain.
     for begin, peak, end in crest_indices(np.pad(velocity, 1), above, separation):
         first, last = max(begin - 1, free), min(end - 1, history.grains - 1)
         free = last + 1
@@ -88,7 +88,7 @@ def waves_along(
 
 
 def _potential_energies(history: History, frame: int) -> FloatArray:
-    """Return each grain's share of the contact energy above the static state, shape (n,): half, or all at a wall."""
+    """Return each grain's share of the contact energy minus that at rest, (n,) [J]: half of a contact, all at a wall."""
     stored = history.contact_energy[frame] - history.rest_energy
     approach = history.overlap[frame] - history.rest_overlap
     energy = stored - history.rest_force * approach

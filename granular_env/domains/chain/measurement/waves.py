@@ -13,7 +13,7 @@ from granular_env.crests_and_crossings import Crest, crests
 
 from .chain_history import Direction, History, direction_sign, require_history
 
-# A crest at a neighbour belongs to the same wave only if its height is at least this fraction of the wave's amplitude.
+# A crest of a neighbour's velocity belongs to the same wave only if it is at least this fraction of the wave's amplitude.
 _SAME_WAVE = 0.5
 
 
@@ -22,16 +22,16 @@ class Wave:
     """A wave as it passes a grain.
 
     Attributes:
-        grain: its number; the first is 0.
-        direction: "right" or "left".
-        time: arrival of the crest of the grain's velocity [s].
+        grain: number of the grain; the first is 0.
+        direction: direction in which the wave runs, "right" or "left".
+        time: time at which the grain's velocity has its crest (maximum) [s].
         amplitude: largest velocity of the grain in the wave's direction, v_m [m/s].
-        speed: from the crest at the neighbour behind to the crest at the neighbour ahead (at an end of the chain: to or from
-            the grain's crest), in the reference configuration [m/s]; NaN if they do not show the same crest, see `waves_at`.
+        speed: distance of the two neighbours (at an end of the chain: of the grain and its neighbour) in the reference
+            configuration over the time between their crests [m/s]; NaN if these cannot be paired, see `waves_at`.
         duration: time for which the velocity exceeds half the amplitude [s]; NaN if it does not fall below half.
         width: duration x speed, full width at half the amplitude [m].
-        begin: time of the minimum of the velocity before the crest, or of its last sample that is not positive [s].
-        end: time of the corresponding minimum or sample after the crest [s].
+        begin: start of the wave: last time before the crest at which the velocity has a minimum or is not positive [s].
+        end: end of the wave: first such time after the crest [s].
     """
 
     grain: int
@@ -62,9 +62,9 @@ def waves_at(
         period: number of grains behind and ahead between which the speed is measured. For a periodic chain, give the number
             of grains per cell, so that equal grains are compared: unequal grains move differently in the same wave.
 
-    The speed is NaN unless the neighbours show a crest of the same number, one earlier and one later than the grain's crest.
-    A light grain between heavy ones has two or more crests in one pulse; ``separation=0.5`` counts them as one if the
-    velocity between them does not fall below half of the lower crest.
+    The k-th crest of a neighbour is paired with the grain's k-th crest. The speed is NaN unless this crest is earlier at the
+    neighbour behind and later at the neighbour ahead. A light grain between heavy ones has two or more crests in one pulse;
+    ``separation=0.5`` counts them as one if the velocity between them does not fall below half of the lower crest.
 
     Raises:
         ParameterError: an unknown grain, a threshold that is not positive, an invalid separation or direction, or a period
@@ -95,7 +95,7 @@ def waves_at(
 
 
 def _neighbour_crests(history: History, grain: int, towards: float, above: float, separation: float) -> list[Crest] | None:
-    """Return the crests of a neighbour; None beyond the end of the chain."""
+    """Return the crests of the velocity of grain number `grain`; None if that is beyond the end of the chain."""
     if not 0 <= grain < history.grains:
         return None
     return crests(history.time, towards * history.velocity[:, grain], _SAME_WAVE * above, separation)
@@ -104,14 +104,14 @@ def _neighbour_crests(history: History, grain: int, towards: float, above: float
 def _wave_speed(
     history: History, grain: int, step: int, crest: Crest, crests: tuple[list[Crest] | None, list[Crest], list[Crest] | None]
 ) -> float:
-    """Return the mean speed between crests of the same number in `crests` (behind, at the grain, ahead), or NaN."""
+    """Return the speed from the times of a wave's crest in `crests` (neighbour behind, grain, neighbour ahead), or NaN."""
     behind, own, ahead = crests
 
     def crest_times(found: list[Crest]) -> list[float]:
         return [one.time for one in found if one.height >= _SAME_WAVE * crest.height]
 
     def arrival_time(found: list[Crest], lead: int) -> float:
-        """Return the time of this crest at a neighbour; NaN unless exactly `lead` more crests have passed the neighbour."""
+        """Return the time of the crest at a neighbour; NaN unless `lead` more crests than at the grain have passed there."""
         others = crest_times(found)
         passed = sum(time < crest.time for time in others)
         return others[number] if passed == number + lead and number < len(others) else math.nan
@@ -125,7 +125,7 @@ def _wave_speed(
 
 
 def overlap_of(history: History, wave: Wave) -> Crest:
-    """Return the overlap pulse, above the static overlap, in the contact behind a wave's grain: a `Crest` in m and s.
+    """Return the pulse of the overlap, minus that at rest, in the contact behind a wave's grain: a `Crest` in m and s.
 
     Its ``duration`` times the wave's ``speed`` is the full width at half maximum of the overlap, the width used by the theory.
 
@@ -138,7 +138,7 @@ def overlap_of(history: History, wave: Wave) -> Crest:
 
 
 def _matching_crest(history: History, values: np.ndarray, wave: Wave) -> Crest:
-    """Return the crest of a curve that belongs to a wave: the last before the velocity's crest; a contact lags slightly."""
+    """Return the crest of a contact's curve that belongs to a wave: the last before (or just after) the velocity's crest."""
     largest = float(np.max(values))
     if largest > 0.0:
         found = [c for c in crests(history.time, values, 1e-3 * largest) if c.begin <= wave.time and c.end >= wave.begin]
@@ -152,8 +152,8 @@ def energy_of(history: History, wave: Wave) -> float:
     """Return the energy that a wave transmits to its grain: the work of the contact behind the grain [J].
 
     The work is integrated between two minima of the contact force. If the grain's velocity does not fall to 0 between two
-    crests, the interval ends at its minimum, so that crests within one force pulse share its energy. Under precompression
-    only the force above the static force counts.
+    crests, the integral ends at the velocity's minimum, so that each crest has its part of the energy of the force pulse.
+    Under precompression only the force above that at rest counts.
 
     Raises:
         LogError: overlaps are not known.
@@ -171,12 +171,12 @@ def momentum_of(history: History, wave: Wave) -> float:
 
 
 def _force_integral(history: History, wave: Wave, factor: np.ndarray) -> float:
-    """Return the integral of force x factor over the wave's force pulse."""
+    """Return the time integral of `factor` times the force (minus that at rest) behind the wave's grain, over its pulse."""
     place = history.contact_behind(wave.grain, wave.direction)
     force = history.contact_force[:, place] - history.rest_force[place]
     pulse = _matching_crest(history, force, wave)
     velocity = direction_sign(wave.direction) * history.velocity[:, wave.grain]
-    # A crest ends where the velocity is 0, or at the minimum before the next crest.
+    # Limits: those of the force pulse where the velocity falls to 0, otherwise the velocity's minimum between two crests.
     shared = velocity[np.searchsorted(history.time, (wave.begin, wave.end))] > 0.0
     ends = np.where(shared, (wave.begin, wave.end), (pulse.begin, pulse.end))
     own = slice(*np.searchsorted(history.time, ends) + (0, 1))
@@ -185,7 +185,7 @@ def _force_integral(history: History, wave: Wave, factor: np.ndarray) -> float:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Shift:
-    """The change of a wave: its time advance [s] and the relative change of its amplitude."""
+    """The change of a wave by a collision: how much earlier it arrives [s], and the relative change of its amplitude."""
 
     advance: float
     amplitude_change: float
@@ -194,7 +194,7 @@ class Shift:
 def phase_shifts(
     history: History, reference: History, grain: int, above: float, separation: float = 1.0, direction: Direction = "right"
 ) -> list[Shift]:
-    """Return the shifts of waves at a grain relative to a run without a collision (Nesterenko 1983, section 3.2).
+    """Return for each wave at a grain its shift relative to a run without a collision (Nesterenko 1983, section 3.2).
 
     Waves are paired in the order of arrival; surplus waves of one run are ignored.
 

@@ -6,11 +6,11 @@ from granular_env.domains import Environment
 
 
 def _registration(task: str, reward_threshold: float) -> Environment:
-    """Return the registration of the task in module `task`, whose factory is ``make_<task>``."""
+    """Return the registration of the task in module `task`, whose environment is made by ``make_<task>``."""
     return Environment(f"{__name__}.{task}:make_{task}", reward_threshold)
 
 
-# The thresholds are the returns of the "theory" baselines, rounded down. Piston-v1 has no theory; its threshold is the return
+# The reward thresholds are returns of the "theory" baselines, rounded down. For Piston-v1, which has none, it is the return
 # of a push of 2.4 m/s for 18 us.
 ENVIRONMENTS = {
     "granular_env/Piston-v1": _registration("piston", 0.769),

@@ -50,10 +50,10 @@ class AbsorptionTask(DrivenEndTask):
 
     Args:
         chain: the chain, struck at its left end and driven at its right end; Hertz contacts.
-        end: its right end.
+        end: the driven right end.
         impact: smallest and largest speed of the strikers [m/s].
-        strikers: largest number of grains that strike.
-        has_sensors: whether the observation contains `SENSORS`, which theory needs.
+        strikers: largest number of grains that move at the start.
+        has_sensors: whether the observation contains `SENSORS`, which the "theory" baseline needs.
     """
 
     name = "absorption"
@@ -72,14 +72,14 @@ class AbsorptionTask(DrivenEndTask):
         return {"velocity": dict.fromkeys(range(count), speed)}
 
     def begin_rows(self, rows: ChainRows, constants: None, counters: dict[str, Any]) -> None:
-        """Store the incoming energy."""
+        """Store the energy of the chain at the start, which is that of the incoming wave."""
         energy = rows.tail_energy(0)
         counters.update(incoming_energy=energy, energy=energy, returned=1.0 * (energy > 0.0))
 
     def judge_rows(self, rows: ChainRows, constants: None, counters: dict[str, Any], elapsed: Any) -> tuple[FloatArray, bool]:
-        """Return the decrease of the returned energy fraction in this step."""
+        """Return the decrease, in this step, of the energy in the chain as a fraction of the incoming energy."""
         before, incoming, energy = counters["returned"], counters["incoming_energy"], rows.tail_energy(0)
-        # Without an incoming wave, the energy put in by the driven end counts in joules.
+        # Without an incoming wave, divide by 1 J, so that energy supplied by the driven end counts in joules.
         returned = energy / np.where(incoming > 0.0, incoming, 1.0)
         counters.update(energy=energy, returned=returned)
         return before - returned, False
@@ -117,14 +117,14 @@ def make_absorption(
     as the next grain of a longer chain absorbs them.
 
     ## Observation space
-    Sensors near the driven end only; `observe` selects others, or "full". Counters: "incoming_energy" and "energy" [J],
-    "returned".
+    Sensors near the driven end only; `observe` selects others, or "full". Counters: "incoming_energy" (of the start) and
+    "energy" (present) [J], and their ratio "returned".
 
     ## Rewards
     "returned" is the present energy of the chain over that at the start: kinetic energy of the grains (without a piston's)
     plus elastic energy above that at rest. The reward of a step is the decrease of "returned", and the return is 1 minus
-    its final value. A zero input returns 0, an end that drives the chain less. The strikers rebound with 0.6 % (one) to 0.8
-    % (two) of the energy, which no end can absorb.
+    its final value. A zero input gives the return 0, an end that adds energy less. One striker rebounds with 0.6 % of the
+    energy, two with 0.8 %, which no end can absorb.
 
     ## Start state
     The first one to `strikers` grains move at a velocity sampled from `impact`; the others are at rest.
@@ -134,7 +134,7 @@ def make_absorption(
 
     ## Arguments
     * `impact` ((3.0, 8.0) m/s), `strikers` (2): range of the velocity, and largest number of strikers.
-    * `action` ("piston"), `clock` (0).
+    * `action` ("piston"): "piston" or "force". `clock` (0): number of time readings in the observation.
 
     ## Baselines
     "theory" is a matched end. A virtual chain continues the real one and is driven by the sensor readings. It predicts the

@@ -21,14 +21,14 @@ from granular_env.envs.factory import Options, refuse_early_deadline
 from granular_env.envs.policies import Constant, OpenLoop, Policy
 from granular_env.envs.task import RowTask
 
-# Drives of an end: required boundary, input, and input value at action 1 [N or m/s].
+# For each `action`: boundary that the driven end needs, its input, and the value of the input at action 1 [N or m/s].
 ACTIONS = {"force": ("free", "force", 1000.0), "piston": ("piston", "velocity", 10.0)}
-# Scales of observations [m, m/s, N]; the velocity is also the chain's `velocity_scale`.
+# Values observed as 1 [m, m/s, N]; that of the velocity is also the chain's `velocity_scale`.
 _DISPLACEMENT, _VELOCITY, _FORCE = 1e-3, 10.0, 1000.0
 CLOCK = 8
-# Options that do not change the optimal drive.
+# Arguments of an environment that do not change which drive is best.
 _SEEN = {"action", "observe", "noise", "info", "clock", "render_mode", "step_error_reward", "action_scale"}
-# Search for an arrival during this many control steps, or up to a later deadline; below this fraction there is no arrival.
+# `refuse_unreachable_deadline`: steps simulated without a later deadline; fraction of the target that counts as an arrival.
 _LONGEST, _PART = 10_000, 1e-3
 
 
@@ -48,8 +48,8 @@ class DrivenOptions(Options, total=False):
 
     ## Arguments
     * `grains` (64), `radius` (3e-3 m), `material` ("steel"), `step_size` (5e-7 s, the internal step): the chain.
-    * `action` ("force"): "force" or "piston". `action_scale` (None): 1000 N or 10 m/s.
-    * `clock` (8).
+    * `action` ("force"): "force" or "piston". `action_scale` (None): input at action 1; None means 1000 N or 10 m/s.
+    * `clock` (8): number of time readings in the observation.
     * `chain`: further parameters of the chain, with Hertz contacts, e.g. `{"precompression": 10.0}`.
 
     ## Baselines
@@ -69,13 +69,13 @@ class DrivenOptions(Options, total=False):
 
 
 class DrivenEnd(NamedTuple):
-    """The driven end of a chain: inputs, observations and time of its environment.
+    """The driven end of a chain: the inputs, observations and control steps of its environment.
 
     Attributes:
-        actions: input -> its value at action 1 [N or m/s].
-        observations: output -> its value observed as 1 [m or m/s].
+        actions: name of the input -> its value at action 1 [N or m/s].
+        observations: name of an output -> its value observed as 1 [m or m/s].
         duration: length of a control step [s].
-        steps: control steps until the deadline, 0 for none.
+        steps: number of control steps until the deadline; 0 for no deadline.
         best: whether the best known drive applies, i.e. all arguments but `action` have their defaults.
     """
 
@@ -87,7 +87,7 @@ class DrivenEnd(NamedTuple):
 
 
 class DrivenEndTask(RowTask):
-    """Base of the tasks at a driven end.
+    """Base of the tasks in which one end of a chain is driven.
 
     Args:
         chain: the driven chain of this episode.
@@ -105,10 +105,10 @@ class DrivenEndTask(RowTask):
         self.actions, self.observations = end.actions, end.observations
 
     def open_loop_policies(self, theory: npt.NDArray[np.float64]) -> dict[str, Policy]:
-        """Return the policies "nothing", "theory" and, if a best drive is known that fits the action scale, "best".
+        """Return the policies "nothing", "theory" and, if the best drive is known and within the action scale, "best".
 
         Args:
-            theory: the input in each control step [N or m/s], shape (steps,).
+            theory: input of the policy "theory" in each control step [N or m/s], shape (steps,).
         """
         (name, scale), best = next(iter(self.actions.items())), None
         policies: dict[str, Policy] = {"nothing": Constant(0.0), "theory": OpenLoop(action_means(theory, self.hold) / scale)}
@@ -120,8 +120,8 @@ class DrivenEndTask(RowTask):
 def best_drive(task: str, action: str) -> dict[str, Any]:
     """Return the best known drive of a task with its default arguments.
 
-    "drive" is the input in each control step, 0 after its end. The other keys are "unit", "control_step" [s], "return" and
-    "made" (how it was found).
+    The entry "drive" is the input in each control step; in later steps it is 0. The other entries are "unit", "control_step"
+    [s], "return" and "made" (how the drive was found).
     """
     file = files(__name__.rpartition(".")[0]).joinpath("best", f"{task.replace('_', '-')}-{action}.json")
     return json.loads(file.read_text("utf-8"))
@@ -147,11 +147,11 @@ def make_driven_end(
     """Return the chain of an environment, its driven end, and the options of the environment.
 
     Args:
-        make: the environment's factory.
-        arguments: arguments of the factory (its local variables on entry).
+        make: the function that makes the environment.
+        arguments: arguments of this function (its local variables on entry).
         side: "left" or "right".
-        scales: action -> force [N] or velocity [m/s] at action 1 if `action_scale` is None.
-        parameters: further parameters of the chain.
+        scales: "force" or "piston" -> force [N] or velocity [m/s] at action 1 if `action_scale` is None.
+        parameters: parameters of the chain that the task sets.
         allow_endless: whether there may be no deadline.
         **defaults: options of the environment that differ from those of `ComponentEnv`, and "action" if it is not "force".
 
@@ -181,12 +181,12 @@ def make_driven_end(
 
 
 def make_chain(parameters: Mapping[str, Any], overrides: Any) -> Chain:
-    """Return a chain with the parameters that are not None; `overrides` ones take precedence."""
+    """Return a chain with those parameters that are not None; parameters in `overrides` take precedence."""
     return Chain(**{name: one for name, one in parameters.items() if one is not None} | dict(overrides or {}))
 
 
 def _has_default_arguments(make: Callable[..., Any], arguments: Mapping[str, Any]) -> bool:
-    """Return whether a factory was called with its defaults, apart from the options in `_SEEN`."""
+    """Return whether all arguments of the function `make` are its defaults, except those named in `_SEEN`."""
     own = {name: one.default for name, one in inspect.signature(make).parameters.items() if name != "options"}
     return set(arguments["options"]) <= _SEEN and all(repr(arguments[name]) == repr(default) for name, default in own.items())
 
@@ -203,7 +203,7 @@ def hertz_constants(task: str, chain: Chain) -> tuple[float, float, float]:
     if missing_functions(type(law), ENERGY_ROOT):
         raise ParameterError(f"got {law.name!r}", expected="Hertz contacts", at="chain.law", source=f"task {task!r}")
     inner = slice(1, chain.parameters.grains)
-    # Rest overlaps may differ between contacts (gravity, gaps); the mean represents them.
+    # Rest overlaps may differ between contacts (gravity, gaps); their mean is used for all.
     rest = max(float(geometry.rest_overlap[inner].mean()), 0.0)
     return float(geometry.mass.mean()), float(geometry.stiffness[inner].mean()), rest
 
@@ -216,18 +216,18 @@ def refuse_unreachable_deadline(
     arrived_amount: Callable[[Chain], float],
     start: Mapping[str, Any] | None = None,
 ) -> None:
-    """Refuse a deadline by which nothing arrives under the full drive from the first step on; warn if too little arrives.
+    """Refuse a deadline that is too early: even the input at action 1 from the first step on has no effect at the target.
 
     Args:
         chain: the driven chain; a clone of it is stepped.
-        end: inputs and number of control steps; the inputs are not applied if `start` is given.
-        target: amount that has to arrive.
-        unit: unit of the amount; "" for no warning.
+        end: inputs at action 1, and number of control steps; the inputs are not applied if `start` is given.
+        target: amount (energy, impulse, ...) that the task wants to arrive; if less arrives, a warning is issued.
+        unit: unit of this amount for the warning; "" for no warning.
         arrived_amount: called after each control step; returns the amount that has arrived.
-        start: values for the reset of the chain.
+        start: start values of the chain, if they and not the inputs make the wave.
 
     Raises:
-        ParameterError: less than a thousandth of the wanted amount arrives by the deadline.
+        ParameterError: less than a thousandth of `target` arrives by the deadline.
     """
     driven, inputs = chain.clone(), {} if start else end.actions
     driven.reset(**(start or {}))
@@ -235,7 +235,7 @@ def refuse_unreachable_deadline(
     for step in range(1, max(end.steps, _LONGEST) + 1):
         try:
             driven.step(end.duration, **inputs)
-        except StepError:  # the full drive exceeds the physics, so the arrival is not late
+        except StepError:  # action 1 takes the state outside the range of the physics, so a wave cannot be too slow
             return
         most = max(most, arrived_amount(driven))
         if most >= target or (step >= end.steps and most > _PART * target):
@@ -252,7 +252,7 @@ def refuse_unreachable_deadline(
 
 @jit
 def single_sum_value(sums, constants, slopes):
-    """Return an objective that consists of one sum, and set its slope."""
+    """Return the value of an objective that is a single sum, and set the derivative with respect to this sum to 1."""
     slopes[0] = 1.0
     return sums[0]
 

@@ -23,10 +23,10 @@ from ..rows import ChainRows
 from .driven_end import DrivenEnd, DrivenEndTask, DrivenOptions, hertz_constants, make_driven_end, refuse_unreachable_deadline
 from .waves import passing_waves, shape_energies, wave_shapes
 
-# Layout of the objective's constants: wanted energy [J], cost of that amount of work, column of the target region's first
-# grain.
+# Indices of the objective's constants: target energy [J], cost of an equal amount of work, and the table column of the first
+# grain of the target region.
 _ENERGY, _PRICE, _FIRST = range(3)
-# Initial distance of the wave's crest from the first grain [grains]; a closer wave would already overlap the chain.
+# Distance of the "theory" wave's crest from the first grain at the start [grains]; if closer, it would overlap the chain.
 _ENTRY = 4.0
 _ITERATIONS = 20
 
@@ -66,9 +66,9 @@ class EnergyDeliveryTask(DrivenEndTask):
 
     Args:
         chain: the driven chain; Hertz contacts.
-        end: its left end.
-        energy: target energy of the region [J].
-        region: number of grains of the target region.
+        end: the driven left end.
+        energy: target energy of the last grains [J].
+        region: number of these grains.
         price: cost of an amount of work equal to `energy`.
     """
 
@@ -81,7 +81,7 @@ class EnergyDeliveryTask(DrivenEndTask):
         self.constants = EnergyTarget(positive_number("energy", energy), finite_number("work_price", price))
 
     def begin_rows(self, rows: ChainRows, constants: EnergyTarget, counters: dict[str, Any]) -> None:
-        """Store the delivered energy and the work at the start."""
+        """Store in the counters the energy delivered to the last grains, the work done by the input, and the closeness."""
         delivered = rows.tail_energy(self._first)
         off = delivered / constants.energy - 1.0
         counters.update(delivered_energy=delivered, work=rows.input_work, closeness=1.0 - off * off)
@@ -89,13 +89,13 @@ class EnergyDeliveryTask(DrivenEndTask):
     def judge_rows(
         self, rows: ChainRows, constants: EnergyTarget, counters: dict[str, Any], elapsed: Any
     ) -> tuple[FloatArray, bool]:
-        """Return the gain in closeness minus the cost of this step's work."""
+        """Return the increase of "closeness" (see `make_energy_delivery`) minus the cost of the work, both in this step."""
         closeness, work = counters["closeness"], counters["work"]
         self.begin_rows(rows, constants, counters)
         return counters["closeness"] - closeness - constants.price * (counters["work"] - work) / constants.energy, False
 
     def objective(self, component: Chain, steps: int) -> Objective:
-        """Return (delivered / wanted - 1)^2 + price x energy of the chain at the end / wanted.
+        """Return (E / energy - 1)^2 + price x (final energy of the chain) / energy, where E is the delivered energy.
 
         Without dissipation and from rest, the final energy of the chain is the work done, and the objective is 1 minus the
         return. The energy of a piston's grain is not counted.
@@ -110,10 +110,10 @@ class EnergyDeliveryTask(DrivenEndTask):
         wanted = self.constants.energy * (1.0 - 0.5 * self.constants.price)
         height = np.sqrt([wanted / (SOLITARY_ENERGY * mass)])
         shapes, speeds = wave_shapes(mass, stiffness, rest, height)
-        for _ in range(_ITERATIONS if rest > 0.0 else 0):  # with precompression, energy is not a power of the amplitude
+        for _ in range(_ITERATIONS if rest > 0.0 else 0):  # under precompression the energy is no power of the amplitude
             height *= np.sqrt(wanted / shape_energies(shapes, height))
             shapes, speeds = wave_shapes(mass, stiffness, rest, height)
-        # As deep in the region as the deadline allows, but not beyond its middle.
+        # Crest at the deadline: as deep in the target region as a wave can get by then, but not beyond its middle.
         middle = self.grains - 0.5 * (self.grains - self._first) - 0.5
         place = min(middle, float(speeds[0]) * self.end.duration * self.end.steps - _ENTRY)
         waves = np.array([[height[0], place, speeds[0]]])
@@ -145,8 +145,8 @@ def make_energy_delivery(
     can return more.
 
     ## Arguments
-    * `energy` (0.015 J), `region` (8 grains), `work_price` (0.2). A wave of this energy (4 m/s) crosses 60 grains in 380
-      us.
+    * `energy` (0.015 J): target energy. `region` (8): number of grains that receive it. `work_price` (0.2): see the
+      rewards. A wave of the target energy (4 m/s) crosses 60 grains in 380 us.
 
     ## Baselines
     "theory" sends one solitary wave with the best energy, $1.0693\,m v^2$, that is in the middle of the region at the

@@ -1,7 +1,7 @@
 """A matched end: a virtual chain continues the real chain, so that waves leave without reflection.
 
-The virtual chain is a component like the real chain. The readings of the sensors at the end drive it. It is simulated one
-control step ahead, because the action is held for this step.
+The virtual chain is a `Chain` component, driven by the readings of the sensors at the end of the real chain. It is simulated
+one control step ahead of the real chain, because the action is held over that step.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ import numpy.typing as npt
 from granular_env.components.chain import Chain
 from granular_env.envs.task import Task
 
-# Readings of a matched end: displacement of the end grain, velocities of the last two grains, and the force between them.
+# Outputs that a matched end reads: displacement of the end grain, velocities of the last two grains, force between them.
 SENSORS = {"displacement": [-1], "velocity": [-2, -1], "contact_force": [-2]}
 
-# Grains in the virtual chain: a reflection from its far end returns only after crossing all of them twice.
+# Number of grains in the virtual chain; a reflection from its far end returns only after a wave has crossed all of them twice.
 _VIRTUAL_GRAINS = 96
 
 
@@ -55,7 +55,7 @@ class MatchedPiston:
         step_size: internal step of the virtual chain [s].
         duration: duration of a control step [s].
         scale: velocity at action 1 [m/s].
-        sensors: scales of the observation.
+        sensors: values of the sensor readings that are observed as 1.
     """
 
     def __init__(
@@ -74,7 +74,7 @@ class MatchedPiston:
         self.force, self.begun = 0.0, False
 
     def __call__(self, observation: npt.NDArray[np.float32], info: Mapping[str, Any]) -> npt.NDArray[np.float64]:
-        """Return the piston's velocity over the next control step."""
+        """Return the piston's velocity over the next control step, as an action."""
         place, _, _, force = self.sensors.parse_observation(observation)
         if self.begun:
             self.chain.step(self.duration, left_force=0.5 * (self.force + force))
@@ -99,7 +99,7 @@ class MatchedForce:
         step_size: internal step of the virtual chain [s].
         duration: duration of a control step [s].
         scale: force at action 1 [N].
-        sensors: scales of the observation.
+        sensors: values of the sensor readings that are observed as 1.
     """
 
     def __init__(
@@ -115,10 +115,10 @@ class MatchedForce:
         self.pushed, self.force, self.begun = 0.0, 0.0, False
 
     def __call__(self, observation: npt.NDArray[np.float32], info: Mapping[str, Any]) -> npt.NDArray[np.float64]:
-        """Return the force on the end grain over the next control step."""
+        """Return the force on the end grain over the next control step, as an action."""
         place, _, speed, force = self.sensors.parse_observation(observation)
         if self.begun:
-            # Follow the real displacement, so that the virtual contact has the overlap of a real contact.
+            # Give the first virtual grain the real displacement, so that its contact has the overlap of a real contact.
             self.chain.step(self.duration, left_velocity=(place - float(self.chain.get("displacement")[0])) / self.duration)
         coming = force + 0.5 * (force - self.force) if self.begun else force
         self.force, self.begun = force, True
@@ -139,15 +139,15 @@ class MatchedForce:
 class Dashpot:
     """A passive end for comparison: a damping force c |v|^p on the end grain, with v extrapolated by half a control step.
 
-    p = 1.2 with c = k ((5/4) sqrt(m / 1.5 k))^1.2 is the impedance of a simple wave, in which the force scales as overlap^(3/2)
-    and the grain velocity as overlap^(5/4). A solitary wave is not a simple wave, and a different c absorbs it better.
+    In a simple wave, force ~ overlap^(3/2) and grain velocity v ~ overlap^(5/4), so that the force is c |v|^p with
+    p = 1.2 and c = k ((5/4) sqrt(m / 1.5 k))^1.2. A solitary wave is not a simple wave, and a different c absorbs it better.
 
     Args:
-        coefficient: c [N / (m/s)^p].
-        exponent: p.
+        coefficient: c of the damping force [N / (m/s)^p].
+        exponent: p of the damping force.
         duration: duration of a control step [s].
         scale: force at action 1 [N].
-        sensors: scales of the observation.
+        sensors: values of the sensor readings that are observed as 1.
     """
 
     def __init__(self, coefficient: float, exponent: float, duration: float, scale: float, sensors: SensorScales) -> None:
@@ -160,7 +160,7 @@ class Dashpot:
         self.before: float | None = None
 
     def __call__(self, observation: npt.NDArray[np.float32], info: Mapping[str, Any]) -> npt.NDArray[np.float64]:
-        """Return the force on the end grain over the next control step."""
+        """Return the force on the end grain over the next control step, as an action."""
         speed = self.sensors.parse_observation(observation)[2]
         coming = speed + (0.5 * (speed - self.before) if self.before is not None else 0.0)
         self.before = speed

@@ -18,12 +18,12 @@ from granular_env.envs.task import RowTask
 from ..rows import ChainRows
 from .driven_end import DrivenEnd, make_chain, refuse_unreachable_deadline
 
-# The last grain has detached once its gap exceeds this fraction of its radius.
+# The last grain counts as detached once the gap to its neighbour exceeds this fraction of its radius.
 _FREE_FLIGHT = 0.01
 
 
 class SpeedTarget(NamedTuple):
-    """Constants of the task: target velocity [m/s], cost of the work `energy` [J], separation that ends the episode [m]."""
+    """Constants of the task: target velocity [m/s], price (in reward) of the work `energy` [J], gap that ends the episode."""
 
     target: float
     price: float
@@ -52,11 +52,11 @@ class PistonTask(RowTask):
         self.constants = SpeedTarget(target, price, energy, _FREE_FLIGHT * float(chain.geometry.radius[-1]))
 
     def begin_rows(self, rows: ChainRows, constants: SpeedTarget, counters: dict[str, Any]) -> None:
-        """Store the motion of the last grain; work done before the episode (in a continued log) is not charged."""
+        """Store closeness and work so far; work done before the episode (if it continues a log) costs nothing."""
         counters.update(closeness=_closeness(rows, constants), work=rows.input_work)
 
     def judge_rows(self, rows: ChainRows, constants: SpeedTarget, counters: dict[str, Any], elapsed: Any) -> tuple[Any, Any]:
-        """Return the gain in closeness minus the cost of this step's work; the episode ends when the last grain detaches."""
+        """Return the increase of "closeness" minus the cost of this step's work, and whether the last grain has detached."""
         closeness, work = _closeness(rows, constants), rows.input_work
         cost = constants.price * (work - counters["work"]) / constants.energy
         rewards = closeness - counters["closeness"] - cost
@@ -88,7 +88,7 @@ def make_piston(
     first wave that reaches it.
 
     ## Observation space
-    Counters: "closeness" and "work" [J].
+    Counters: "closeness" (see the rewards) and "work" of the piston [J].
 
     ## Rewards
     `closeness = 1 - min(abs(v / target_velocity - 1), 1)`, where v is the velocity of the last grain. The reward of a step
@@ -106,7 +106,7 @@ def make_piston(
     ## Arguments
     * `grains` (64), `radius` (3e-3 m), `material` ("steel"), `step_size` (5e-7 s, the internal step): the chain. A wave
       crosses it in some 450 us.
-    * `target_velocity` (5.0 m/s), `work_price` (0.2), `velocity_scale` (10.0 m/s).
+    * `target_velocity` (5.0 m/s), `work_price` (0.2): see the rewards. `velocity_scale` (10.0 m/s): velocity at action 1.
     * `chain`: further parameters of the chain, e.g. `{"precompression": 10.0}`.
     """
     own = {"grains": grains, "radius": radius, "material": material, "step_size": step_size, "left": "piston"}

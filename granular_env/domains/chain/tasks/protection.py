@@ -23,28 +23,31 @@ from granular_env.envs.policies import Constant, Policy
 from ..rows import ChainRows
 from .driven_end import DrivenEnd, DrivenEndTask, DrivenOptions, hertz_constants, make_driven_end, refuse_unreachable_deadline
 
-# Force [N] and velocity [m/s] at action 1.
+# Force [N] or velocity [m/s] at action 1.
 _SCALES = {"force": 500.0, "piston": 2.0}
-# "theory" drive: rise time as a fraction of the available time; wall force over the force of the front, 2^(6/5);
-# range of forces tried, relative to the mean force: the logarithms of 1e-3 and 1e6.
+# "theory" drive (`ramped_push`): rise time over the available time; force on the wall over the force of the front, 2^(6/5);
+# smallest and largest force tried over the mean force needed, as the logarithms of 1e-3 and 1e6.
 _RISE, _SHARE = 0.29, 2.2973967099940698
 _LEAST, _MOST = -6.907755278982137, 13.815510557964274
-# Layout of the objective's constants: constants of the task, log2 of the p-norm's p, and the smoothing width of the positive
-# part, as a fraction of the impulse.
+# Indices of the objective's constants: those of `ImpulseTarget`, log2 of the p in the p-norm, and the width r over which the
+# positive part is smoothed; see `ProtectionTask.objective`.
 _IMPULSE, _PEAK_SCALE, _DURATION, _DOUBLINGS, _ROUNDING = range(5)
 
 
 class ImpulseTarget(NamedTuple):
-    """Constants of the task: target impulse [N s], peak force with a cost of 1 [N], length of a control step [s]."""
+    """Constants of the task: target impulse [N s], peak force that costs 1 in reward [N], length of a control step [s]."""
 
     impulse: float
     peak_scale: float
     duration: float
 
 
+# -- the smooth objective ----------------------------------------------------------------------------------------------
+
+
 @jit
 def _integer_power(x, constants):
-    """x^p, by squaring."""
+    """Return x^p by repeated squaring."""
     for _ in range(int(constants[_DOUBLINGS])):
         x *= x
     return x
@@ -52,7 +55,7 @@ def _integer_power(x, constants):
 
 @inlined
 def _elastic_force(chain):
-    """Elastic force at the wall [N], and its derivative with respect to the overlap [N/m]."""
+    """Return the elastic force at the wall [N] and its derivative with respect to the overlap [N/m]."""
     n = chain.settings.grains
     d = max(chain.rows[U, n] - chain.rows[U, n + 1] + chain.rows[REST_OVERLAP, n], 0.0)
     return chain.rows[STIFFNESS, n] * d * math.sqrt(d), 1.5 * chain.rows[STIFFNESS, n] * math.sqrt(d)
@@ -61,7 +64,7 @@ def _elastic_force(chain):
 @jit
 def _add_to_sums(chain, step, steps, inputs, constants, sums):
     force, _ = _elastic_force(chain)
-    # The last value of the trapezoidal rule counts half.
+    # By the trapezoidal rule, the value at the last step counts half.
     part = 0.5 if step == steps - 1 else 1.0
     sums[0] += part * constants[_DURATION] * force / constants[_IMPULSE]
     sums[1] += _integer_power(force / constants[_PEAK_SCALE], constants)
@@ -97,10 +100,10 @@ class ProtectionTask(DrivenEndTask):
     """Deliver an impulse to a wall with a low peak force. See `make_protection`.
 
     Args:
-        chain: the driven chain, a wall at its right end.
-        end: its left end.
+        chain: the driven chain, with a wall at its right end.
+        end: the driven left end.
         impulse: target impulse on the wall [N s].
-        peak_scale: peak force on the wall with a cost of 1 [N].
+        peak_scale: peak force on the wall that costs 1 in reward [N].
     """
 
     name = "protection"
@@ -114,13 +117,13 @@ class ProtectionTask(DrivenEndTask):
         self.constants = ImpulseTarget(impulse, peak_scale, end.duration)
 
     def begin_rows(self, rows: ChainRows, constants: ImpulseTarget, counters: dict[str, Any]) -> None:
-        """Store the wall's force at rest."""
+        """Store the force on the wall at the start."""
         counters["wall_force"] = counters["peak_wall_force"] = -rows.right_wall_force
 
     def judge_rows(
         self, rows: ChainRows, constants: ImpulseTarget, counters: dict[str, Any], elapsed: Any
     ) -> tuple[FloatArray, Any]:
-        """Return the gain in delivered fraction minus the rise of the peak; the episode ends with the whole impulse."""
+        """Return the increase of the delivered fraction of the impulse minus that of peak force / `peak_scale`."""
         before, force = counters["delivered_impulse"], -rows.right_wall_force
         delivered = before + 0.5 * constants.duration * (counters["wall_force"] + force)
         peak = np.maximum(counters["peak_wall_force"], force)
@@ -130,7 +133,7 @@ class ProtectionTask(DrivenEndTask):
         return rewards, delivered >= constants.impulse
 
     def objective(self, component: Chain, steps: int, *, sharpness: tuple[int, float] = (5, 0.01)) -> Objective:
-        """Return h(1 - delivered / impulse) + smooth peak / peak_scale over all `steps`, without an end at full delivery.
+        """Return h(1 - delivered / impulse) + smooth peak / peak_scale; all `steps` count, also after full delivery.
 
         h(x) = (x + sqrt(x^2 + r^2)) / 2 is the smoothed positive part, r = 0.01. The smooth peak is the p-norm of the wall's
         force over the control steps, (sum_t F_t^p)^(1/p), p = 32: up to 1.2 times the peak. Both use the elastic part of the
@@ -138,8 +141,8 @@ class ProtectionTask(DrivenEndTask):
 
         Args:
             component: the driven chain.
-            steps: control steps.
-            sharpness: binary logarithm of p, and r.
+            steps: number of control steps.
+            sharpness: the pair log2(p), r.
 
         Raises:
             ParameterError: the contacts are not Hertz contacts.
@@ -151,16 +154,16 @@ class ProtectionTask(DrivenEndTask):
         )
 
     def baselines(self) -> Mapping[str, Policy]:
-        """Return a ramped push from front theory and the best known drive; without a deadline only "nothing"."""
+        """Return "nothing", "theory" (`ramped_push`) and the best known drive; without a deadline only "nothing"."""
         if not self.end.steps:
             return {"nothing": Constant(0.0)}
         return self.open_loop_policies(ramped_push(self._chain, self.constants, self.end.steps, next(iter(self.actions))))
 
 
 def ramped_push(chain: Chain, wanted: ImpulseTarget, steps: int, action: str) -> FloatArray:
-    """Return a push that rises linearly to a level F and delivers the impulse to the wall in time, shape (steps,).
+    """Return a drive that rises linearly to a force F and delivers the impulse to the wall in time, shape (steps,).
 
-    A front of force F runs at D = (F k^2)^(1/6) / sqrt(m) grains/s (`theory.shock_speed`); its grains move at F/(m D). A rigid
+    A front of force F runs at D = (F k^2)^(1/6) / sqrt(m) grains/s (`theory.shock_speed`), and grains in it at F/(m D). A rigid
     wall doubles the contribution of the particle velocity. In a simple wave v ~ overlap^(5/4) and F ~ overlap^(3/2), so that
     the wall force is 2^(6/5) F. With a rise time r = 0.29 T, where T is the available time, F is the smaller root of
 
@@ -170,8 +173,8 @@ def ramped_push(chain: Chain, wanted: ImpulseTarget, steps: int, action: str) ->
 
     Args:
         chain: the driven chain, with Hertz contacts.
-        wanted: impulse on the wall, and length of a control step.
-        steps: control steps.
+        wanted: target impulse on the wall, and length of a control step.
+        steps: number of control steps.
         action: the input, "left_force" or "left_velocity".
     """
     mass, stiffness = float(chain.geometry.mass.mean()), float(chain.geometry.stiffness[1:-1].mean())
@@ -187,7 +190,7 @@ def ramped_push(chain: Chain, wanted: ImpulseTarget, steps: int, action: str) ->
 
 
 def _make_impulse_sum(duration: float) -> Callable[[Chain], float]:
-    """Return a function that sums the wall's impulse [N s] when called after each control step of length `duration` [s]."""
+    """Return a function that adds up the impulse on the wall [N s], to be called after each control step of `duration` [s]."""
     total = 0.0
 
     def add_impulse(chain: Chain) -> float:
@@ -225,15 +228,15 @@ def make_protection(
     Terminated when the impulse is delivered, or at the deadline.
 
     ## Arguments
-    * `impulse` (0.05 N s), `peak_scale` (1000.0 N), `velocity_scale` (10.0 m/s).
-    * `action_scale` (None): 500 N or 2 m/s. `deadline` may be None: no end and no clock.
+    * `impulse` (0.05 N s), `peak_scale` (1000.0 N): see the rewards. `velocity_scale` (10.0 m/s): velocity observed as 1.
+    * `action_scale` (None): input at action 1; None means 500 N or 2 m/s. `deadline` may be None: no end, no clock.
 
     ## Baselines
-    "theory" (`ramped_push`) rises linearly over $r = 0.29\,T$ to the level F at which $2^{6/5} F\,(T - n/D(F) - r/2)$
-    equals the impulse. T is the available time and D the front speed in grains per second. A rigid wall doubles the
-    particle velocity, and hence multiplies the force by $2^{6/5}$. "best" was found by gradient (study `protection-best`):
-    a sharp forerunner, a pause, and a slow rise. The wall force is then nearly constant at 154 N, against a peak of 208 N
-    with theory. They return 0.792 and 0.846 with a force, 0.784 and 0.841 with a piston.
+    "theory" (`ramped_push`) rises linearly over $r = 0.29\,T$ to the force F at which $2^{6/5} F\,(T - n/D(F) - r/2)$
+    equals the impulse. T is the available time, D the front speed in grains per second, n the number of grains. A rigid wall
+    doubles the particle velocity, and hence multiplies the force by $2^{6/5}$. "best" was found by gradient (study
+    `protection-best`): a sharp forerunner, a pause, and a slow rise. The wall force is then nearly constant at 154 N; with
+    theory its peak is 208 N. They return 0.792 and 0.846 with a force, 0.784 and 0.841 with a piston.
     """
     further = {"right": "rigid_plane", "velocity_scale": velocity_scale}
     chain, end, rest = make_driven_end(

@@ -1,4 +1,4 @@
-"""PulseForming-v1: form given solitary waves by the deadline, and no other motion."""
+"""PulseForming-v1: at the deadline, the chain shall carry given solitary waves, and no other motion."""
 
 from __future__ import annotations
 
@@ -39,10 +39,10 @@ class WaveTarget(NamedTuple):
     Attributes:
         horizon: time from the start to the deadline [s].
         duration: length of a control step [s].
-        unit: energy of the target waves, or of a wave of 1 m/s if the goal is sampled [J].
+        unit: energy by which the distance is divided: that of the target waves, or of a wave of 1 m/s for a sampled goal [J].
         window: half width of a wave [grains].
-        goal: rows (amplitude, place, speed); empty if the goal is sampled.
-        shapes: wave shapes, see `waves`.
+        goal: rows (amplitude, place, speed), one per wave, see `waves`; empty if the goal is sampled.
+        shapes: tables of the wave shapes, see `waves`.
     """
 
     horizon: float
@@ -59,7 +59,7 @@ class WaveTask(DrivenEndTask):
     constants: WaveTarget
 
     def goals(self, constants: Any, counters: dict[str, Any]) -> tuple[FloatArray, FloatArray]:
-        """Return the goals, shape (episodes, 3 waves), and the energies of the goals' waves."""
+        """Return the goal of each episode, shape (episodes, 3 x waves), and the energies of the goals' waves [J]."""
         return constants.goal, constants.unit
 
     def _compare_with_goals(self, rows: ChainRows, constants: Any, counters: dict[str, Any], time_left: FloatArray) -> None:
@@ -68,11 +68,11 @@ class WaveTask(DrivenEndTask):
         counters.update(zip(("distance", "energy_outside", "amplitude_error"), found.T, strict=True))
 
     def begin_rows(self, rows: ChainRows, constants: Any, counters: dict[str, Any]) -> None:
-        """Store the distance from the travelling goal waves."""
+        """Store the distance of the chain's state from the goal's waves, which travel to their places at the deadline."""
         self._compare_with_goals(rows, constants, counters, constants.horizon)
 
     def judge_rows(self, rows: ChainRows, constants: Any, counters: dict[str, Any], elapsed: Any) -> tuple[FloatArray, bool]:
-        """Return the decrease of the distance in this step."""
+        """Return the decrease of the distance from the goal's waves in this step."""
         before = counters["distance"]
         self._compare_with_goals(rows, constants, counters, constants.horizon - elapsed * constants.duration)
         return before - counters["distance"], False
@@ -82,12 +82,12 @@ class WaveTask(DrivenEndTask):
         return self.constants.goal.reshape(-1, COLUMNS)
 
     def target_profile(self, elapsed: int) -> FloatArray:
-        """Return the grain velocities of the wanted waves after `elapsed` control steps."""
+        """Return the grain velocities [m/s] that the goal's waves have after `elapsed` control steps."""
         left = self.end.duration * (self.end.steps - elapsed)
         return wave_velocities(self.constants.shapes, self.present_goal(), left, self.grains)
 
     def passing_waves(self, goal: FloatArray) -> FloatArray:
-        """Return the drive of the left end that the goal's waves exert as they pass, shape (steps,) [N or m/s]."""
+        """Return the drive with which the goal's waves would enter at the left end, shape (steps,) [N or m/s]."""
         return passing_waves(self.constants.shapes, goal, self.end.duration, self.end.steps, next(iter(self.actions)))
 
 
@@ -96,9 +96,9 @@ class PulseFormingTask(WaveTask):
 
     Args:
         chain: the driven chain; Hertz contacts.
-        end: its left end.
+        end: the driven left end.
         amplitudes: largest grain velocity of each wave, shape (waves,) [m/s].
-        places: target grain of each crest at the deadline, 0 is the first, shape (waves,).
+        places: grain at which each wave's crest shall be at the deadline (the first is 0), shape (waves,).
         window: half width of a wave [grains].
     """
 
@@ -121,18 +121,18 @@ class PulseFormingTask(WaveTask):
         self.constants = WaveTarget(horizon, end.duration, energy, positive_number("window", window), waves.reshape(-1), shapes)
 
     def objective(self, component: Chain, steps: int, *, way: float = 0.0) -> Objective:
-        """Return the distance after the last control step, which is minus the return if the chain starts at rest.
+        """Return the distance from the goal's waves after the last control step: minus the return, if the chain starts at rest.
 
         Args:
             component: the driven chain.
-            steps: control steps.
+            steps: number of control steps.
             way: weight of the mean distance over all control steps, see `distance_objective`.
         """
         waves = self.constants
         return distance_objective(waves.goal, waves.shapes, waves.unit, waves.duration, way)
 
     def baselines(self) -> Mapping[str, Policy]:
-        """Return the drive of the passing waves, and the best known drive."""
+        """Return "nothing", "theory" (the drive `passing_waves`) and the best known drive."""
         return self.open_loop_policies(self.passing_waves(self.present_goal()))
 
 
@@ -176,7 +176,7 @@ def make_pulse_forming(
     * `window` (5.0 grains): half width of a wave.
 
     ## Baselines
-    "theory" applies the action of the missing grains to the left while the exact waves pass: the force
+    "theory" replaces the grains that are missing to the left of the chain while the exact waves pass: the force
     $F = \frac{d}{dt}\sum_i m v_i^*$, or the velocity $v_0^*$ of a piston, averaged over each control step. "best" was found
     by gradient. They return -7.3e-4 and -1.5e-13 with a force, -1.4e-3 and -1.5e-13 with a piston. The error of theory
     comes from holding the input over a control step, that of the best drive from the tabulated wave shape.

@@ -1,4 +1,4 @@
-"""SolitonTrain-v1: solitary waves on demand; their number, amplitudes and places are sampled for each episode."""
+"""SolitonTrain-v1: form solitary waves whose number, amplitudes and places are sampled for each episode."""
 
 from __future__ import annotations
 
@@ -42,11 +42,11 @@ class SolitonTrainTask(WaveTask):
 
     Args:
         chain: the driven chain; Hertz contacts, no precompression.
-        end: its left end.
+        end: the driven left end.
         waves: largest number of waves.
         amplitude: range of their heights [m/s].
         spacing: range of the distances between neighbours [grains].
-        front: range of the position of the foremost wave.
+        front: range of the grain at which the foremost wave shall be at the deadline.
         window: half width of a wave [grains].
     """
 
@@ -78,7 +78,7 @@ class SolitonTrainTask(WaveTask):
         refuse_early_waves(shapes, slowest.reshape(-1, COLUMNS), end.duration, end.steps)
 
     def goals(self, constants: Any, counters: dict[str, Any]) -> tuple[FloatArray, FloatArray]:
-        """Return the episodes' goals and the energies of their waves (of one wave of 1 m/s for an empty goal)."""
+        """Return the goal of each episode, and the energy of its waves [J] (of a wave of 1 m/s if the goal is empty)."""
         goals = np.stack([counters[name] for name in self.counter_names[: COLUMNS * self.waves]], axis=-1)
         squares = np.sum(goals[..., AMPLITUDE::COLUMNS] ** 2, axis=-1)
         return goals, constants.unit * np.where(squares > 0.0, squares, 1.0)
@@ -88,7 +88,7 @@ class SolitonTrainTask(WaveTask):
         return np.array([self.counters[name] for name in self.goal_names]).reshape(-1, COLUMNS)
 
     def sample_goal(self, random: Generator) -> FloatArray:
-        """Return 1 to `waves` waves, foremost first, with uniformly sampled amplitudes, foremost place and distances."""
+        """Return a goal of 1 to `waves` waves, foremost first; their amplitudes, places and distances are sampled uniformly."""
         count = int(random.integers(1, self.waves + 1))
         heights = random.uniform(*self.amplitude, self.waves)[:count]
         gaps = random.uniform(*self.spacing, self.waves)[: count - 1]
@@ -123,7 +123,7 @@ class SolitonTrainTask(WaveTask):
 
         Args:
             component: the driven chain.
-            steps: control steps.
+            steps: number of control steps.
             goal: the requested waves, as returned by `sample_goal` or `parse_goal`; default: the goal of seed 0.
         """
         demanded = self.sample_goal(np.random.default_rng(0)) if goal is None else goal
@@ -132,15 +132,15 @@ class SolitonTrainTask(WaveTask):
         return distance_objective(demanded, self.constants.shapes, energy, self.end.duration)
 
     def baselines(self) -> Mapping[str, Policy]:
-        """Return the policy "nothing", and the drive of the requested waves passing the left end."""
+        """Return "nothing", and "theory": the drive with which the requested waves would enter at the left end."""
         return {"nothing": Constant(0.0), "theory": PassingTrain(self)}
 
 
 class PassingTrain:
-    """Open-loop drive by the missing grains on the left as the waves of the goal pass; ``info`` provides the goal.
+    """Policy "theory": the drive with which the goal's waves would enter at the left end; the goal is read from ``info``.
 
     Args:
-        task: task with the goal.
+        task: the task, which computes the drive.
     """
 
     def __init__(self, task: SolitonTrainTask) -> None:
@@ -148,11 +148,11 @@ class PassingTrain:
         self.reset()
 
     def reset(self) -> None:
-        """Discard the last goal, so that the next goal is read."""
+        """Forget the goal of the last episode."""
         self.step, self.drive = 0, np.zeros(0)
 
     def __call__(self, observation: Any, info: Mapping[str, Any]) -> FloatArray:
-        """Return the next row of the drive."""
+        """Return the action of the next control step."""
         if self.step == 0:
             names = self.task.counter_names[: COLUMNS * self.task.waves]
             goal = np.array([info[name] for name in names]).reshape(-1, COLUMNS)
@@ -192,8 +192,8 @@ def make_soliton_train(
     `reset(options={"goal": [[5.0, 40.0], [3.0, 20.0]]})` requests these (amplitude, place) instead.
 
     ## Arguments
-    * `waves` (3): largest number. `amplitude` ((3.0, 6.0) m/s), `spacing` ((11.0, 14.0) grains), `front` ((36.0, 40.0)).
-    * `window` (5.0 grains): half width of a wave. `chain`: without precompression.
+    * `waves` (3): largest number of waves. `amplitude` ((3.0, 6.0) m/s), `spacing` ((11.0, 14.0) grains), `front` ((36.0,
+      40.0) grains): see the start state. `window` (5.0 grains): half width of a wave. `chain`: without precompression.
 
     ## Baselines
     "theory" is that of `PulseForming-v1`, for the requested waves. Over seeds 0 to 59 it returns -1.4e-4 to -7.8e-4 with a

@@ -1,12 +1,12 @@
-"""Target solitary waves: shapes, distance of a chain's state from them in the energy norm, and drives that generate them.
+"""Target solitary waves: their shapes, the distance of a chain's state from them in the energy norm, and drives that make them.
 
 A goal has rows (amplitude, place, speed): largest grain velocity [m/s], place of the crest at the deadline (a real number,
 the first grain is 0), and speed [grains/s]. Before the deadline, the target crest is behind its place by speed x time left,
 so an exact wave matches the target at all times. Rows of amplitude 0 are ignored.
 
-Shapes are tables over the distance to the crest: grain velocity / amplitude, and energy root of the contact / (sqrt(m)
-amplitude), for the exact lattice wave (`theory.lattice_wave`), with cubic interpolation through four points. Without
-precompression one table serves all amplitudes; otherwise each wave has a table.
+A shape consists of two tables over the distance to the crest of the exact lattice wave (`theory.lattice_wave`): grain velocity
+/ amplitude, and q / (sqrt(m) amplitude), where q is the square root of a contact's energy above that at rest. Cubics through
+four points interpolate. Without precompression one shape serves all amplitudes; otherwise each wave has its own.
 """
 
 from __future__ import annotations
@@ -29,25 +29,25 @@ from granular_env.envs.factory import refuse_early_deadline
 
 from .driven_end import single_sum_value
 
-# Layout of the shapes: number of shapes, points per table, points per grain, reach [grains], mass of the shapes' grains, then
-# the tables.
+# Indices in the array `shapes`: number of shapes, points of a table, points per grain, reach (largest distance from the crest)
+# [grains], mass of a grain [kg], first entry of the tables.
 SHAPES, POINTS, DENSITY, REACH, GRAIN_MASS, TABLES = range(6)
 # Columns of a goal.
 AMPLITUDE, PLACE, SPEED = range(3)
 COLUMNS = 3
-# Fraction of a wanted wave's energy that may be in the chain at the start of the episode, and, at the deadline, beyond an end
-# of the chain or beyond the midpoint between two waves.
+# Largest fraction of a target wave's energy that may be in the chain at the start of the episode, or, at the deadline, beyond
+# an end of the chain or beyond the midpoint between two waves.
 _PART = 1e-3
 _FINE, _FINER = 16, 32
 
-# Beyond its reach, where it has fallen to this fraction of its crest, a wave is set to 0.
+# At its reach a wave has fallen to this fraction of its crest; farther away it is set to 0.
 _NOTHING = 1e-8
 _LARGEST_REACH = 60.0
 
 
 @inlined
 def _shape_value(shapes, table, x):
-    """Return the interpolated table value at distance x from the crest."""
+    """Return the interpolated value of a shape's table at distance x [grains] from the crest."""
     count, reach = int(shapes[POINTS]), shapes[REACH]
     if not (-reach < x < reach):
         return 0.0
@@ -64,9 +64,9 @@ def _shape_value(shapes, table, x):
 
 @jit
 def _target_value(shapes, goal, waves, time_left, place, contact):
-    """Return the sum over the waves at a place, `time_left` seconds before the deadline.
+    """Return the sum of all target waves at a grain or contact, `time_left` seconds before the deadline.
 
-    The value is the velocity or, with `contact`, the contact energy root / sqrt(m).
+    The sum is that of the velocities [m/s] or, with `contact`, that of q / sqrt(m), see the module.
     """
     total, count = 0.0, int(shapes[POINTS])
     for w in range(waves):
@@ -79,7 +79,7 @@ def _target_value(shapes, goal, waves, time_left, place, contact):
 
 @jit
 def distance(chain, shapes, goal, waves, time_left):
-    """Return the squared distance to the wanted waves, `time_left` seconds before the deadline [J]."""
+    """Return the squared distance of the chain's state from the target waves, `time_left` seconds before the deadline [J]."""
     n, root, total = chain.settings.grains, math.sqrt(shapes[GRAIN_MASS]), 0.0
     for i in range(1, n + 1):
         off = chain.rows[V, i] - _target_value(shapes, goal, waves, time_left, i - 1.0, False)
@@ -105,7 +105,7 @@ def distance_pullback(chain, adjoint, shapes, goal, waves, time_left, slope):
 
 @jit
 def energy_outside(chain, goal, waves, time_left, window):
-    """Return the energy farther than `window` grains from all wanted crests, and the total energy [J]."""
+    """Return the chain's energy farther than `window` grains from all target crests, and its total energy [J]."""
     n, outside, whole = chain.settings.grains, 0.0, 0.0
     for i in range(1, n + 1):
         energy = 0.5 * chain.rows[MASS, i] * (chain.rows[V, i] * chain.rows[V, i])
@@ -122,7 +122,7 @@ def energy_outside(chain, goal, waves, time_left, window):
 def amplitude_error(chain, shapes, goal, waves, time_left, window):
     """Return the largest relative error, over the waves, of the peak grain velocity within `window` grains of the crest.
 
-    The reference is the largest target velocity there at the same instant. Waves that have not entered yet are skipped.
+    The error is relative to the largest target velocity there at the same instant. Waves still outside are left out.
     """
     n, worst = chain.settings.grains, 0.0
     for w in range(waves):
@@ -148,19 +148,19 @@ def _is_outside(goal, waves, time_left, place, window):
 
 @jit
 def compare_with_goals(law, tables, shapes, goals, time_left, windows, energies, results):
-    """Write the distance from the goal, the fraction of the energy outside its waves, and the amplitude error.
+    """Write for each chain the distance from its goal, the fraction of the energy outside the waves, and the amplitude error.
 
     Every argument except `law` has one row per chain.
 
     Args:
-        law: a contact law of the class used by the chains.
+        law: a contact law of the class that the chains have.
         tables: tables of the chains.
         shapes: shapes of the waves.
-        goals: rows (amplitude, place, speed), shape (chains, 3 waves).
+        goals: rows (amplitude, place, speed) of all waves, flattened, shape (chains, 3 x waves).
         time_left: time until the deadline [s].
         windows: half width of a wave's window [grains].
         energies: energies of the target waves, which normalise the distance [J].
-        results: shape (chains, 3); written.
+        results: shape (chains, 3), overwritten.
     """
     for k in range(len(time_left)):
         chain, goal, waves = chain_state(law, tables[k]), goals[k], len(goals[k]) // COLUMNS
@@ -171,14 +171,16 @@ def compare_with_goals(law, tables, shapes, goals, time_left, windows, energies,
         results[k, 2] = amplitude_error(chain, shapes[k], goal, waves, time_left[k], windows[k])
 
 
-# Layout of the objective's constants: energy of the wanted waves [J], number of waves, length of a control step [s], weight of
-# the mean distance over all steps; then the goal and the shapes.
+# -- the objective ----------------------------------------------------------------------------------------------------
+
+# Indices of the objective's constants: energy of the target waves [J], number of waves, length of a control step [s], weight
+# `way` of the mean distance over all steps; then follow the goal and the shapes.
 _ENERGY, _WAVES, _DURATION, _WAY, _GOAL = range(5)
 
 
 @jit
 def _step_weight(step, steps, constants):
-    """Return the weight of the distance after a control step: way / steps, plus 1 - way for the last step."""
+    """Return the weight of the distance after control step `step`: way / steps, plus 1 - way for the last step."""
     way = constants[_WAY]
     return way / steps + (1.0 - way if step == steps - 1 else 0.0)
 
@@ -202,15 +204,15 @@ def _pullback(chain, adjoint, step, steps, inputs, input_adjoint, constants, slo
 
 
 def distance_objective(goal: FloatArray, shapes: FloatArray, energy: float, duration: float, way: float = 0.0) -> Objective:
-    """Return the final squared distance to the wanted waves divided by their energy, as an objective.
+    """Return an objective: the final squared distance from the target waves over their energy.
 
     Args:
         goal: rows (amplitude, place, speed), flattened.
         shapes: shapes of the waves.
         energy: energy of the waves [J].
         duration: duration of a control step [s].
-        way: weight, 0 to 1, of the mean distance over all control steps. This mean has a gradient far from any solution,
-            where the final distance of a misplaced wave has none.
+        way: weight, 0 to 1, of the mean distance over all control steps, which is added to the final distance times 1 - way.
+            The final distance has no gradient if a wave is far from its target; the mean has.
     """
     constants = np.concatenate([[energy, len(goal) // COLUMNS, duration, way], goal, shapes])
     text = "final squared distance from the wanted waves in the energy norm, divided by their energy"
@@ -218,7 +220,7 @@ def distance_objective(goal: FloatArray, shapes: FloatArray, energy: float, dura
 
 
 def wave_shapes(mass: float, stiffness: float, rest_overlap: float, amplitudes: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the shapes of the wanted waves in the layout of the kernels, and their speeds [grains/s], shape (waves,).
+    """Return the shapes of waves as one array (see `SHAPES`), and the speeds of the waves [grains/s], shape (waves,).
 
     Args:
         mass: mass of a grain [kg].
@@ -233,7 +235,7 @@ def wave_shapes(mass: float, stiffness: float, rest_overlap: float, amplitudes: 
         waves = [wave]
     else:
         waves = [_precompressed_wave(constant, rest_overlap, float(one)) for one in amplitudes]
-        # Lengths are in units of the rest overlap d0, times in units of A^-0.5 d0^-0.25.
+        # Lengths are divided by the overlap at rest d0, times by A^-0.5 d0^-0.25, where A = stiffness / mass is `constant`.
         speeds = np.array([wave.speed * math.sqrt(constant) * math.sqrt(math.sqrt(rest_overlap)) for wave in waves])
     return _pack_shapes(mass, waves), speeds
 
@@ -245,7 +247,7 @@ def _wave_without_precompression() -> LatticeWave:
 
 
 def _precompressed_wave(constant: float, rest_overlap: float, amplitude: float) -> LatticeWave:
-    """Return the wave of a given amplitude on a precompressed chain, in units of the rest overlap and A."""
+    """Return the wave of a given amplitude [m/s] on a precompressed chain; lengths and times in the units of `wave_shapes`."""
     from scipy.optimize import brentq
 
     unit = math.sqrt(constant) * rest_overlap * math.sqrt(math.sqrt(rest_overlap))
@@ -268,7 +270,7 @@ def _precompressed_wave(constant: float, rest_overlap: float, amplitude: float) 
 def _pack_shapes(mass: float, waves: list[LatticeWave]) -> FloatArray:
     density = round(1.0 / float(waves[0].position[1] - waves[0].position[0]))
     reach = min(max(_wave_reach(wave) for wave in waves), _LARGEST_REACH)
-    # Two extra points at each end for the cubic interpolation.
+    # The cubic interpolation needs two more points at each end.
     count = 2 * round(reach * density) + 5
     tables = []
     for wave in waves:
@@ -276,7 +278,7 @@ def _pack_shapes(mass: float, waves: list[LatticeWave]) -> FloatArray:
         piece = slice(crest - count // 2, crest + count // 2 + 1)
         tables += [_pad_table(wave.velocity, piece, count), _pad_table(_energy_roots(wave), piece, count)]
     scaled = [table / float(waves[i // 2].velocity.max()) for i, table in enumerate(tables)]
-    # The first point lies one spacing beyond the reach.
+    # The first point of a table lies one point spacing beyond the reach.
     head = [float(len(waves)), float(count), float(density), (count - 3) / 2.0 / density, mass]
     return np.concatenate([np.array(head), *scaled])
 
@@ -294,7 +296,7 @@ def _pad_table(values: FloatArray, piece: slice, count: int) -> FloatArray:
 
 
 def _energy_roots(wave: LatticeWave) -> FloatArray:
-    """Return the energy root q of a contact for m = A = 1."""
+    """Return the root q of the contact energy (see the module) at the points of a wave, for m = k = 1."""
     s, s0 = np.sqrt(wave.rest_overlap + wave.overlap), np.sqrt(wave.rest_overlap)
     return (s - s0) * np.sqrt(0.4 * s * s * s + 0.8 * s * s * s0 + 1.2 * s * s0 * s0 + 0.6 * s0 * s0 * s0)
 
@@ -309,29 +311,29 @@ def shape_energies(shapes: FloatArray, amplitudes: FloatArray) -> FloatArray:
 
 
 def half_width(shapes: FloatArray, row: int) -> float:
-    """Return a wave's half width: a thousandth of its kinetic energy is farther than this behind the crest [grains]."""
+    """Return the half width of a wave [grains]: a thousandth of its kinetic energy is farther than this behind the crest."""
     place, velocity = _velocity_table(shapes, row)
     squares = velocity * velocity
     return float(-place[np.searchsorted(np.cumsum(squares), _PART * squares.sum())])
 
 
 def _velocity_table(shapes: FloatArray, row: int) -> tuple[FloatArray, FloatArray]:
-    """Return the distances from the crest and the velocities of a wave's table."""
+    """Return the distances from the crest [grains] in a wave's velocity table, and its velocities over the amplitude."""
     count = int(shapes[POINTS])
     table = TABLES + 2 * count * min(row, int(shapes[SHAPES]) - 1)
     return (np.arange(count) - 1.0) / shapes[DENSITY] - shapes[REACH], shapes[table : table + count]
 
 
 def passing_waves(shapes: FloatArray, goal: FloatArray, duration: float, steps: int, action: str) -> FloatArray:
-    """Return the drive of the left end that generates solitary waves travelling to their places, shape (steps,).
+    """Return the drive of the left end that sends solitary waves to their places at the deadline, shape (steps,).
 
-    The force is the mean, over each control step, of the force of the missing grain -1 on grain 0. Grains i >= 0 carry the
-    momentum m A sum_i f(i - x(t)), where f is the velocity shape and x the place of the crest; the change of this momentum is
-    the impulse, exactly for the infinite chain. The velocity of a piston is the mean velocity of grain 0.
+    A force is the mean over a control step of the force that grain -1 of an infinite chain would exert on grain 0. Its impulse
+    equals the change of the momentum of grains i >= 0, m A sum_i f(i - x(t)), where A is the amplitude, f the velocity shape
+    and x the place of the crest. The velocity of a piston is the mean velocity of grain 0 over a control step.
 
     Args:
         shapes: shapes of the waves.
-        goal: rows (amplitude, place, speed), due after the last step.
+        goal: rows (amplitude, place, speed); the places are those after the last step.
         duration: duration of a control step [s].
         steps: number of control steps.
         action: the input, "left_force" or "left_velocity".
@@ -367,27 +369,27 @@ def wave_velocities(shapes: FloatArray, goal: FloatArray, time_left: float, grai
 
 
 def _velocity_shape(shapes: FloatArray, row: int) -> tuple[FloatArray, FloatArray]:
-    """Return distances and velocities of a wave on a fine grid, from cubics through the points of the shape."""
+    """Return distances and velocities as `_velocity_table`, interpolated to a finer grid by cubics."""
     place, velocity = _velocity_table(shapes, row)
     return np.linspace(place[0], place[-1], _FINER * (len(place) - 1) + 1), natural_spline(velocity, _FINER)
 
 
 def refuse_early_waves(shapes: FloatArray, waves: FloatArray, duration: float, steps: int, name: str = "deadline") -> None:
-    """Refuse waves that would have to be in the chain before the agent can send them.
+    """Refuse waves that would have to be in the chain already at the start to reach their places by the deadline.
 
     Args:
         shapes: shapes of the waves.
         waves: rows (amplitude, place, speed).
         duration: duration of a control step [s].
-        steps: control steps until the deadline.
-        name: name of the argument at fault.
+        steps: number of control steps until the deadline.
+        name: name of the argument that the error names.
 
     Raises:
         ParameterError: more than a thousandth of a wave's energy is in the chain at the start.
     """
     for row, wave in enumerate(waves):
         if wave[AMPLITUDE] > 0.0:
-            # The foremost thousandth of the energy begins at this distance from the crest.
+            # A thousandth of the wave's energy is farther than this ahead of the crest.
             place, velocity = _velocity_table(shapes, row)
             ahead = np.cumsum((velocity * velocity)[::-1])[::-1]
             front = place[np.flatnonzero(ahead / ahead[0] > _PART)[-1]]
@@ -398,13 +400,13 @@ def refuse_early_waves(shapes: FloatArray, waves: FloatArray, duration: float, s
 
 
 def refuse_crowded_waves(shapes: FloatArray, waves: FloatArray, grains: int, name: str = "place") -> None:
-    """Refuse waves that overlap or extend beyond an end of the chain, because no state is their sum.
+    """Refuse waves that overlap or extend beyond an end of the chain, because no state of the chain consists of them.
 
     Args:
         shapes: shapes of the waves.
         waves: rows (amplitude, place, speed), in any order.
         grains: number of grains of the chain.
-        name: name of the argument at fault.
+        name: name of the argument that the error names.
 
     Raises:
         ParameterError: more than a thousandth of a wave's energy is beyond an end, or two waves are closer than their width.

@@ -1,1 +1,1 @@
-"""Views of a chain: profile above the grains, bars below the contacts, close-up and x-t diagram."""
+"""Views of a chain: a curve above the grains (profile), bars below the contacts, a close-up and an x-t diagram."""

@@ -18,18 +18,18 @@ WINDOW = 24
 
 
 def has_closeup(motion: Motion) -> bool:
-    """Return whether a close-up shows more detail than the whole chain."""
+    """Return whether the chain is so long that a close-up shows more detail than the view of the whole chain."""
     return motion.colour is not None and motion.every == 1 and len(motion.radius) > 2 * WINDOW
 
 
 def closeup_camera(motion: Motion) -> Camera:
-    """Return the camera for a window and the grain numbers below it."""
+    """Return the camera of the close-up, whose picture contains one window of grains and the grain numbers below it."""
     largest = float(motion.radius.max())
     return Camera("cameras/closeup", (0.0, -0.6 * largest), 2.0 * largest * (WINDOW + 1), 4.0 * largest)
 
 
 def closeup_windows(motion: Motion) -> npt.NDArray[np.int64]:
-    """Return the first grain of each frame's window, around the grain of largest magnitude, shape (frames,)."""
+    """Return the first grain of each frame's window, which lies around the fastest grain, shape (frames,)."""
     assert motion.colour is not None
     fastest = np.abs(motion.colour).argmax(axis=1)
     return np.clip(fastest - WINDOW // 2, 0, len(motion.radius) - WINDOW)

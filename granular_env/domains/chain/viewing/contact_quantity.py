@@ -1,4 +1,4 @@
-"""The quantity shown at the contacts in the frames of a run: forces if known, else overlaps."""
+"""The quantity that pictures show at the contacts in each frame of a run: the force if known, otherwise the overlap."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from granular_env.components.support.float_arrays import FloatArray
 def contact_quantity(
     points: Points, displacement: FloatArray | None, read: Callable[[str], FloatArray | None]
 ) -> tuple[FloatArray | None, str, str]:
-    """Return the forces in the contacts between grains if known, else the overlaps, with name and unit.
+    """Return the forces in the contacts between grains if known, otherwise the overlaps, with name and unit of this quantity.
 
     Args:
         points: the grains.
         displacement: shape (frames, n, 3) [m]; None if unknown.
-        read: returns an output in these frames by name; None if unknown.
+        read: function that returns the values of the output of a given name in these frames, or None if unknown.
     """
     if len(points.radius) < 2:
         return None, "", ""
@@ -29,5 +29,5 @@ def contact_quantity(
         return None, "", ""
     gap = np.diff(points.reference[:, 0]) - points.radius[1:] - points.radius[:-1]
     overlap = -(gap + np.diff(displacement[..., 0], axis=1))
-    # Overlaps below rounding error count as touching.
+    # Overlaps below the rounding error are set to 0: the grains touch.
     return np.where(overlap > 1e-12 * points.radius.min(), overlap * 1e6, 0.0), "overlap", "\u00b5m"

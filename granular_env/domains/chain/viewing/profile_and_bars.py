@@ -13,7 +13,7 @@ from granular_env.optional_packages import import_optional
 from granular_env.viewing.scene_data import Motion
 from granular_env.viewing.scene_scales import REST_COLOUR, Scales
 
-# Distance of a zero line's label from the line, in lengths of the longest bar.
+# Distance of the zero line's label from this line, over the length of the longest bar.
 WORDS = 1.25
 # Length of the longest bar, as a fraction of the scene's length.
 _BAR_LENGTH = 0.05
@@ -27,7 +27,7 @@ class Row:
         height: length of the longest bar and half the span of the profile [m].
         profile_level: height of the profile's zero line [m].
         contact_level: height of the upper ends of the contacts' bars [m].
-        contact_limit: contact force or overlap of a bar of length `height`.
+        contact_limit: contact force [N] or overlap [m] that is shown by a bar of length `height`.
     """
 
     height: float
@@ -52,7 +52,7 @@ def row_layout(motion: Motion, scales: Scales) -> Row:
 
 
 def send_guides(recording: Any, motion: Motion, scales: Scales, row: Row) -> None:
-    """Send the labelled zero lines."""
+    """Send the zero lines of the profile and of the bars, with labels."""
     rr = import_optional("rerun", "the viewer")
     variable = motion.colour_variable
     guides = []
@@ -76,7 +76,7 @@ def send_guides(recording: Any, motion: Motion, scales: Scales, row: Row) -> Non
 def send_profile(
     recording: Any, motion: Motion, scales: Scales, row: Row, positions: npt.NDArray[Any], when: list[Any]
 ) -> None:
-    """Send the colouring quantity as a curve above the grains."""
+    """Send the quantity by which the grains are coloured as a curve above the grains."""
     if motion.colour is None or positions.shape[1] < 2:
         return
     radius = import_optional("rerun", "the viewer").Radius.ui_points(1.5)

@@ -24,7 +24,7 @@ from granular_env.viewing.figures.drawing import (
 from granular_env.viewing.recorded_fields import to_field
 from granular_env.viewing.scene_data import Motion
 
-# Rows kept for a running simulation; beyond this number, every second row is dropped.
+# Largest number of stored frames of a running simulation; when it is reached, every second frame is dropped.
 _ROWS = 400
 
 
@@ -69,7 +69,7 @@ def space_time_picture(motion: Motion, limit: float, ends: tuple[float, float] |
 
 
 class GrowingPicture:
-    """The x-t diagram of a running simulation: axes are redrawn rarely, rows are filled in as they arrive.
+    """The x-t diagram of a running simulation: the axes are redrawn rarely, and each new frame fills in its row of pixels.
 
     The time axis extends to the end of the run if that is known; otherwise it is doubled when the run reaches its end.
     """
@@ -92,7 +92,7 @@ class GrowingPicture:
         self._empty_axes(motion, limit, self._start + 1e-9)
 
     def store_frame(self, motion: Motion) -> None:
-        """Store the single frame of a motion; of many frames, only every second, fourth, ... is kept."""
+        """Store the only frame of `motion`; when many frames are stored, only every second, fourth, ... is kept."""
         assert motion.colour is not None
         if self._offered % self._kept_every == 0:
             self._rows.append((float(motion.times[0]), motion.colour[0]))
@@ -101,7 +101,7 @@ class GrowingPicture:
             self._rows, self._kept_every = self._rows[::2], 2 * self._kept_every
 
     def draw_picture(self, motion: Motion, limit: float) -> Picture:
-        """Return the diagram up to the present; `motion` supplies the particles."""
+        """Return the diagram of the frames stored so far; `motion` supplies the positions of the particles."""
         axes = self._empty_axes(motion, limit, self._rows[-1][0])
         times, values = np.array([time for time, _ in self._rows]), np.stack([row for _, row in self._rows])
         pixels = axes.pixels.copy()
@@ -118,7 +118,7 @@ class GrowingPicture:
     def _empty_axes(self, motion: Motion, limit: float, now: float) -> Picture:
         if self._axes is None or now > self._axes.end * (1.0 + 1e-9) or limit != self._axes_limit:
             if self._end is None or now > self._end * (1.0 + 1e-9):
-                # End unknown or exceeded: extend the axis to twice the elapsed time.
+                # The end of the run is unknown or exceeded: extend the time axis to twice the elapsed time.
                 self._end = self._start + 2.0 * (now - self._start)
             nothing = np.full((2, motion.displacement.shape[1]), np.nan)
             ends = (self._start, self._end)

@@ -22,7 +22,7 @@ from .space_time_diagram import GrowingPicture, Picture, space_time_picture
 
 
 class ChainViews(Views):
-    """Profile, contact bars, close-up and x-t diagram of a chain."""
+    """The views of a chain as the viewer needs them; see `Views` for the meaning of the methods."""
 
     def __init__(self, motion: Motion, scales: Scales, begin: float = 0.0, end: float | None = None) -> None:
         """Compute the layout of the views; see `Views`."""
@@ -38,7 +38,7 @@ class ChainViews(Views):
         return self._row.contact_level - beyond, self._row.profile_level + beyond
 
     def add_frame(self, motion: Motion) -> bool:
-        """Add a frame; return whether it has increased the limit of the bars."""
+        """Add a frame of a running simulation; return whether the force or overlap of the longest bar has increased."""
         if self._growing is not None and motion.colour is not None:
             self._growing.store_frame(motion)
         largest = 0.0 if motion.contact is None else float(motion.contact.max(initial=0.0))
@@ -69,7 +69,7 @@ class ChainViews(Views):
             send_closeup(recording, motion, scales, colours, when)
 
     def send_pictures(self, recording: Any, motion: Motion, scales: Scales) -> None:
-        """Send the x-t diagram; for a whole run, add a line at the present time."""
+        """Send the x-t diagram; for a whole run, also a line that marks the time shown."""
         if motion.colour is None:
             return
         if self._growing is not None:
@@ -81,7 +81,7 @@ class ChainViews(Views):
             _send_time_line(recording, picture, motion)
 
     def full_width_panes(self, motion: Motion, scales: Scales) -> list[tuple[Any, float]]:
-        """Return the close-up."""
+        """Return the pane with the close-up."""
         if not has_closeup(motion):
             return []
         name = f"Close-up: the {WINDOW} grains around the largest {motion.colour_variable.name}"
@@ -89,7 +89,7 @@ class ChainViews(Views):
         return [(closeup_camera(motion).make_pane(f"{name}; {drawn}", ["closeup/**"]), 1.2)]
 
     def side_panes(self, motion: Motion, scales: Scales) -> list[Any]:
-        """Return the x-t diagram."""
+        """Return the pane with the x-t diagram."""
         if motion.colour is None or (scales.settled and len(motion.times) < 2):
             return []
         return [import_optional("rerun.blueprint", "the viewer").Spatial2DView(origin="space_time", name="x-t diagram")]

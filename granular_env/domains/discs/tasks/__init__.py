@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from granular_env.domains import Environment
 
-# The threshold is the return of the "theory" baseline, rounded down. Gymnasium's vector environments serve as batch.
+# The reward threshold is the return of the "theory" baseline, rounded down. Batches are Gymnasium's vector environments.
 ENVIRONMENTS = {
     "granular_env/Splitting-v1": Environment(f"{__name__}.splitting:make_splitting", 0.586),
 }

@@ -17,18 +17,18 @@ from granular_env.envs.factory import Options, environment_factory, refuse_early
 from granular_env.envs.policies import Constant, OpenLoop, Policy
 from granular_env.envs.task import Seen, Task
 
-# Length of the "theory" pulses, in units of a wave's travel time from disc to disc.
+# Duration of the pulses of the "theory" drive, over a wave's travel time from disc to disc.
 _PULSE_LENGTH = 4.0
 
 
 class SplittingTask(Task):
-    """Break one link of a row and no other. See `make_splitting`.
+    """Break a given link of a row of discs, and no other. See `make_splitting`.
 
     Args:
-        discs: the row.
+        discs: the component with the row of discs.
         target: number of the link to break.
         force_scale: force on an end disc at action 1 [N].
-        work_price: cost of an amount of work equal to the energy of a link at breaking.
+        work_price: cost, in reward, of an amount of work equal to the energy of a link at breaking.
         control_step: length of a control step [s].
     """
 
@@ -40,15 +40,15 @@ class SplittingTask(Task):
         self.observations = {"displacement": p.breaking_strain * 2.0 * p.radius, "velocity": 0.25, "linked": 1.0}
         self.target, self._limit = target, p.breaking_strain * 2.0 * p.radius
         self._price = work_price / (0.5 * p.stiffness * self._limit**2)
-        # Long waves run at the speed 2 r sqrt(k / m) and pass one link in this time.
+        # A wave passes one link, of length 2 r, in this time: long waves run at the speed 2 r sqrt(k / m).
         self._disc_time, self._control_step, self._links = math.sqrt(p.mass / p.stiffness), control_step, p.columns - 1
 
     def begin(self, component: Component, outputs: Seen) -> None:
-        """Start with all links whole."""
+        """Set all counters to 0."""
         self.counters = {"closeness": 0.0, "wrong_links": 0.0, "work": component.get("input_work")}
 
     def judge(self, component: Component, outputs: Seen, duration: float) -> tuple[float, bool]:
-        """Return the gain in closeness minus 1 per wrong break minus the cost of work; the right break ends the episode."""
+        """Return the increase of "closeness" minus 1 per wrong broken link minus the work's cost; end with the target link."""
         linked, along = outputs["linked"], outputs["displacement"][:, 0]
         is_split = bool(linked[self.target] == 0.0)
         lengthening = 1.0 if is_split else min(float(along[self.target + 1] - along[self.target]) / self._limit, 1.0)
@@ -62,11 +62,11 @@ class SplittingTask(Task):
         return gain - wrong - self._price * work, is_split
 
     def baselines(self) -> Mapping[str, Policy]:
-        """Return the policies "nothing" and "theory": outward pulses from both ends that meet at the wanted link."""
+        """Return the policies "nothing" and "theory"; the latter pulls both ends so that the pulses meet at the target link."""
         return {"nothing": Constant([0.0, 0.0]), "theory": OpenLoop(self._theory_drive())}
 
     def _theory_drive(self) -> np.ndarray:
-        """Return two half sines, the one with the shorter path delayed, shape (control steps, 2)."""
+        """Return the actions of both ends: half sines, delayed at the end nearer to the target; shape (control steps, 2)."""
         ways = np.array([self.target + 0.5, self._links - self.target - 0.5])
         starts, length = (ways.max() - ways) * self._disc_time, _PULSE_LENGTH * self._disc_time
         times = (np.arange(math.ceil((starts.max() + length) / self._control_step)) + 0.5) * self._control_step
@@ -95,7 +95,7 @@ def make_splitting(
     The force on the first and on the last disc along x.
 
     ## Observation space
-    A link reads 1 if intact, 0 if broken. Counters: "closeness", "wrong_links" and "work" [J].
+    For each link 1 if intact, 0 if broken. Counters: "closeness", "wrong_links" (other broken links) and "work" [J].
 
     ## Rewards
     "closeness" is the largest elongation of the target link up to now over its breaking elongation; it is 1 once the link has
@@ -110,13 +110,13 @@ def make_splitting(
 
     ## Arguments
     * `columns` (10): discs in the row. `target` (2): number of the target link; 0 is between the first two discs.
-    * `breaking_strain` (0.01): 2 N in a link. `force_scale` (1.5 N). `work_price` (0.1).
-    * `step_size` (5e-5 s): the internal step. A wave travels from disc to disc in 1 ms.
+    * `breaking_strain` (0.01): of a link, which then carries 2 N. `force_scale` (1.5 N): force at action 1. `work_price` (0.1).
+    * `step_size` (5e-5 s): internal step of the component. A wave travels from disc to disc in 1 ms.
     * `discs`: further parameters of the component, e.g. `{"stiffness": 2e4}`.
 
     ## Baselines
-    "theory" pulls with a half sine at each end, timed so that the pulses meet at the target link: 0.587. The study
-    `splitting` finds 0.85.
+    "theory" pulls with a half sine at each end, timed so that the pulses meet at the target link; it returns 0.587. The
+    study `splitting` finds drives that return 0.85.
     """
     parameters = {"rows": 1, "columns": columns, "breaking_strain": breaking_strain, "step_size": step_size}
     component = Discs(**{**parameters, **(discs or {})})

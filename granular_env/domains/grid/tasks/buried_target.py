@@ -18,12 +18,12 @@ from granular_env.envs.factory import Options, environment_factory, refuse_early
 from granular_env.envs.policies import Constant, OpenLoop, Policy
 from granular_env.envs.task import Seen, Task
 
-# The block: numbers of cells, cell size [m], and its rock.
+# The block: numbers of cells along x and y, size of a cell [m], and the rock.
 _COLUMNS, _ROWS, _CELL = 60, 36, 5e-3
 _ROCK = {"density": 2700.0, "young": 6e10, "poisson": 0.25}
-# Cells between two loads.
+# Distance of neighbouring loads in cells.
 _SPACING = 4
-# Number of directions searched for the target's fastest motion.
+# Number of directions of the target's velocity among which the fastest is searched.
 _DIRECTIONS = 3600
 
 
@@ -34,8 +34,8 @@ class BuriedTargetTask(Task):
         grid: grid with forced nodes; its last receiver is the target.
         force: force of each load at action 1 [N].
         internal_steps: internal steps in a control step.
-        deadline: control steps of an episode.
-        hold: control steps for which an action is held.
+        deadline: number of control steps of an episode.
+        hold: number of control steps for which an action is held.
     """
 
     name = "buried_target"
@@ -49,11 +49,11 @@ class BuriedTargetTask(Task):
         self.observations = {"receiver_velocity": self.best_speed}
 
     def begin(self, component: Any, outputs: Seen) -> None:
-        """Store the target's energy at the start."""
+        """Store the "energy" of the target at the start, see `_target_energy`."""
         self.counters = {"target_energy": self._target_energy(outputs)}
 
     def judge(self, component: Any, outputs: Seen, duration: float) -> tuple[float, bool]:
-        """Return the gain in the target's energy, relative to the largest possible energy at the deadline."""
+        """Return the increase of the target's "energy" in this step, see `_target_energy`."""
         before, self.counters["target_energy"] = self.counters["target_energy"], self._target_energy(outputs)
         return self.counters["target_energy"] - before, False
 
@@ -74,7 +74,7 @@ class BuriedTargetTask(Task):
         }
 
     def _target_energy(self, outputs: Seen) -> float:
-        """Return the square of the target's speed, relative to the largest possible at the deadline."""
+        """Return the square of (the target's speed / the largest speed that is possible at the deadline)."""
         vx, vy = (float(number) for number in np.asarray(outputs["receiver_velocity"])[-1])
         return (vx * vx + vy * vy) / (self.best_speed * self.best_speed)
 
@@ -82,7 +82,7 @@ class BuriedTargetTask(Task):
 def target_response(grid: Grid, internal_steps: int, deadline: int) -> FloatArray:
     """Return the target's velocity at the deadline for a force of 1 N of each load along x or y, held for one control step.
 
-    The grid is reset afterwards. Shape (control steps, 2 entries for each load: x and y, 2 directions) [m/s/N].
+    Shape (control steps of the force, 2 x loads: x and y of each, 2 velocity components) [m/s/N]. The grid is reset afterwards.
     """
     loads, duration = len(grid.get("force")), internal_steps * grid.step_size
     found = np.zeros((deadline, 2 * loads, 2))
@@ -92,17 +92,17 @@ def target_response(grid: Grid, internal_steps: int, deadline: int) -> FloatArra
         force[entry // 2, entry % 2] = 1.0
         for late in range(deadline):
             grid.step(duration, force=force if late == 0 else 0.0)
-            # Velocity `late` + 1 control steps after the start of the force.
+            # This velocity, `late` + 1 control steps after the start of the force, is that at the deadline for a later start.
             found[deadline - 1 - late, entry] = grid.get("receiver_velocity")[-1]
     grid.reset()
     return found
 
 
 def fastest_drive(response: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the drive, within -1 to 1, that maximises the target's speed at the deadline, and the gain of each entry [m/s].
+    """Return the drive (-1 to 1) with the largest target speed at the deadline, and the speed that each entry adds [m/s].
 
-    Along a direction e the velocity is the sum of drive x response.e. The best drive therefore has the sign of response.e, and
-    the speed is the sum of the magnitudes. Both results have the shape (actions, 2 entries for each load).
+    The velocity along a direction e is the sum over all entries of drive x (response . e). The best drive for e therefore has
+    the sign of response . e, and the speed is the sum of the magnitudes. Both results have the shape (actions, 2 x loads).
 
     Args:
         response: result of `target_response` times the force at action 1.
@@ -148,12 +148,12 @@ def make_buried_target(
     ## Arguments
     * `loads` (8), `force` (1e4 N): number of loads, and force of each at action 1.
     * `target` ((0.04, -0.1) m): x and y of the target; y is negative below the surface.
-    * `clock` (2).
+    * `clock` (2): number of time readings in the observation.
 
     ## Baselines
-    "theory" is the time-reversed response of the target to each load. The medium is linear, so each entry of the best drive
-    has the sign of its contribution to the target: 1.000. "one_push", one push of each load, timed to meet at the target,
-    returns 0.02.
+    "theory" is the time-reversed response of the target to each load. The medium is linear, so the best drive is 1 or -1
+    everywhere, with the sign of the response; it returns 1.000. "one_push" pushes each load once, timed so that the waves
+    meet at the target; it returns 0.02.
     """
     loads = whole_number("loads", loads)
     if loads > (_COLUMNS - 2) // _SPACING:

@@ -1,4 +1,4 @@
-"""Relief-v1: choose filling and vent opening of a detonation tube: maximum impulse on its end, without losing the wall."""
+"""Relief-v1: choose filling and vent opening of a detonation tube for a large impulse on its end, without loss of the wall."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from granular_env.envs.factory import Options, environment_factory, refuse_early
 from granular_env.envs.policies import Constant, OpenLoop, Policy
 from granular_env.envs.task import Seen, Task
 
-# The tube is closed at both ends; half of it is computed. Its wall is from Gato & Shie (2010) [m].
+# The tube is closed at both ends; half of its cross-section is computed. The wall is that of Gato & Shie (2010) [m].
 _RADIUS, _WALL, _LENGTH, _CELLS = 0.01975, 0.89e-3, 0.16, 80
 _AREA = 0.5 * math.pi * _RADIUS * _RADIUS
-# The shell part near the loaded end; the vent; the gauges, the last one at the loaded end [m].
+# Start of the deformable wall, and its mesh; position of the vent; pressure gauges, the last one at the loaded end [m].
 _BEGIN, _BODY = 0.135, {"name": "tube", "length": 0.02, "along": 5, "around": 32, "half": True}
 _VENT, _GAUGES = 0.12, [0.06, 0.119, 0.159]
-# Igniting gas at the closed end: extent [m], pressure over the initial pressure, temperature [K].
+# Hot gas that ignites the rest, at the left end: length [m], pressure over the initial pressure, temperature [K].
 _SPARK, _OVERPRESSURE, _HOT = 0.006, 12.0, 3500.0
-# Smallest and largest initial pressure in the paper [Pa].
+# Smallest and largest initial pressure in Gato & Shie (2010) [Pa].
 _LEAST, _MOST = 80e3, 180e3
 _TEMPERATURE = 295.0
 # Best known drive for the default arguments, found by `granular-env study relief` (CMA-ES).
@@ -44,7 +44,7 @@ class ReliefTask(Task):
     Args:
         tube: tube with a vent and a plastic wall.
         vent_area: vent area at action 1 [m^2].
-        limit: plastic strain at which the wall is lost.
+        limit: plastic strain above which the wall counts as lost.
         duration: length of an episode [s].
     """
 
@@ -59,11 +59,11 @@ class ReliefTask(Task):
         self.unit = strongest * _AREA * duration
 
     def begin(self, component: Component, outputs: Seen) -> None:
-        """Start with zero impulse and zero plastic strain."""
+        """Set impulse and plastic strain to 0."""
         self.counters = {"impulse": 0.0, "plastic_strain": 0.0, "initial_pressure": 0.0}
 
     def inputs(self, component: Component, driven: dict[str, Any]) -> dict[str, Any]:
-        """Fill the tube according to the first action; later actions open the vent.
+        """At the first action of an episode, fill the tube; return the vent opening for later actions.
 
         An episode that continues from a log has already been filled, so all of its actions control the vent.
         """
@@ -76,7 +76,7 @@ class ReliefTask(Task):
         return {"vent_area": 0.0}
 
     def judge(self, component: Component, outputs: Seen, duration: float) -> tuple[float, bool]:
-        """Return the impulse on the end in this step; losing the wall costs 1."""
+        """Return the impulse on the end in this step over its reference (`make_relief`), minus 1 if the wall is lost."""
         assert isinstance(component, Tube)
         before, impulse = self.counters["impulse"], -float(component.gas.balances()[1].supplied["right_impulse"])
         strain = float(component.get("shell_plastic_strain").max())
@@ -85,7 +85,7 @@ class ReliefTask(Task):
         return (impulse - before) / self.unit - float(is_lost), is_lost
 
     def baselines(self) -> Mapping[str, Policy]:
-        """Return the weakest filling, the strongest, the theoretically safe one without a vent, and the best known drive."""
+        """Return "nothing" (weakest filling), "strongest", "theory" (`safe_pressure`, vent closed) and "best" (best known)."""
         safe = (safe_pressure() - _LEAST) / (_MOST - _LEAST)
         return {
             "nothing": Constant([0.0]),
@@ -96,7 +96,7 @@ class ReliefTask(Task):
 
 
 def fill_tube(tube: Tube, pressure: float) -> None:
-    """Reset with the gas mass scaled by a uniform factor at unchanged temperature, to an initial pressure [Pa]."""
+    """Reset the tube to an initial pressure [Pa]: the gas density is scaled by one factor, the temperature is unchanged."""
     start = {name: tube.get(name) for name, variable in tube.variables.items() if variable.state}
     more = pressure / tube.parameters.gas.initial_pressure
     tube.reset(**{**start, "gas_pressure": more * start["gas_pressure"], "gas_density": more * start["gas_density"]})
@@ -121,7 +121,7 @@ def _reflected_pressure(initial: float) -> float:
 
 
 def _make_tube() -> Tube:
-    """Return the tube, filled at the mean initial pressure."""
+    """Return the tube of the task, filled to the mean of `_LEAST` and `_MOST`."""
     middle = 0.5 * (_LEAST + _MOST)
     spark = {"x": [0.0, _SPARK], "pressure": _OVERPRESSURE * middle, "temperature": _HOT}
     return Tube(
@@ -151,13 +151,13 @@ def make_relief(
     Values below 0 count as 0.
 
     ## Observation space
-    Pressure at 60, 119 and 159 mm, relative to that behind a detonation of the mean filling (130 kPa); mean radial
-    displacement of the wall at 5 positions. Counters: "impulse" on the end [N s], "initial_pressure" [Pa], "plastic_strain"
-    (the largest).
+    Pressure at 60, 119 and 159 mm over that behind a detonation of the mean filling (130 kPa); radial displacement of the
+    wall, averaged around, at 5 positions. Counters: "impulse" on the end [N s], "initial_pressure" [Pa], "plastic_strain"
+    (largest in the wall).
 
     ## Rewards
-    The impulse on the end in the step, over that of the pressure behind a detonation of the mean filling from the start to
-    the deadline. Loss of the wall costs 1.
+    The impulse on the end in the step, divided by the impulse that the pressure behind a detonation of the mean filling would
+    have from the start to the deadline. Loss of the wall costs 1.
 
     ## Start state
     Everything at rest; the gas within 6 mm of the left end is hot and has twelve times the pressure.
@@ -166,15 +166,15 @@ def make_relief(
     Terminated when the wall is lost (plastic strain above `limit`), and at the deadline.
 
     ## Arguments
-    * `vent_area` (6e-4 m2): at action 1; the cross-section of the computed half of the tube. `limit` (2e-4): plastic strain
-      at which the wall is lost.
-    * `clock` (2).
+    * `vent_area` (6e-4 m2): area of the vent at action 1; the default is the cross-section of the computed half of the tube.
+      `limit` (2e-4): plastic strain above which the wall counts as lost.
+    * `clock` (2): number of time readings in the observation.
 
     ## Baselines
-    "nothing" is the weakest filling: 0.34. "strongest" keeps the vent closed and loses the wall: -0.53. "theory" treats the
-    reflected pressure, 2.5 times that of the detonation, as static and sets the hoop stress $p R / h$ equal to the yield
-    stress: 145 kPa without a vent, 0.60. "best" was found by search: 175 kPa, and a vent that is ajar before the front and
-    wide open for three control steps as the reflected front passes, 0.68.
+    "nothing" is the weakest filling and returns 0.34. "strongest" keeps the vent closed and loses the wall: -0.53. "theory"
+    treats the reflected pressure p, 2.5 times that of the detonation, as static and sets the hoop stress $p R / h$ equal to
+    the yield stress (R radius, h wall thickness): 145 kPa with a closed vent, 0.60. "best" was found by search: 175 kPa, and
+    a vent that is ajar before the front and wide open for three control steps as the reflected front passes, 0.68.
     """
     tube = _make_tube()
     settings: dict[str, Any] = {"internal_steps": 20, "deadline": 35, "clock": 2, **options}
