@@ -154,7 +154,7 @@ def _chosen_tables(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[s
 
 
 def _field_choices(model: type[BaseModel], key: str) -> list[tuple[str, str, type[Parameters]]]:
-    """Return location, name and table of each models, with locations, of the tables chosen by name in a field or its elements; see `_parts_of_type`."""
+    """Return the models, with locations, of the tables chosen by name in a field or its elements; see `_parts_of_type`."""
     if key in (own := table_choices(model)):
         return [("", choice, table) for choice, table in own[key].items()]
     found = _parts_of_type(model.model_fields[key].annotation)

@@ -193,9 +193,8 @@ def _slip_increment(relative, x, y, r, time):
 def _closure_work_error(relative, x, y, r, rest_before, overlap_after, time):
     """Return the work of kicks on a spring of stiffness 1 minus its energy change, if a pair closes or opens in a drift [m^2].
 
-    The vector (x: x component of the y) from the first automaton to the second, after the drift [m].
-        y: its y length `r` and `overlap_after` are those after the drift [m],
-    which the drift `time: length of the drift [s].
+    The vector (x, y) from the first automaton to the second, its length `r` and `overlap_after` are those after the drift [m],
+    which takes `time` [s].
     """
     old_x, old_y = x - time * relative.vx, y - time * relative.vy
     old_r = np.sqrt(old_x * old_x + old_y * old_y)

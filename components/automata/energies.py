@@ -80,11 +80,7 @@ def _division_energy(link_moduli, body, h, links, q, p):
 def neighbour_division_energy(link_moduli, body, h, links, ends, link):
     """Return how much the divisions of strain lower the energies of all links of two neighbours [J].
 
-    Args:
-        link_moduli: those of the `links.Medium`.
-        body: a `ends` `links.Histories`.
-        links: `links` of a the indices of the two automata in the fields.
-        link` is the direction of their link, and the index where it begins.
+    `ends` are the places of the two automata; `link` is the direction of their link, and where it begins.
     """
 
 

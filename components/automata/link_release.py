@@ -32,15 +32,8 @@ def apply_mean_weights(layout, weight, contacts, tick, release_ticks):
 
     The kick of a step belongs to both of its halves. Afterwards `apply_end_weights` writes the weight at the end of the step.
 
-    Args:
-        layout: a `lattice.Layout`.
-        weight: that of `links.Histories`, updated.
-        contacts: `contacts.Contacts`.
-        tick: number of the internal step.
-        release_ticks: number of internal steps that a release takes.
-
     Returns:
-        Whether there are links that are being formed again: see `relinking.raise_link_weights`.
+        Whether weights of other links rise: see `relinking.raise_link_weights`.
     """
     rising = False
     for row in range(contacts.used):
@@ -59,10 +52,8 @@ def apply_end_weights(medium, motion, links, contacts, tick, losses):
     """Give links that are being released their weights at the end of an internal step, and tally the released energy.
 
     The energy of one link depends on the weights of the other links at its ends. Each is computed with the mean weights of the
-    others; the sum is then the total energy up to terms of third order in the change of a step. `links.Medium`; weights are updated.
-        motion: a `lattice.Motion`.
-        links: `links` of a `lattice.Scratch` has the strains of the
-    present positions, `contacts` the present slip; dissipated energies, see FRACTURE; for `losses`.
+    others; the sum is then the total energy up to terms of third order in the change of a step. `links` has the strains of the
+    present positions, `contacts` the present slip; see FRACTURE for `losses`.
     """
     layout, weight, pairs = medium.body.layout, medium.histories.weight, contacts.pairs
     for row in range(contacts.used):
@@ -87,7 +78,7 @@ def apply_end_weights(medium, motion, links, contacts, tick, losses):
 def write_rest_distances(medium, motion, scratch, contacts, first_row):
     """Write the rest distances of the contacts that breaking links leave, from row `first_row` on [m].
 
-    The contact takes over the pressure of the link, up to two limits: its overlap is at most the diameter minus r, as
+    The contact takes over the pressure of the link, up to two limits: its overlap is at most that relative to the diameter, as
     in an elastic link, and its energy is at most the link's energy with its share of both volume energies. A link that has
     yielded in compression stores less of both. A link in tension leaves a contact without overlap. `scratch` has the strains
     and tractions at the present positions.

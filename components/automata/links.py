@@ -378,8 +378,7 @@ def write_criterion_values(medium, scratch, out):
 def yield_links(response, medium, motion, scratch, time):
     """Let links yield at the present strains, and return the energy dissipated by flow and degradation [J].
 
-    `time` `response` of the laws since the medium, which selects the compiled code.
-        medium: a `Medium`; its histories force evaluation [s]; `motion` has the velocities since then. Histories of `medium` are
+    `time` is the time since the last force evaluation [s]; `motion` has the velocities since then. Histories of `medium` are
     updated.
     """
 

@@ -117,9 +117,7 @@ def save_velocities(place, motion, before):
 def kick_with_inputs(body, motion, forces, inputs, time):
     """Kick automata with forces and loads, then set the velocities of gripped automata.
 
-    `forces`, updated in place.
-        forces: the force rows of `lattice.Scratch.cells`, to which the loads are added.
-        inputs: are the tallies; `time` is that duration of the kick
+    `forces`, rows of `lattice.Scratch.cells`, are updated on loaded automata, as are the tallies; `time` is that of the kick
     [s].
     """
     load, grip, tally = inputs.load, inputs.grip, inputs.tallies[0]

@@ -104,8 +104,7 @@ def pair_strain(offset, first, second, nx, ny):
 def sum_over_links(layout, first, second, sign, out):
     """Write for each automaton a sum over its links: `first` of those that begin, `sign` times `second` of those that end.
 
-    `first` and `second` have the value of each link for the automaton where it begins, shape (directions, m), `out` has the value of each link for the automaton where it ends, shape (m,); `sign` is 1 or -1.
-        out: written, shape (m,).
+    `first` and `second` have the shape (directions, m), `out` has the shape (m,); `sign` is 1 or -1.
     """
     begin, end, offset, sums = layout.begin, layout.end, layout.offset, out[layout.begin : layout.end]
     right, left = first[0, begin:end], second[0, begin - offset[0] : end - offset[0]]

@@ -119,11 +119,7 @@ def write_linking_pressures(medium, motion, links, contacts, pressure_out):
     """Write the pressures of contacts that may become links, or -1 for others, shape (used,) [Pa].
 
     Such a pair was once linked and is fully released, its sliding is slow enough, and its line of centres lies within 45
-    degrees of the axis of its link. `links`.
-        motion: a `lattice.Motion`.
-        links: `links` of a `lattice.Scratch`, has the strains of the present positions.
-        contacts: `contacts.Contacts`.
-        pressure_out: array to which the pressures are written.
+    degrees of the axis of its link. `links` has the strains of the present positions.
     """
     body, constants, pairs, place = medium.body, medium.contact_constants, contacts.pairs, medium.body.layout.place
     for row in range(contacts.used):
@@ -148,9 +144,9 @@ def raise_link_weights(specimen, contacts, tick, time, places):
     """Raise the weights of links that are being formed again, and tally the energy dissipated in this.
 
     In each step such a link gets the strains at which it carries the force of its contact, with slightly more or less pressure
-    so that no energy is needed (a new link makes the volumes of both automata stiffer). Without such a strain, energy may be
+    so that no energy is needed: forming a link stiffens the volumes of both automata. If no such strain is near, energy may be
     dissipated. Energy is never created; the link waits for the next step instead. `time` is the time since the last force
-    evaluation [s]; `places` is scratch for displacements and angles, shape (3, m).
+    evaluation [s]; `places` is scratch, shape (3, m).
 
     Returns:
         Whether any weight was raised.
@@ -182,13 +178,8 @@ def raise_link_weights(specimen, contacts, tick, time, places):
 def _raise_link_weight(medium, motion, scratch, contacts, pair, fraction, extra_strain):
     """Raise the weight of a link, strain it as `_strain_link` does, and return the dissipated energy [J].
 
-    The link is strained only after the previous drift, so the kick must not include the strains of that drift. Work that it
-    would have done in the drift in addition to the actual work is not counted as a loss. `motion` has the velocities of the previous drift.
-        scratch: a `lattice.Scratch`.
-        contacts: `contacts.Contacts`.
-        pair: a `_RelinkedPair`.
-        fraction: fraction of the strains, see `_strain_link`.
-        extra_strain: additional strain along the link, see `_strain_link`.
+    The strains of the previous drift are released, so that the kick does not include them. The work that forces would have
+    done in that drift in addition to their actual work is no loss. `motion` has the velocities of the previous drift.
     """
     _strain_link(medium, motion, scratch, contacts, pair, fraction, extra_strain)
     taken = pair.energy - pair_energy(medium, motion, scratch.links, contacts, pair.row)
@@ -257,9 +248,7 @@ def _strain_link(medium, motion, scratch, contacts, pair, fraction, extra_strain
     """Give a link its weight after the step, and strains at which it carries the force of its contact alone.
 
     The link keeps its history: the remaining stiffness, and the plastic strains, which its free faces have kept. The strains
-    are multiplied by `fraction`, and `_RelinkedPair`.
-        fraction: the link gets this fraction of these strains.
-        extra_strain` is added along the link.
+    are multiplied by `fraction`, and `extra_strain` is added along the link.
     """
     body, h, links, row = medium.body, medium.histories, scratch.links, pair.row
     i, j, slot = contacts.pairs[row, FIRST], contacts.pairs[row, SECOND], contacts.pairs[row, SLOT]

@@ -82,10 +82,8 @@ class Seam(NamedTuple):
 def update_automata_forces(automata, linked_body, cracking, seam, time, tick):
     """Write the forces and torques of links and contacts, and the forces of the automata on interface nodes.
 
-    The `lattice.Body` of automata whose links stay intact and elastic; None for others.
-        cracking: a `cracking` whose been have been checked for breaking; it is None for automata whose links stay intact.
-        seam: a `linked_body` is None for
-    others. `time` is the time time since the forces were last computed [s], `tick` the number of the step of the automata.
+    The links of `cracking` have been checked; it is None for automata that stay linked and elastic, `linked_body` is None for
+    others. `time` is the time since the forces were last computed [s], `tick` the number of the step of the automata.
     """
     if linked_body is not None:
         write_link_forces(linked_body, automata.motion, automata.scratch)
@@ -119,7 +117,7 @@ def kick_and_drift_grid(grid, factors, row, step):
 def finish_cells(grid, seam, step, tick, has_next_tick):
     """Advance the cells, kick the nodes without conditions, and complete the forces on the other nodes.
 
-    `step` is the internal step [s], `tick` the number of the tick that ends. If another tick follows in this call, nodes
+    `step` is the internal step [s], `tick` the number at the end of this tick. If another tick follows in this call, nodes
     without conditions begin it at once.
 
     Returns:

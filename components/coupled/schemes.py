@@ -60,9 +60,7 @@ class Literal(Lockstep):
 
 @dispatch_by_class
 def begin_tick(steps, grid, automata, seam, factors, row):
-    """Begin the tick of a row of factors: values of the grid's signals at the middle of each tick, shape (ticks, signals).
-    row: row of this tick in `factors`.
-    """
+    """Begin a tick."""
 
 
 @dispatch_by_class
@@ -74,8 +72,7 @@ def begin_step(steps, grid, automata, seam, factors, row):
 def end_step(steps, grid, automata, seam, tick, has_next_tick):
     """End a step of the automata with half a kick by the forces at the new positions, which must have been computed.
 
-    `tick` is the number of the tick that ends.
-        has_next_tick` says whether another one follows in this call.
+    `tick` is the number at the end of this tick; `has_next_tick` says whether another one follows in this call.
 
     Returns:
         The number of an inverted cell, or -1.

@@ -52,10 +52,6 @@ class StepSizes(NamedTuple):
 def choose_steps(parameters: CoupledParameters, grid_limit: float, automata_limit: float) -> StepSizes:
     """Return the steps of both parts, given or chosen.
 
-    Args:
-        parameters: parameters of the coupled body.
-        grid_limit: largest stable step of from their largest stable steps [s].
-
     Raises:
         ParameterError: the given step is not stable.
     """

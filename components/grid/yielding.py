@@ -85,7 +85,7 @@ def law_list(laws: Sequence[PlasticLaw]) -> Any:
 
 @dispatch_by_class
 def plastic_step(laws, material, step):
-    """Return the `PlasticStep` of a cell the list its `CellStep`; the number of the material starts from 0."""
+    """Return the `PlasticStep` of a cell."""
 
 
 @plastic_step.register(NoYield)

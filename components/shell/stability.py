@@ -27,7 +27,7 @@ _found = ResultCache()
 def highest_frequency(solid: Solid) -> float:
     """Return the highest angular frequency of the body at rest [rad/s], by power iteration; 0 if no node can move.
 
-    The solid the tables of the body, without no wall; its material is treated as elastic.
+    The solid has no wall; its material is treated as elastic.
     """
     nodes, tied = solid.nodes, solid.hourglass
     inputs = (

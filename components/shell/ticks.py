@@ -79,11 +79,7 @@ def write_forces(
 ) -> None:
     """Write the forces on nodes by stresses, hourglass control and a wall.
 
-    Args:
-        solid: tables of the body.
-        state: `columns` is written.
-        scratch: contains the pull (nominal stress times volume) of the points.
-        columns: those whose ties have changed, `nodes` those whose forces have; all by default.
+    `columns` are those whose ties have changed, `nodes` those whose forces have; all by default.
     """
     tied, points = solid.hourglass, solid.points
     columns = np.arange(len(tied.partner)) if columns is None else columns

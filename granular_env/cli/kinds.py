@@ -10,11 +10,7 @@ from granular_env.components.errors import ExperimentError
 
 
 class Kind(NamedTuple):
-    """A kind of TOML file that a command runs.
-
-    Attributes:
-        words: its name, its command, and top-level keys that identify the kind: each file of this kind has at least one of them.
-    """
+    """A kind of TOML file that a command runs."""
 
     words: str
     command: str

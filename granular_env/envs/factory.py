@@ -77,14 +77,7 @@ def refuse_repeated_parameters(arguments: Mapping[str, Any]) -> None:
 
 
 def refuse_early_deadline(deadline: int | None, least: int, duration: float, reason: str, at: str = "deadline") -> None:
-    """Refuse a deadline before control step `least`, the agent's earliest possible effect; None is no deadline.
-
-    Args:
-        deadline: number of control steps of an episode.
-        least: number of control steps until the earliest possible effect.
-        duration: duration of a control step [s].
-        reason: reason for `least`, as text for the error.
-        at: name of the argument that the error names.
+    """Refuse a deadline before the earliest possible effect of the agent; None is no deadline.
 
     Raises:
         ParameterError: the deadline is less than `least`.

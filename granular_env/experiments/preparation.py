@@ -49,10 +49,6 @@ class Prepared:
 def prepare_experiment(experiment: Experiment, has_trial_step: bool = True) -> Prepared:
     """Build the component of an experiment with its start values and inputs, and check names, units and times.
 
-    Args:
-        experiment: the experiment to prepare.
-        has_trial_step: make one step with the inputs and reset the component, and what only a trial step detects.
-
     Raises:
         ExperimentError: names file, table and key, the received and the expected value.
     """

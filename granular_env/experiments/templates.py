@@ -31,11 +31,6 @@ _KEY_WIDTH = 40
 def experiment_template(name: str, new_name: str | None = None, others: Iterable[str] = ()) -> str:
     """Return the text of an experiment file for a component with all parameters, or of a shipped experiment.
 
-    Args:
-        name: a component, a shipped experiment, or a TOML file.
-        new_name: name of an experiment's copy.
-        others: further valid names, from which the message on an unknown name may suggest the nearest.
-
     Raises:
         ExperimentError: unknown name; the message suggests the nearest name.
     """

@@ -51,7 +51,7 @@ def drawable_facts(drawables: Iterable[Drawable]) -> tuple[list[dict[str, str]],
 
 
 def parse_drawables(facts: Any, arrays: Mapping[str, np.ndarray], variables: Mapping[str, Variable]) -> tuple[Drawable, ...]:
-    """Return the drawables from the output of `drawable_facts` that fit the variables; the shapes of the outputs that a drawable shows must anything its number of elements."""
+    """Return the drawables from the output of `drawable_facts`; `LogError` for anything else."""
     if not isinstance(facts, list):
         raise damage_error("the list of drawables is invalid", "header.drawables")
     found: list[Drawable] = []

@@ -29,13 +29,7 @@ class EventPlace:
 
 
 def event_place(index: int | None, detail: EventDetail | None, drawables: Sequence[Drawable]) -> EventPlace | None:
-    """Return the place of the events that have this index; None if events of this kind refer to no drawable.
-
-    Args:
-        index: index of the events; None for events that have no index.
-        detail: details that the component declares for this kind of event; None if it declares none.
-        drawables: drawables of the component.
-    """
+    """Return the place of the events that have this index; None if events of this kind refer to no drawable."""
     by_name = {one.name: one for one in drawables}
     drawn = by_name.get(detail.counts) if detail is not None else None
     if index is None or drawn is None or index >= element_count(drawn):

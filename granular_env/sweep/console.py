@@ -23,14 +23,7 @@ _MOST_ERRORS = 3
 
 @contextmanager
 def sweep_progress(title: str, size: int, known_count: int, progress: Progress) -> Iterator[Callable[[Result], None]]:
-    """Show a progress bar with done and failed tasks, their rate, and the remaining time.
-
-    Args:
-        title: title of the bar.
-        size: number of tasks.
-        known_count: number of tasks that already have a result.
-        progress: whether to show the bar, or a function to call with the completed fraction instead.
-    """
+    """Show a progress bar with done and failed tasks, their rate, and the remaining time."""
     with progress_bar(title, size, done=known_count, show=progress) as shown:
         begun, done, failed = perf_counter(), 0, 0
 

@@ -41,10 +41,7 @@ class Workload(NamedTuple):
     tasks: list[Task]
 
     def distinct_tasks(self, part: tuple[int, int] = (0, 1)) -> dict[str, Task]:
-        """Return hash -> task for a part of the plan; tasks with equal hash occur once.
-
-        Args:
-            part: (i, n) selects the tasks i, i + n, i + 2n, ... of a part (i, n); of tasks with equal hash, the first one's number counts."""
+        """Return hash -> task for a part of the plan; tasks with equal hash occur once."""
         index, count = part
         first: dict[str, int] = {}
         found: dict[str, Task] = {}

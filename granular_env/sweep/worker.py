@@ -77,7 +77,7 @@ class Result:
 
 
 class TaskComputer:
-    """Computes tasks of a job in this process, with CSV files in ``inputs/`` and logs in ``logs/`` of a folder.
+    """Computes tasks of a job in this process.
 
     Raises:
         SweepError: the code of this process differs from that of the process that started the sweep.

@@ -28,7 +28,5 @@ parts: Any = _ENVIRONMENT.get_template("parts.html").module
 
 
 def render_page(title: str, lead: Markup, sections: Sequence[tuple[str, Markup]]) -> str:
-    """Return the whole page, of a HTML parts shown below section title, before the first section.
-    sections: for each section its heading plain text, with its HTML parts.
-    """
+    """Return the whole page."""
     return _ENVIRONMENT.get_template("report.html").render(title=title, lead=lead, sections=sections)

@@ -109,7 +109,7 @@ def require_log(log: Any) -> None:
 def load_scene(
     log: Any, frames: int = MAXIMUM_FRAMES, progress: Callable[[float], None] | None = None, colour: str | None = None
 ) -> SceneData:
-    """Return the scene data of a log: at most `frames` frames of its shapes, and its scalar outputs and inputs, thinned; `colour` as in `save_rrd`."""
+    """Return the scene data of a log: at most `frames` frames of its shapes, and its scalar outputs and inputs, thinned."""
     progress = progress or (lambda part: None)
     source = _log_source(log, colour, lambda clock, size: pick_evenly(len(clock), max(2, min(frames, MAXIMUM_POINTS // size))))
     shapes = _read_shapes(source)

@@ -21,12 +21,7 @@ UNSOUND = 1 << 60
 def advance_tick(scheme, chain, drive, tick, tape):
     """Advance a chain by one tick, with the drive set to it; return whether an overlap passed its limit.
 
-    Args:
-        scheme: the integrator.
-        chain: a `ChainState`.
-        drive: a `Drive`.
-        tick: number of the tick.
-        tape: array that receives the displacements and velocities that the adjoint needs; without rows nothing is recorded.
+    `tape` receives the data that an adjoint needs of the tick; without rows nothing is recorded.
     """
 
 

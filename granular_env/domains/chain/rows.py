@@ -145,13 +145,7 @@ class ChainRows:
         self.components[k].set_progress(int(self._ticks[k]), held)
 
     def advance_chains(self, inputs: Mapping[str, FloatArray], ticks: int, moving: npt.NDArray[np.bool_]) -> dict[int, str]:
-        """Advance the chains selected by `moving`; return the error messages of those that failed, whose states are unchanged.
-
-        Args:
-            inputs: name of an input -> its value for each chain.
-            ticks: number of internal steps.
-            moving: mask of the chains to advance.
-        """
+        """Advance the chains selected by `moving`; return the errors of those that failed, whose states are unchanged."""
         before, done, errors = self._inputs.copy(), moving.copy(), dict[int, str]()
         for name, values in inputs.items():
             np.copyto(self._inputs[:, _SIDES[name.partition("_")[0]]], values, where=moving)

@@ -36,13 +36,7 @@ def profile_pane(profile: ProfileFrames) -> Any:
 
 
 def send_profile(recording: Any, profile: ProfileFrames, when: list[Any]) -> None:
-    """Send the frame around the plot, which does not change, and the curve of the values at each time.
-
-    Args:
-        recording: rerun's recording.
-        profile: the field along a line.
-        when: rerun's time columns.
-    """
+    """Send the frame around the plot, which does not change, and the curve of the values at each time."""
     low, high = _frame_limits(profile.values)
     path = profile_path(profile)
     corners = np.array([[0.0, 0.0], [_WIDTH, 0.0], [_WIDTH, _HEIGHT], [0.0, _HEIGHT], [0.0, 0.0]])
