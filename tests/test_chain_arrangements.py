@@ -92,7 +92,7 @@ def test_a_log_replays_and_branches(case, tmp_path):
 
 REFUSED = [
     (5, {"arrangement": "dimmer"}, "arrangement: got 'dimmer', expected a known name; did you mean 'dimer'?"),
-    (5, {"arrangement": 3}, "arrangement: got 3, expected a name, or a named table"),
+    (5, {"arrangement": 3}, "arrangement: got 3, expected a name, or a table with the key name"),
     (5, {"arrangement": {"radius": R}}, "arrangement.name: missing; known: uniform, dimer,"),
     (5, {"arrangement": {**DIMER, "raduis": 1}}, "arrangement.raduis: unknown; did you mean 'radius'?"),
     (5, {"arrangement": "tapered"}, "arrangement.first_radius: missing; meaning: radius of the first grain"),

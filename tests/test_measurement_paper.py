@@ -188,7 +188,10 @@ def test_logs_that_cannot_be_measured(tmp_path: Path) -> None:
     oscillator = ge.make("oscillator")
     with ge.record(oscillator, tmp_path / "oscillator.mcap"):
         oscillator.step(0.1)
-    with ge.open_log(tmp_path / "oscillator.mcap") as log, pytest.raises(LogError, match="is of 'oscillator', expected a chain"):
+    with (
+        ge.open_log(tmp_path / "oscillator.mcap") as log,
+        pytest.raises(LogError, match="is of 'oscillator', expected a chain"),
+    ):
         measurement.history(log)
 
 

@@ -46,7 +46,9 @@ class ByName(Choices):
         fields = {"name": selection} if isinstance(selection, str) else selection
         known = ", ".join(self.choices)
         if not isinstance(fields, Mapping):
-            raise ParameterError(f"got {one_line(selection)}", expected="a name, or a table with the key name", hint=f"known: {known}")
+            raise ParameterError(
+                f"got {one_line(selection)}", expected="a name, or a table with the key name", hint=f"known: {known}"
+            )
         name = fields.get("name")
         if name is None:
             raise ParameterError("missing", hint=f"known: {known}", at="name")

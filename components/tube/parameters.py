@@ -117,7 +117,9 @@ class TubeParameters(Parameters):
                     f"{part} makes several steps in it"
                 )
         if self.gas.has_pistons:
-            raise ValueError("gas: got a piston, which moves the cells, but the shell requires cells at rest; give another kind of end")
+            raise ValueError(
+                "gas: got a piston, which moves the cells, but the shell requires cells at rest; give another kind of end"
+            )
         if not isinstance(self.shell.body, Tube):
             raise ValueError(f"shell.body: got {self.shell.body.name!r}, expected a tube")
         for edge, kind in self.shell.boundaries.items():
