@@ -250,7 +250,7 @@ class Component(Stepping):
         return {name: amount for balance in self.balances() for name, amount in balance.entries.items()}
 
     def _excess_error(self, variable: str, unit: str, size: FloatArray, limit: float, advice: str) -> StepError:
-        """Return the error for the first element of a variable whose magnitude, in `size`, exceeds a limit or is NaN."""
+        """Return the error for the first element of `size` above `limit` or NaN; `advice` explains the limit and what to do."""
         index = int(np.argmin(size <= limit))
         return StepError(
             f"reached {size[index]:g} {unit} soon after {self.time:g} s, expected at most {limit:g} {unit}, {advice}",

@@ -18,7 +18,7 @@ MOST_INDEX = 2**53
 
 
 def event_list_field(kinds: int) -> Field:
-    """Return the declaration of the growing list `events`; its columns are tick, kind number, index (or -1), value, limit."""
+    """Return the declaration of the growing list `events` with columns tick, kind number, index (-1: none), value, limit."""
     return Field("f8", (5,), (0, 0, -1, -LARGEST, -LARGEST), (MOST_INDEX, kinds - 1, MOST_INDEX, LARGEST, LARGEST))
 
 

@@ -276,7 +276,7 @@ def _geometric_sequence(first: float, factor: float, count: int) -> FloatArray:
 
 
 def _last_radius(first: float, factor: float, count: int) -> float:
-    """Return the last term of such a sequence approximately; raise `ParameterError` if a term leaves the range of a float."""
+    """Return the last term of `_geometric_sequence`, approximately; `ParameterError` if a term is too small or too large."""
     last = first * integer_power(factor, count - 1)
     if not _TINY <= first <= _HUGE and 1e-100 <= last <= 1e100:
         return last  # reported by the check of the masses

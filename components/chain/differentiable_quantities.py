@@ -76,7 +76,7 @@ def contact_energy_pullback(chain, adjoint, j, slope):
 
 @jit
 def energy_root(chain, j):
-    """Return q = +-sqrt(e), e the energy of contact j above its energy at rest; negative if less compressed [J^0.5]."""
+    """Return q = +-sqrt(e), e the energy of contact j above that at rest; negative if less compressed than at rest [J^0.5]."""
     return law.energy_root(chain.law, j, _contact_overlap(chain, j), chain.rows[REST_OVERLAP, j])
 
 

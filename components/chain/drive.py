@@ -97,7 +97,7 @@ def polynomial_integral(polynomial, e):
 
 @internal
 def piece_numbers(drive, tick):
-    """Return for each end a number that identifies the present piece of its input; multistep integrators restart with it."""
+    """Return for each end a number that changes with the piece of its input; multistep integrators restart when it changes."""
     left = _piece_index(drive.pieces, 0, drive.left_pieces, tick)
     right = _piece_index(drive.pieces, drive.left_pieces, drive.pieces.shape[0], tick)
     return _piece_number(drive.pieces, left, drive.left_number), _piece_number(drive.pieces, right, drive.right_number)

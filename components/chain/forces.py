@@ -186,7 +186,7 @@ def tally_pistons(chain, old_velocities):
 
 @internal_inlined
 def compensated_sum(total, compensation, x):
-    """Add x to a sum by Kahan's summation; return the new sum and the new compensation (its rounding error)."""
+    """Add x to a sum by Kahan's summation; return the new sum and the rounding error in it, the new compensation."""
     y = x - compensation
     t = total + y
     return t, (t - total) - y

@@ -148,7 +148,7 @@ def minimum_evaluations(exponent: float, scheme: Scheme) -> float:
 
 
 def suggested_step_size(parameters: ChainParameters, chain: Geometry, scheme: Scheme) -> float:
-    """Return the default step [s], 1, 2 or 5 x 10^k: for spheres up to 0.1 (m/k)^(2/5) v^(-1/5), less under static load."""
+    """Return the default step [s], 1, 2 or 5 x 10^k: for spheres at most 0.1 (m/k)^(2/5) v^(-1/5) of the quickest contact."""
     law = parameters.law
     lighter = np.minimum(*_side_values(_inertia(parameters, chain.mass), np.inf, np.inf))
     ratio = float(np.min(lighter[chain.contact_slice] / chain.largest_stiffness[chain.contact_slice], initial=np.inf))
@@ -169,7 +169,7 @@ def suggested_step_size(parameters: ChainParameters, chain: Geometry, scheme: Sc
 
 
 def _precompressed_step_size(chain: Geometry, parameters: ChainParameters, scheme: Scheme) -> float:
-    """Return the step that resolves contacts and the highest lattice frequency under static load [s]; infinite without."""
+    """Return the step that resolves contacts and the highest lattice frequency under static load [s]; infinite without load."""
     tangent, exponent = _tangent_stiffness(chain, parameters), parameters.law.exponent
     contact = float(np.max(tangent[chain.contact_slice] / chain.reduced_mass[chain.contact_slice], initial=0.0))
     lattice = float(np.max(2.0 * (tangent[:-1] + tangent[1:]) / chain.mass))

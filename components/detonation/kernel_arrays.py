@@ -119,8 +119,8 @@ class Events(NamedTuple):
 
 # Flags: whether each end is open, whether any gas has burnt, and whether a front has reached each end.
 LEFT_OPEN, RIGHT_OPEN, IGNITED, LEFT_REACHED, RIGHT_REACHED, FLAGS = 0, 1, 2, 3, 4, 5
-# Entries of the tally (sums since the reset); MASS, IMPULSE and ENERGY have one for each end. PEAK is the largest pressure of
-# unburnt gas, IDLE the number of ticks since ignited gas last burnt, or since the reset.
+# Entries of the tally (sums since the reset); MASS, IMPULSE and ENERGY have one for the left, then one for the right end. PEAK
+# is the largest pressure of unburnt gas, IDLE the number of ticks since ignited gas last burnt, or since the reset.
 MASS, IMPULSE, ENERGY, WALL_IMPULSE, WALL_WORK, IGNITION, OVERWRITTEN, PEAK, IDLE, TALLY = 0, 2, 4, 6, 7, 8, 9, 10, 11, 12
 # Columns of the signals, the inputs averaged over a tick: power [W], two pressures [Pa], factor of the area, velocities [m/s].
 POWER, LEFT_PRESSURE, RIGHT_PRESSURE, AREA, LEFT_VELOCITY, RIGHT_VELOCITY, SIGNALS = 0, 1, 2, 3, 4, 5, 6

@@ -399,7 +399,7 @@ class Tube(Component):
         }
 
     def _largest_area_change(self) -> float:
-        """Return the relative change of the cross-section at the station where it is largest now."""
+        """Return the largest present magnitude, over the stations, of the relative change of the cross-section."""
         return float(np.abs(self._block["widening"]).max())
 
     def conclusions(self) -> list[str]:

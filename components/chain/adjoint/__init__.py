@@ -3,7 +3,7 @@
 A control step is a sequence of drifts and kicks, which are linear in velocities and displacements except for the contact
 forces. Their transposes, applied in reverse order, propagate the derivative of a final number to everything that it depends on:
 the inputs, the start, and the constants of the chain's table (`layout`). The states of the forward run are recomputed from
-checkpoints: memory grows with the square root of the number of steps (A. Griewank, Optim. Methods Softw. 1 (1992) 35).
+one level of checkpoints: memory grows with the square root of the steps (A. Griewank, Optim. Methods Softw. 1 (1992) 35).
 """
 
 from __future__ import annotations

@@ -149,7 +149,7 @@ def _reverse_overlaps(n, a):
 
 @internal_inlined
 def _reverse_end_forces(chain, adjoint, inputs, input_adjoint):
-    """At a free end, put the force on the end in the place of a contact force, and pass its adjoint to the input."""
+    """At a free end, put the force on the end in the place of a contact force; add its adjoint to input and static force."""
     a, n, left, right = adjoint.rows, chain.settings.grains, chain.settings.left, chain.settings.right
     if left.is_free:
         a[FORCE, 0] = left.static_force + inputs[0]

@@ -75,7 +75,7 @@ def prepare_impulses(chain, u):
 
 @internal_inlined
 def contact_impulse(rows, j):
-    """Return the dissipative impulse in contact j, the larger of the two values that `prepare_impulses` provides."""
+    """Return the dissipative impulse in contact j: G times the approach speed, or -F_e t if larger (see `prepare_impulses`)."""
     free, least = rows[DISSIPATION, j] * (rows[V, j] - rows[V, j + 1]), rows[DISSIPATION + 1, j]
     return free if free > least else least
 

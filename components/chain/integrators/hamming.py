@@ -57,7 +57,7 @@ def hamming_tick(scheme, chain, drive, tick, tape):
 
 @internal
 def _restart_history(chain, drive):
-    """Discard the history when the drive begins a new piece; Runge-Kutta steps then start the scheme again."""
+    """Discard the history at the start of a run or of a new piece of the drive; Runge-Kutta steps then start the scheme."""
     u, v, rows = forces.displacements(chain), forces.velocities_and_tallies(chain), chain.rows[FREE_ROW:]
     forces.fill_array(rows[_GAP_U], 0.0)
     forces.fill_array(rows[_GAP_V], 0.0)

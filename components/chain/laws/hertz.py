@@ -116,7 +116,7 @@ def energy_root_pullback(law, adjoint, j, d, rest, slope):
 
 
 def register_hertz_spring(kind: type) -> None:
-    """Register the elastic functions of Hertz's law for another law, whose class has a field `stiffness`."""
+    """Register the elastic functions of Hertz's law for a law whose class has a field `stiffness`."""
     for function, implementation in (
         (functions.force, force),
         (functions.energy, energy),

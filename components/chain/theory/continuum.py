@@ -98,7 +98,7 @@ def _maximum_root(ratio: Number) -> Number:
 PERIOD = 5.0 * math.pi / math.sqrt(10.0)
 # Full width of (2.7) at half its height, in diameters.
 HALF_WIDTH = 10.0 / math.sqrt(10.0) * math.acos(0.5**0.25)
-# Largest value at a front with weak losses over the value behind it: strain, velocity 25/16, pressure 125/64 (1.56, 1.95).
+# Peak at a front with weak losses over the value behind it: strain, velocity 25/16, pressure 125/64 (paper: 1.56, 1.95).
 STRAIN_OVERSHOOT = 1.5625
 PRESSURE_OVERSHOOT = 1.953125
 # V = (16/25)^(1/5) v_m^(1/5), the paper's 0.915; the chain itself: `SOLITARY_SPEED`.

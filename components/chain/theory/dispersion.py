@@ -64,7 +64,7 @@ def diatomic_frequencies(wave_number: Number, tangent: float, light: float, heav
 
 
 def diatomic_band_edges(tangent: float, light: float, heavy: float) -> BandEdges:
-    """Return the band edges sqrt(2K/m_heavy), sqrt(2K/m_light), sqrt(2K (1/m1 + 1/m2)); the gap is between the first two."""
+    """Return sqrt(2K/m_heavy), sqrt(2K/m_light) and sqrt(2K (1/m1 + 1/m2)) [rad/s]; the band gap is between the first two."""
     light, heavy = min(light, heavy), max(light, heavy)
     return BandEdges(
         math.sqrt(2.0 * tangent / heavy),

@@ -18,7 +18,7 @@ from .continuum import extreme_roots, ratio_from_c3
 
 # Gauss points on each piece of a profile; for these smooth integrands eight points leave only rounding errors.
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(8)
-# A solitary wave is computed until its strain above xi_0 has fallen by the factor cosh^2 of this, to 6e-11 of its height.
+# A solitary wave is computed until its strain above xi_0 has fallen by the factor cosh^2 of this, to 2e-11 of its height.
 _TAIL = 13.0
 
 
