@@ -153,7 +153,7 @@ class Chain(Component):
             numbers[first : first + 4] = end == "free", end == "piston", chain.mass[place], chain.static_force[place]
 
     def _overlap_limits(self) -> tuple[FloatArray, FloatArray]:
-        """Return the overlaps above which the chain warns, and those above which it refuses a step; infinite without contact."""
+        """Return the overlaps above which the chain warns, and above which it refuses a step; infinite without a contact."""
         chain, places, law = self.geometry, self.geometry.contact_slice, self.parameters.law
 
         def largest_overlap(evaluations: float) -> FloatArray:
