@@ -72,7 +72,7 @@ class DetonationTube(Component):
     def _build_system(self) -> None:
         p = self.parameters
         self.gas = p.chosen_gas
-        # Positions of and pressures on the ends; position of each cell when the front passed. State arrays if an end moves.
+        # Positions of and pressures on the ends; position of each cell when the front passed; in the state if an end moves.
         self._walls: FloatArray = np.array([0.0, p.length, 0.0, 0.0])
         self._places: FloatArray = np.zeros(p.cells)
         self.ahead = Flow(p.initial_pressure / (self.gas.gas_constant * p.initial_temperature), 0.0, p.initial_pressure)
