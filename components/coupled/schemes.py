@@ -1,7 +1,7 @@
 """Three schemes for a tick (an internal step), each in four stages: begin tick, begin step, end step, end tick.
 
 Both parts move by kick, drift, kick. In `Lockstep` (one step of the automata per tick) an interface node is accelerated by both
-forces, m a = F with the masses of both. This is leapfrog for the whole body; it conserves momentum and its discrete energy.
+forces, m a = F with both masses. This is leapfrog for the whole body; momentum and discrete energy are conserved to rounding.
 
 `Impulses` is a reversible multiple-time-step scheme (M. Tuckerman, B. Berne, G. Martyna, J. Chem. Phys. 97 (1992) 1990). The
 cell forces kick once before and once after the micro-steps of the automata; interface nodes move with the micro-steps. The
