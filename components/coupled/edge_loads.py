@@ -154,7 +154,7 @@ class EdgeInputs:
         self.edges.load.force[:] = np.where(self._acts, self._conditions.load.force[self._loads], 0.0)
 
     def loads_on_nodes(self, conditions: kernel_arrays.Conditions, places: IntArray) -> FloatArray | None:
-        """Return the nodal forces by loads on interface automata, shape (nodes with conditions, 2) [N]; None without such loads.
+        """Return nodal forces by loads on interface automata, shape (nodes with conditions, 2) [N]; None without such loads.
 
         Args:
             conditions: the `Conditions` of the grid.
