@@ -5,7 +5,7 @@ forces, m a = F with both masses. This is leapfrog for the whole body; momentum 
 
 `Impulses` is a reversible multiple-time-step scheme (M. Tuckerman, B. Berne, G. Martyna, J. Chem. Phys. 97 (1992) 1990). The
 cell forces kick once before and once after the micro-steps of the automata; interface nodes move with the micro-steps. In each
-the parts exchange impulses W^T F and velocities W v (W interpolates from nodes to automata); no force is held for several.
+the parts exchange impulses W^T F and velocities W v (W interpolates from nodes to automata); no force is held constant longer.
 
 `Literal` follows the sub-steps of Psakhie et al. as written (section 2.3, steps 2 to 4), which are unstable. The automata make
 their steps first; interface automata move with the previous velocity of their nodes. The mean force of the automata then
