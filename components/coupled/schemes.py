@@ -60,7 +60,7 @@ class Literal(Lockstep):
 
 @dispatch_by_class
 def begin_tick(steps, grid, automata, seam, factors, row):
-    """Begin a tick."""
+    """Begin a tick; `factors` are the means of the grid's signals over each tick, `row` is the row of this tick."""
 
 
 @dispatch_by_class
