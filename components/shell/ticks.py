@@ -77,7 +77,7 @@ def finish_tick(tables: Tables, signals: FloatArray, pressures: FloatArray) -> N
 def write_forces(
     solid: Solid, state: State, scratch: Scratch, columns: IntArray | None = None, nodes: IntArray | None = None
 ) -> None:
-    """Write the forces on nodes by stresses, hourglass control and a wall.
+    """Write the forces on nodes by stresses, hourglass control and a wall; `scratch` has the pull of the points.
 
     `columns` are those whose ties have changed, `nodes` those whose forces have; all by default.
     """
