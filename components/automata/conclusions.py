@@ -14,8 +14,8 @@ def describe_links(specimen: CrackingSpecimen, points: Points, pairs: IntArray, 
     """Return a sentence: the number of broken links and the first of them, or the link that is closest to breaking.
 
     Args:
-        specimen: a `CrackingSpecimen`.
-        points: positions that identify the automata in the sentence, shape (n, 2) [m].
+        specimen: a specimen whose links can break.
+        points: the automata as they are drawn; their name and positions identify a link in the sentence.
         pairs: the two automata of each link, shape (links, 2).
         step_size: internal step [s] of the component whose ticks the events record.
         micro_steps: number of steps of the automata per internal step.

@@ -6,8 +6,8 @@
 
 R is the rest distance: the diameter D, or less if the automata were closer when their contact began. It grows with r up to D,
 so that no contact begins with spurious energy. xi is the slip since the contact closed, minus the part that friction has
-released; friction dissipates the energy of that part. S' is the area area of the face a part), c the contribution of
-one link strain to the volume strain: a contact is as stiff as the link was. A link of weight w has a contact of weight 1 - w.
+released; friction dissipates the energy of that part. S' is the face of a whole cell (less for parts of cells), c the share of
+one link's strain in the volume strain: a contact is as stiff as the link was. A link of weight w has a contact of weight 1 - w.
 
 A dashpot may act in addition to the spring: N_d = -c dr/dt, c = 2 zeta sqrt(k_n m), 1/m = 1/m_i + 1/m_j. It is at least -N,
 so that the sum is never attractive. Its force follows from the velocities before a kick; its dissipation is computed from the
@@ -35,14 +35,14 @@ from .lattice import FORCE_X, FORCE_Y, MASS, SPIN, TORQUE, VX, VY, X, Y
 
 # Columns of `Contacts.pairs`.
 FIRST, SECOND, SLOT, START = 0, 1, 2, 3
-# The search finds pairs up to this distance beyond contact [diameters]; it is valid until an automaton has moved half of it.
+# The search finds pairs up to this distance beyond contact [diameters]; the list is valid until an automaton moves half of it.
 SKIN = 0.3
 # The search refuses positions whose coordinates exceed this multiple of the search distance.
 _FARTHEST = 2.0**30
 
 
 class ContactConstants(NamedTuple):
-    """Constants of contacts. Initial positions are integers, so that differences are exact, and equal for mirrored pairs.
+    """Constants of contacts. Initial positions are integers: differences are exact, and mirror images for mirrored pairs.
 
     Attributes:
         places: initial positions of the automata in multiples of `unit`, shape (n, 2), int32.
@@ -181,7 +181,7 @@ def sliding_speed(relative, nx, ny, r):
 def _slip_increment(relative, x, y, r, time):
     """Return the slip of the second automaton over the first in a straight drift of `time` [s] to the present position [m].
 
-    It is the mean of the slips across the lines of centres before and after the drift, because the kicks do work along both.
+    It is the mean of the slips across the lines of centres before and after, as kicks work along both; sums are second order.
     """
     old_x, old_y = x - time * relative.vx, y - time * relative.vy
     old_r = np.sqrt(old_x * old_x + old_y * old_y)
@@ -225,7 +225,7 @@ def contact_energy(medium, motion, contacts, row, slip_time):
 
 @internal
 def add_contact_forces(medium, motion, contacts, time, cells):
-    """Add the forces of contacts to the automata, and update the slip; the forces on both automata are bitwise opposite.
+    """Add the forces of contacts to the automata in order, and update the slip; both forces of a pair are bitwise opposite.
 
     Args:
         medium: a `links.Medium`.

@@ -148,7 +148,7 @@ class CrackingSpecimen(LinkedSpecimen):
         return _MOST_TRAVEL * self.packing.diameter
 
     def update_links(self, tick: int) -> None:
-        """Break the links that meet their criterion in the step `tick`, and link again the pairs that meet its condition."""
+        """Break the links that meet their criterion in the step `tick`, and form the links again that are due."""
         self._break_links(tick)
         if self.medium.law.linking_ticks:
             if tick % self.medium.law.linking_ticks == 0:
@@ -318,7 +318,7 @@ class CrackingSpecimen(LinkedSpecimen):
         return ratio, np.where(held, cause, 0.0).astype(np.int64)
 
     def _criterion_values(self) -> FloatArray:
-        """Return for each link its criterion's quantity, the limit and the cause number, for the scratch, (3, links)."""
+        """Return for each link its criterion's quantity, the limit and the cause number, from the scratch, (3, links)."""
         found = np.zeros((3, *self.body.links.shape[1:]))
         write_criterion_values(self.medium, self.scratch, found)
         return found[:, *self._at]
@@ -364,7 +364,7 @@ class CrackingSpecimen(LinkedSpecimen):
 
     def field_energies(self, slip_time: float) -> dict[str, float]:
         """Return the energies stored at the present motion [J]; contacts have slid for `slip_time` since `slid` was set."""
-        # The slip of contacts is already that of the present positions.
+        # Links only: the slip of contacts was updated with the last forces, `slip_time` before the present.
         self._measure_links()
         elastic, contact = stored_energies(self.medium, self.motion, self.scratch.links, self.contacts(), slip_time)
         return {"elastic_energy": float(elastic), "contact_energy": float(contact)}

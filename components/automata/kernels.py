@@ -37,7 +37,7 @@ class Specimen(NamedTuple):
         medium: a `links.Medium`.
         motion: a `lattice.Motion`.
         scratch: a `lattice.Scratch`.
-        losses: energies dissipated since the reset, see `link_release.FRACTURE`.
+        losses: energies dissipated since the reset, and the travel since the search, see `link_release.FRACTURE`.
     """
 
     medium: Medium

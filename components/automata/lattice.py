@@ -58,7 +58,7 @@ FACE, FIRST_SHARE, SECOND_SHARE = range(3)
 # the force on the automaton where the link begins [N], and the torque on both automata divided by the radius [N].
 EPS, GAMMA, EX, EY, FIRST_TERM, SECOND_TERM, TURNING = range(7)
 # Further fields of links with histories: strain that counts in the volume strain, tractions along and across [Pa], terms of the
-# stresses xx, yy and xy [Pa], and the difference d of the strain between the two halves (materials) of the link.
+# stresses xx, yy and xy [Pa], and d: the strains of the two halves (materials) of the link are eps + d and eps - d.
 COUNTED, NORMAL, TANGENTIAL, VIRIAL_XX, VIRIAL_YY, VIRIAL_XY, DIVISION = range(7, 14)
 # Rows of `Scratch.cells`: force [N] and torque [N m], cos - 1 and sin of half the rotation angle, the volume strain theta, and
 # its factor 1 / (1 + a), which accounts for free faces.

@@ -258,7 +258,7 @@ def write_medium_tractions(medium, scratch):
 
 @dispatch_by_class
 def add_division_tractions(link_moduli, body, links):
-    """Add to the tractions of links between two materials the terms of the difference d between the strains of their halves."""
+    """Add to the tractions of links between two materials the terms of d; the strains of their halves are eps + d, eps - d."""
 
 
 @add_division_tractions.register(UniformModuli)
@@ -335,7 +335,7 @@ def _mean_stresses(cells, ends, stiffness, p):
 def _criterion_value(law, histories, scratch, ends, q, p):
     """Return the quantity of a link that its criterion tests, the limit, and the number of the cause of breaking.
 
-    The stress along the face of the link is that of the mean of both automata.
+    The normal stress along the face of the link is that of the mean stress of both automata.
     """
     links = scratch.links
     xx, yy, xy, mean = _mean_stresses(scratch.cells, ends, histories.stiffness[q, p], p)

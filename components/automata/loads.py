@@ -88,7 +88,7 @@ def kick(body, motion, forces, time):
 
 @internal
 def count_fast_automata(motion, limit):
-    """Return the number of automata whose speed exceeds `limit` [m/s] or is NaN."""
+    """Return the number of automata whose squared speed exceeds `limit` [m^2/s^2] or is NaN."""
     fast = 0
     for p in range(motion.shape[1]):
         fast += 0 if motion[VX, p] * motion[VX, p] + motion[VY, p] * motion[VY, p] <= limit else 1

@@ -92,7 +92,7 @@ class Packing:
         volume: area of each cell inside the shape, shape (n,) [m^2].
         face: length of the face in each slot, 0 without a neighbour, shape (n, slots) [m].
         share: contribution of the strain of each pair to the volumetric strain, S r / 2 V, shape (n, slots).
-        missing: 2 minus the sum of the shares, i.e. the share of the free faces of the cell, shape (n,).
+        missing: 2 minus the sum of the shares, i.e. the share of the free faces of a whole cell, shape (n,).
         sectors: which `lattice.sectors` of each cell lie inside the shape, shape (n, 2 slots).
     """
 

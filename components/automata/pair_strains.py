@@ -5,7 +5,7 @@ to the neighbour and T the same rotated by 90 degrees, the strains are
 
     eps = d . N(phi) / r - 1,        gamma = d . T(phi) / r,
 
-which for small motions are du.n/r and du.t/r - (w_i + w_j)/2, as in the paper. With f_n and f_t the derivatives of the
+which for small motions are du.n/r and du.t/r - (w_i + w_j)/2, as in Psakhie et al. With f_n and f_t the derivatives of the
 pair's energy with respect to r eps and r gamma, the forces +-(f_n N(phi) + f_t T(phi)) on both automata and the torque
 (r/2) ((1 + eps) f_t - gamma f_n) on each are exact derivatives of the energy: a rigid motion, however large, costs no energy,
 and momentum and angular momentum are conserved to rounding.

@@ -12,7 +12,7 @@ from ..support.float_arrays import ordered_sum
 from ..support.stable_step import ResultCache
 from .lattice import INERTIA, MASS, TORQUE, VX, Body, Motion, Scratch, copy_to_ghosts, make_scratch
 
-# Amplitude of the displacements over the diameter, and of the rotations, in the iteration: the size of nonlinear terms.
+# Amplitude of displacements over the diameter, and of rotations, in the iteration: the relative size of nonlinear terms.
 _AMPLITUDE = 1e-9
 # Iterations between two tests for convergence, its tolerance, the most iterations, and the most iterations times automata.
 _ROUNDS, _CHANGE, _MOST_ROUNDS, _MOST_WORK = 20, 1e-5, 1000, 30_000_000

@@ -65,7 +65,7 @@ def save_tick_start(edges, motion, forces):
 
 @internal
 def apply_loads_and_grips(edges, cells, motion, time):
-    """Apply the loads for a half kick of `time` [s], tally the moment of their impulse, and set the velocities in grips.
+    """Apply the loads for a half kick of `time` [s], tally the moment of their impulse, set velocities of gripped automata.
 
     `cells` are the `cells` of a `lattice.Body`.
     """
@@ -154,7 +154,7 @@ class EdgeInputs:
         self.edges.load.force[:] = np.where(self._acts, self._conditions.load.force[self._loads], 0.0)
 
     def loads_on_nodes(self, conditions: kernel_arrays.Conditions, places: IntArray) -> FloatArray | None:
-        """Return the forces on nodes by loads on interface automata, shape (nodes with conditions, 2) [N]; None without loads.
+        """Return nodal forces by loads on interface automata, shape (nodes with conditions, 2) [N]; None without such loads.
 
         Args:
             conditions: the `Conditions` of the grid.

@@ -44,7 +44,7 @@ class Exchange(NamedTuple):
 
 @internal
 def gather_forces(interface, place, forces, out):
-    """Write the force of the automata on each interface node, shape (s, 2) [N]; `place`: their rows in the fields `forces`."""
+    """Write the force of the automata on each interface node, shape (s, 2) [N]; `place` are their indices in `forces`."""
     for row in range(interface.nodes.size):
         fx = fy = 0.0
         for acting in range(interface.first[row], interface.first[row + 1]):
@@ -84,7 +84,7 @@ def set_interface_velocities(interface, layout, velocity, motion):
 def kicked_velocity(velocity, time, grid_force, automata_force, grid_mass, automata_mass, by_momentum):
     """Return the velocity of an interface node after a kick of `time` [s].
 
-    By force: equation (18) of Psakhie et al. By momentum: the velocity of each side alone, then m V = m_a V_a + m_c V_c.
+    By force: equation (18) of Psakhie et al., with physical forces. By momentum: each side alone, then m V = m_a V_a + m_c V_c.
     """
     if by_momentum and automata_mass > 0.0:
         of_grid = velocity + time * grid_force / grid_mass

@@ -50,7 +50,7 @@ def advance(grid, automata, linked_body, cracking, seam, factors, steps, tick, c
         linked_body: `lattice.Body` of automata whose links stay intact and elastic; None for others.
         cracking: a `parts.CrackingPart`; None for automata whose links stay intact and elastic.
         seam: a `parts.Seam`.
-        factors: values of the grid's signals (see `grid.kernel_arrays`) at the middle of each tick, shape (ticks, signals).
+        factors: means of the grid's signals (see `grid.kernel_arrays`) over each tick, shape (ticks, signals).
         steps: a scheme, see `schemes`.
         tick: number of the tick at the beginning of the first row.
         call: a `CallProgress`, updated.

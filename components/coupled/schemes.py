@@ -1,11 +1,11 @@
 """Three schemes for a tick (an internal step), each in four stages: begin tick, begin step, end step, end tick.
 
 Both parts move by kick, drift, kick. In `Lockstep` (one step of the automata per tick) an interface node is accelerated by both
-forces, m a = F with the masses of both. This is leapfrog for the whole body; it conserves momentum and its discrete energy.
+forces, m a = F with both masses. This is leapfrog for the whole body; momentum and discrete energy are conserved to rounding.
 
 `Impulses` is a reversible multiple-time-step scheme (M. Tuckerman, B. Berne, G. Martyna, J. Chem. Phys. 97 (1992) 1990). The
-cell forces kick once before and once after the micro-steps of the automata; interface nodes move with the micro-steps. The
-parts exchange impulses W^T F and velocities W v in each micro-step, where W interpolates from nodes to automata.
+cell forces kick once before and once after the micro-steps of the automata; interface nodes move with the micro-steps. In each
+the parts exchange impulses W^T F and velocities W v (W interpolates from nodes to automata); no force is held constant longer.
 
 `Literal` follows the sub-steps of Psakhie et al. as written (section 2.3, steps 2 to 4), which are unstable. The automata make
 their steps first; interface automata move with the previous velocity of their nodes. The mean force of the automata then
@@ -60,7 +60,7 @@ class Literal(Lockstep):
 
 @dispatch_by_class
 def begin_tick(steps, grid, automata, seam, factors, row):
-    """Begin a tick."""
+    """Begin a tick; `factors` are the means of the grid's signals over each tick, `row` is the row of this tick."""
 
 
 @dispatch_by_class

@@ -1,7 +1,7 @@
 """Choice and stability check of the step of a coupled body, in lockstep or with micro-steps of the automata.
 
 A step h kicks with the cell forces -Kg u for h/2, lets the automata make n micro-steps, and kicks again. For a mode of the
-automata with the frequency w, sin(p/2) = w h/2n and W = (n/h) sin p, n of them turn u into u cos np + v sin(np)/W, and
+automata with the frequency w, sin(p/2) = w h/2n and W = (n/h) sin p, n micro-steps turn u into u cos np + v sin(np)/W, and
 
     u(k+1) + u(k-1) = 2 (C - (h/2) S Kg) u(k),        C = cos np,  S = sin(np)/W,    functions of one matrix, M^-1 Ka.
 
@@ -50,7 +50,7 @@ class StepSizes(NamedTuple):
 
 
 def choose_steps(parameters: CoupledParameters, grid_limit: float, automata_limit: float) -> StepSizes:
-    """Return the steps of both parts, given or chosen.
+    """Return the steps of both parts, given or chosen; `grid_limit` and `automata_limit` are their largest stable steps [s].
 
     Raises:
         ParameterError: the given step is not stable.

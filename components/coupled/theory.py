@@ -64,7 +64,7 @@ def lattice_reflection(
     material: Material, wavelength: float, cell_size: float, diameter: float, packing: str, *, axis: str = "x",
     shear: bool = False,
 ) -> float:  # fmt: skip
-    """Return an estimate of the wave amplitude reflected between grid and automata of one material; it falls as wavelength^-2.
+    """Return an estimate of the reflection coefficient between grid and automata of one material; it falls as wavelength^-2.
 
     The estimate is (c1 - c2) / (c1 + c2) with the phase speeds of grid and automata, as for two continua with these speeds. It
     ignores the arrangement of automata next to the interface. Measured reflections are 1.1 (P) and 1.7 (S) times the estimate

@@ -340,7 +340,7 @@ class Grid(Component):
         return Tables(self._grid, self._state, self._conditions, self._corner)
 
     def drive_factors(self, tick: int, ticks: int) -> FloatArray:
-        """Set up the loads by the held inputs; return the signals' means over each of `ticks` ticks from `tick` on."""
+        """Set up `Conditions.drive` of the held inputs; return its signals' means over each of `ticks` ticks from `tick` on."""
         if self._held is not self._driven_by:
             self._signals, drive = make_drive(self._assembly, self._held, self._block["static_force"])
             self._conditions = self._conditions._replace(drive=drive)

@@ -111,5 +111,5 @@ class Yields(NamedTuple):
     used: npt.NDArray[np.int64]
 
 
-# Entries of the tally: energy, impulse and angular impulse that conditions of each kind have supplied or absorbed since reset.
+# Entries of the tally: energy, impulse and angular impulse that the conditions have supplied or absorbed since the reset.
 WORK, ABSORBED, IMPULSE, BOUNDARY_IMPULSE, ANGULAR, BOUNDARY_ANGULAR, TALLY = 0, 1, 2, 4, 6, 7, 8

@@ -209,7 +209,7 @@ def make_drive(
 
 
 def signal_factors(profiles: list[CompiledProfile], tick: int, ticks: int) -> FloatArray:
-    """Return the mean of each signal over `ticks` ticks from `tick` on, shape (ticks, 1 + profiles); the first signal is 1."""
+    """Return the means of signals over each of `ticks` ticks from `tick` on, shape (ticks, 1 + profiles); the first is 1."""
     factors = np.ones((ticks, 1 + len(profiles)))
     for place, profile in enumerate(profiles):
         factors[:, 1 + place] = profile.mean_factors(tick, ticks)

@@ -152,7 +152,7 @@ def advance_cells(grid, state, corner_out, step, tick, yields, begin, end):
                     energy[c] += twisted
                 plastic_works[c] += work
         twists[c, 0], twists[c, 1] = qx, qy
-        # The kick before the drift used the old stress in its old orientation, so the work is that of the old stress unrotated.
+        # The kick before the drift used the old stress in its old orientation, so the old stress enters the work unrotated.
         mean_xx, mean_yy, mean_xy = stresses[c, 0] + txx, stresses[c, 1] + tyy, stresses[c, 3] + txy
         energy[c] += (0.25 * twice) * ((mean_xx * exx + mean_yy * eyy) + 2.0 * (mean_xy * shear_strain))
         stresses[c, 0], stresses[c, 1], stresses[c, 2], stresses[c, 3] = txx, tyy, tzz, txy

@@ -20,7 +20,7 @@ STORED = ("kinetic_energy", "elastic_energy", "hourglass_energy", "wall_energy",
 
 @jit
 def write_elastic_densities(law, stress, temperature, out):
-    """Write the elastic energy per volume of points [J/m^3]; `temperature` has the shape (0,) without thermal expansion."""
+    """Write the elastic energy per volume of points [J/m^3]; at the reference temperature if `temperature` has no entries."""
     moduli = elastic_moduli(law, law.reference_temperature)
     for p in range(out.size):
         if temperature.size > 0:
@@ -30,7 +30,7 @@ def write_elastic_densities(law, stress, temperature, out):
 
 @jit
 def write_largest_principal_values(stress, out):
-    """Write the largest principal value of each symmetric tensor, rows of components, shape (m, 6)."""
+    """Write the largest principal value of each symmetric tensor, a row of `stress`, shape (m, 6)."""
     for p in range(out.size):
         out[p] = largest_principal(load_symmetric_tensor(stress, p)).value
 

@@ -104,7 +104,7 @@ class Fields:
         return out
 
     def node_means(self, values: FloatArray) -> FloatArray:
-        """Return for each node the mean of a field over the points with the node in their support, shape (n,); else 0."""
+        """Return for each node the mean of a field over the points with it in their support, 0 if there is none, shape (n,)."""
         sums, assembly = np.zeros((len(self._lattice.nodes), 2)), self._assembly
         seen = assembly.stencils if self._breaking is None else self._breaking.cracked_stencils
         kernels.weigh_points(seen, assembly.solid.nodes, assembly.points.volume, np.arange(len(sums)), values, sums)
@@ -159,7 +159,7 @@ class Fields:
         return self._state.temperature if self._solid.plastic else np.full(self._point_count, self._temperature_at_start)
 
     def _mean_inner_radius(self) -> FloatArray:
-        """Return the mean distance of the inner surface from the axis at each station along the body, weighted by arcs."""
+        """Return the mean distance of the inner surface from the axis at each station, weighted by the initial arcs [m]."""
         ring = self._lattice.axes[1]
         place = (self._lattice.nodes + self.lattice_values(self._state.displacement))[self._solid.surface.nodes]
         radius = np.sqrt(place[:, 1] * place[:, 1] + place[:, 2] * place[:, 2]).reshape(-1, ring.count)

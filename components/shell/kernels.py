@@ -116,7 +116,7 @@ def kick(nodes, surface, state, scratch, signals, pressures, step, tally):
 def write_areas(surface, u, out):
     """Write for each node of the inner surface its area vector, along the normal into the body, shape (s, 3) [m^2].
 
-    It is half the area of the quadrilateral of the four neighbours; if plane, a quarter of each adjacent cell.
+    It is half the area of the quadrilateral of the four neighbours: on a plane surface exactly a quarter of each adjacent cell.
     """
     x, nodes = surface.reference, surface.nodes
     for s in range(nodes.size):
@@ -221,7 +221,7 @@ def write_point_pull(pull, p, nominal, volume, cosine, sine, along):
 
 @internal_inlined
 def dissipation(moduli, before, after, strain):
-    """Return the work per volume of a tick that is not stored: plastic, and against thermal expansion; of the mean stress.
+    """Return the work of the mean stress in a tick, per volume, that is not stored: plastic, and against thermal expansion.
 
     `before` is the rotated stress before the tick and `after` the stress after it [Pa], `strain` the strain of the tick.
     """

@@ -127,7 +127,7 @@ class ShellParameters(Parameters):
         body = self.body
         if not isinstance(body, Tube | Plate) or body.notch is None:
             return self
-        # Only a plate has such edges around: a tube has planes of symmetry there, or no edges.
+        # Only a plate has edges across it that may be free: around a tube there are planes of symmetry, or no edges.
         kinds = {str(one): kind for one, kind in self.boundaries.items()}
         places = [("position", body.notch.position, body.length, ("start", "end"))]
         if isinstance(body, Plate):

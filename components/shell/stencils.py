@@ -182,7 +182,7 @@ def _individual_stencils(
 
 
 def _expand_axis_arrays(lines: list[Any]) -> list[Any]:
-    """Expand the values of points along each axis to all combinations of points; return three arrays of shape (m, k)."""
+    """Return for each point all combinations of its values along the three axes: three arrays of shape (m, k)."""
     shape = (len(lines[0]), *(line.shape[1] for line in lines))
     forms = ((slice(None), slice(None), None, None), (slice(None), None, slice(None), None), (slice(None), None, None))
     return [np.broadcast_to(line[form], shape).reshape(shape[0], -1) for line, form in zip(lines, forms, strict=True)]

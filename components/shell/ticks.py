@@ -77,7 +77,7 @@ def finish_tick(tables: Tables, signals: FloatArray, pressures: FloatArray) -> N
 def write_forces(
     solid: Solid, state: State, scratch: Scratch, columns: IntArray | None = None, nodes: IntArray | None = None
 ) -> None:
-    """Write the forces on nodes by stresses, hourglass control and a wall.
+    """Write the forces on nodes by stresses, hourglass control and a wall; `scratch` has the pull of the points.
 
     `columns` are those whose ties have changed, `nodes` those whose forces have; all by default.
     """
@@ -139,7 +139,7 @@ def _update_stresses(solid: Solid, state: State, scratch: Scratch, begin: int, e
 
 
 def record_failure(failure: Failure, scratch: Scratch, tick: int, failure_out: IntArray) -> int:
-    """Write point and tick of a failure to `failure_out`, and value and limit to the point's scratch; return its status."""
+    """Write point and tick (`tick` + 1) of a failure to `failure_out`, value and limit to the scratch; return its status."""
     failure_out[:] = failure.point, tick + 1
     scratch.pull[failure.point, :2] = failure.value, failure.limit
     return failure.status

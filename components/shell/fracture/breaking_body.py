@@ -158,7 +158,7 @@ class BreakingBody:
             )
 
     def _remove_eroded_stress(self, new_cracks: NewCracks) -> None:
-        """Set the stress of eroded points to 0, and update the displacement gradients of all points with new neighbours."""
+        """Set the stress of eroded points to 0, and update the displacement gradients of points with changed neighbours."""
         state, points = self._tables.state, np.array(list(new_cracks.eroded), dtype=np.int64)
         self._block["losses"][_ERODED] += elastic_energy(self.cracks.solid, state, points)
         state.stress[points] = state.gradient[points] = 0.0
@@ -210,7 +210,7 @@ class BreakingBody:
         return Visibility(lattice, lattice.indices, self._assembly.node_stencils, p.chosen_radius, p.basis)
 
     def node_values(self, parameters: FloatArray) -> FloatArray:
-        """Return the values of a field at the nodes from its parameters; a node isolated by cracks has its parameter."""
+        """Return the values of a field at the nodes from its parameters; at a node isolated by cracks, its own parameter."""
         self.tables()
         nodes, facets, known = self._node_stencils, self.cracks.facets, len(self._seen_facets)
         if known > len(facets) or not np.array_equal(facets[:known], self._seen_facets):

@@ -25,7 +25,7 @@ _WAYS = ((1, 0), (0, 1), (1, 1), (1, -1))
 
 
 def facet_declaration(points: int, shape: tuple[int, int, int]) -> Field:
-    """Return the declaration of facets in the state: point, middle, normal, half the thickness (all in index space), tick.
+    """Return the declaration of facets in the state: point; middle, normal, half extent through the wall in index space; tick.
 
     Args:
         points: number of points; each cracks at most twice.

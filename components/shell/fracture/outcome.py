@@ -26,8 +26,8 @@ class CutSides(NamedTuple):
     """The sides of columns that a crack cuts from the next column.
 
     Attributes:
-        along: whether it is cut from the next column along the body, shape (n, m); the crack then runs around the body.
-        across: whether it is cut from the next column around the body, shape (n, m); the crack then runs along the body.
+        along: whether a column is cut from the next one along the body, shape (n, m); the crack then runs around the body.
+        across: whether a column is cut from the next one around the body, shape (n, m); the crack then runs along the body.
     """
 
     along: Marks
@@ -62,7 +62,7 @@ def _crack_extents(lattice: Lattice, cut_sides: CutSides) -> tuple[FloatArray, I
 
 
 def _crack_labels(lattice: Lattice, cut_sides: CutSides) -> IntArray:
-    """Return the number of the crack of each side in `CutSides.along`; cracks join at corners, halfway between four columns."""
+    """Return the crack number of each cut side of `CutSides.along`; cracks join at corners, halfway between four columns."""
     n, m = cut_sides.along.shape
     corners = m if lattice.axes[1].is_closed else m + 1
     ends = []

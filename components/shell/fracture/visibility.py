@@ -33,7 +33,7 @@ class Visibility:
     def __init__(
         self, lattice: Lattice, places: Callable[[IntArray], FloatArray], stencils: Stencils, radius: float, basis: BasisName
     ) -> None:
-        """Build from the points' fractional indices, a function with the result (k, 3), and their stencils without cracks."""
+        """Build from a function that returns the fractional indices of points, (k, 3), and their stencils without cracks."""
         self._lattice, self._places, self._even, self._radius, self._basis = lattice, places, stencils, radius, basis
         self._order = _column_bins(lattice, places(np.arange(len(stencils.kind))))
         self._period = lattice.shape[1] if lattice.axes[1].is_closed else 0

@@ -83,7 +83,7 @@ class Axis:
         return np.concatenate([step[:1], 0.5 * (step[1:] + step[:-1]), step[-1:]])
 
     def _interpolation_table(self, values: FloatArray, jump: float) -> tuple[FloatArray, FloatArray]:
-        """Return indices and values for interpolation; of a closed axis with a value more on each side, changed by `jump`."""
+        """Return indices and values for interpolation; a closed axis has one more value on each side, changed by `jump`."""
         if not self.is_closed:
             return np.arange(self.count, dtype=np.float64), values
         return np.arange(-1.0, self.count + 1.0), np.concatenate([[values[-1] - jump], values, [values[0] + jump]])

@@ -19,7 +19,7 @@ class PlasticStrainConstants(NamedTuple):
 
 
 class PlasticStrain(FractureLaw):
-    """The plastic strain is tested, while the largest principal stress is above half the yield stress."""
+    """The equivalent plastic strain is tested, if the largest principal stress is above half the yield stress."""
 
     unit: ClassVar[str] = "1"
     quantity: ClassVar[str] = "the plastic strain"

@@ -17,7 +17,7 @@ from ....support.parameter_fields import Magnitude, field
 from .fracture_law import FractureLaw, decisive_value, may_exceed
 
 _FACTOR = 3.0
-# A Kirchhoff stress below this fraction of the limit cannot be a Cauchy stress above it: bodies in tension do not shrink more.
+# A Kirchhoff stress below this part of the limit cannot give a Cauchy stress above it: bodies in tension do not shrink more.
 _SAFE = 0.8
 
 
