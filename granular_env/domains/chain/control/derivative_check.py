@@ -79,7 +79,7 @@ def _wrap_for_tables(chain: Chain, function: Callable[..., Any]) -> Callable[...
 
 
 def _random_state(chain: Chain, rng: np.random.Generator) -> FloatArray:
-    """Return the table of a random state: overlaps of 1 to 2 % of the smallest radius, normal random velocities of 1 m/s."""
+    """Return the table of a random state: overlaps of 1 to 2 % of the smallest radius, Gaussian velocities of about 1 m/s."""
     a, n = chain.detached_table(), chain.parameters.grains
     overlap = 1e-2 * float(chain.geometry.radius.min()) * (1.0 + rng.random(n + 1))
     a[layout.U, 1 : n + 1] = -np.cumsum(overlap[:n])

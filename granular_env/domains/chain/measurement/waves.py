@@ -30,8 +30,8 @@ class Wave:
             configuration over the time between their crests [m/s]; NaN if these cannot be paired, see `waves_at`.
         duration: time for which the velocity exceeds half the amplitude [s]; NaN if it does not fall below half.
         width: duration x speed, full width at half the amplitude [m].
-        begin: start of the wave: time of the smallest velocity since the last crest, or of the last that is not positive [s].
-        end: end of the wave: time of the smallest velocity before the next crest, or of the first that is not positive [s].
+        begin: start of the wave: time of the smallest velocity since the previous crest, or of the last not positive [s].
+        end: end of the wave: time of the smallest velocity before the next crest, or of the first not positive [s].
     """
 
     grain: int
