@@ -145,7 +145,7 @@ class ChainRows:
         self.components[k].set_progress(int(self._ticks[k]), held)
 
     def advance_chains(self, inputs: Mapping[str, FloatArray], ticks: int, moving: npt.NDArray[np.bool_]) -> dict[int, str]:
-        """Advance chains `moving` with `inputs` (a value per chain each); return errors of those that failed, left unchanged."""
+        """Advance the chains `moving`, with `inputs` name -> values; return errors of those that failed, left unchanged."""
         before, done, errors = self._inputs.copy(), moving.copy(), dict[int, str]()
         for name, values in inputs.items():
             np.copyto(self._inputs[:, _SIDES[name.partition("_")[0]]], values, where=moving)

@@ -88,7 +88,7 @@ def waves_along(
 
 
 def _potential_energies(history: History, frame: int) -> FloatArray:
-    """Return each grain's share of the contact energy minus that at rest and the rest forces' work, (n,) [J]; all at a wall."""
+    """Return each grain's share (half; all at a wall) of the contact energies above the state at rest, shape (n,) [J]."""
     stored = history.contact_energy[frame] - history.rest_energy
     approach = history.overlap[frame] - history.rest_overlap
     energy = stored - history.rest_force * approach
