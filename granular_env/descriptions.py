@@ -134,7 +134,7 @@ def _parameter_rows(model: type[BaseModel], prefix: str = "") -> list[tuple[str,
 
 
 def _short_default(field: FieldInfo) -> str:
-    """Return a field's default as TOML; of a table only keys that differ from their own defaults, since they have own lines."""
+    """Return a field's default as TOML; of a table, only the keys that differ from the defaults shown in their own lines."""
     value = field.default
     if not isinstance(value, BaseModel | Mapping):
         return default_text(field)

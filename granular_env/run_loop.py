@@ -32,7 +32,7 @@ from granular_env.experiments.preparation import prepare_experiment
 from granular_env.experiments.stop_rules import StopWatch
 from granular_env.progress import Progress, progress_bar
 
-# A run is made in pieces of this wall time [s]; Ctrl-C and the progress bar are handled between pieces. Each copies the state
+# A run is made in pieces of this wall time [s]; Ctrl-C, progress bar, recorder are handled between them. Each copies the state
 # once. For a large state the pieces are longer, so that a copy at this rate [bytes/s] takes at most 5 % of a piece.
 _PIECE_SECONDS = 0.02
 _COPY_SHARE, _COPY_RATE = 0.05, 2e9

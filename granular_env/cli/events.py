@@ -148,7 +148,7 @@ def _event_row(
 
 
 def event_summary(events: Sequence[Event], earlier: Sequence[Event], start: float) -> str:
-    """Return the number of events of each kind as text."""
+    """Return the number of events of each kind as text; `earlier` are those before the log, which begins at `start` [s]."""
     if not earlier:
         return f"{count_text(len(events), 'event')}: {_kind_counts(events)}"
     here = f"{count_text(len(events), 'event')} in this log: {_kind_counts(events)}" if events else "no event in this log"

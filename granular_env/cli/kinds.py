@@ -10,7 +10,7 @@ from granular_env.components.errors import ExperimentError
 
 
 class Kind(NamedTuple):
-    """A kind of TOML file that a command runs."""
+    """A kind of TOML file that `command` runs; each has at least one of the top-level `keys`; `words` name it in messages."""
 
     words: str
     command: str

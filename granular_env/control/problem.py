@@ -74,7 +74,7 @@ class Problem:
 
     @property
     def task_source(self) -> str:
-        """The source text of the module that defines the task, if it is the user's module, because results depend on it."""
+        """The source text of the module that defines the task, on which results depend if it is the user's; "" if unknown."""
         try:
             return inspect.getsource(sys.modules[type(self.env.task).__module__])
         except (OSError, TypeError):

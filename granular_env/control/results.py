@@ -108,7 +108,7 @@ class StudyResult:
     def comparison(self) -> list[list[object]]:
         """Return the headings and one row per method: its returns over the seeds, and whether it beats each baseline.
 
-        It beats a baseline if its median return over the seeds (of an even number, the lower of the middle two) is larger.
+        A method beats a baseline if its median return over the seeds (the lower of two middle ones) is larger.
         """
         heads = ["method", "return (lower median)", "worst seed", "best seed", "control steps"]
         rows: list[list[object]] = [[*heads, *(f"beats {name}" for name in self.baselines)]]

@@ -82,7 +82,7 @@ class Search:
         self.count_steps(steps)
 
     def baseline_point(self, name: str) -> FloatArray:
-        """Play a baseline in the first search episode, which spends budget; return the point that fits its actions best.
+        """Play a baseline in the first search episode, spending budget; return the point (size,) that fits its actions best.
 
         Raises:
             ExperimentError: the task has no such baseline.
@@ -121,7 +121,7 @@ class Search:
         return values
 
     def value_and_slopes(self, point: FloatArray) -> tuple[float, FloatArray]:
-        """Return the smooth objective at a point, averaged over the episodes, and its gradient; errors as `returns`."""
+        """Return the smooth objective at a point, averaged over the episodes, and its gradient (size,); errors as `returns`."""
         cost = math.ceil(self.problem.gradient_runs * self.problem.steps * len(self.seeds))
         if self.remaining_steps < cost:
             raise BudgetSpentError

@@ -18,7 +18,7 @@ _LARGEST_FILE = 16 * 2**20
 
 
 def find_file(source: Any, kind: str, shelf: str) -> Path:
-    """Return the file for a path, or for a shipped name (see `shipped_files`); `kind` of document is for messages.
+    """Return the file for a path, or for a shipped name of kind `shelf` (see `shipped_files`); messages call it a `kind`.
 
     Raises:
         ExperimentError: the file does not exist.

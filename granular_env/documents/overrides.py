@@ -45,7 +45,7 @@ def to_overrides(source: Any) -> tuple[Override, ...]:
 
 
 def set_key(content: dict[str, Any], override: Override) -> None:
-    """Set a key of a document. Missing tables on its path are created; a table given by its name only becomes a full table.
+    """Set a key of a document. Missing tables on its path are created; a name on its path becomes a table with this name.
 
     Raises:
         ExperimentError: the key leads into a value that is not a table, or past the end of a list.

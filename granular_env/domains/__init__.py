@@ -33,7 +33,7 @@ class Domain:
     Attributes:
         environments: a mapping registered name -> `Environment`.
         rows: a class that stores the states of many components in common arrays (one row each) and advances them together,
-            for native batches of environments, see `chain.rows.ChainRows`.
+            for `RowTask`s and native batches of environments, see `chain.rows.ChainRows`.
         gradients: a module with `RUNS` (cost of one gradient in forward runs) and `value_and_grad(env, drive, seeds, stage)`,
             which returns the smooth objective of a task and its derivatives with respect to the actions, for studies.
         watch: a class of observers that record a `history` of a run, constructed with the time between two frames [s].

@@ -19,7 +19,7 @@ from granular_env.terminal_text import align_columns, wrap_text
 
 
 def describe_environment(name: str, arguments: Mapping[str, Any]) -> str:
-    """Return the text that describes an environment: its properties, and the sections of its docstring."""
+    """Return the text that describes an environment with these arguments: its properties, its docstring's sections."""
     facts = environment_facts(name, arguments)
     shown = {**facts, "control_step": f"{facts['control_step']:.6g} s"}
     rows = [(key.replace("_", " "), str(value)) for key, value in shown.items() if not isinstance(value, dict)]

@@ -77,7 +77,7 @@ def refuse_repeated_parameters(arguments: Mapping[str, Any]) -> None:
 
 
 def refuse_early_deadline(deadline: int | None, least: int, duration: float, reason: str, at: str = "deadline") -> None:
-    """Refuse a deadline before the earliest possible effect of the agent; None is no deadline.
+    """Refuse a deadline below `least` control steps (of `duration` [s]), the agent's earliest effect; None is no deadline.
 
     Raises:
         ParameterError: the deadline is less than `least`.

@@ -60,7 +60,7 @@ class Randomization:
                 raise ParameterError(f"{one_line(name)} cannot be sampled", hint=hint, at="randomise")
 
     def sample_parameters(self, random: Generator) -> Drawn:
-        """Return sampled values of the parameters for an episode; for a distribution, a seed."""
+        """Return sampled values of the parameters for an episode; a distribution gets a sampled seed."""
         return {name: self._sample_value(name, bounds, random) for name, bounds in self.parameters.items()}
 
     def extreme_parameters(self) -> list[Drawn]:

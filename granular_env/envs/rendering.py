@@ -29,7 +29,7 @@ _PAPER, _INK, _PALE, _ZERO = (255, 255, 255), (40, 40, 48), (205, 205, 212), "#e
 
 
 def draw_state(component: Component, task: Task, target: FloatArray | None = None) -> npt.NDArray[np.uint8]:
-    """Return a picture of the present state, shape (360, 960, 3), uint8."""
+    """Return a picture of the present state, shape (360, 960, 3), uint8; `target`: wanted values of the particles' colours."""
     image = Image.new("RGB", (WIDTH, HEIGHT), _PAPER)
     pen = ImageDraw.Draw(image)
     pen.text((_MARGIN, 24), _caption(component, task), _INK, anchor="lm", font_size=_LETTERS)

@@ -81,7 +81,7 @@ class Task:
         )
 
     def target_profile(self, elapsed: int) -> FloatArray | None:
-        """Return the value that each particle's coloured quantity shall have after `elapsed` control steps, for pictures."""
+        """Return the wanted values of the particles' coloured quantity after `elapsed` control steps, for pictures, or None."""
         return None
 
     def baselines(self) -> Mapping[str, Policy]:

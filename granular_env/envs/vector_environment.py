@@ -169,7 +169,7 @@ class ComponentVectorEnv(SyncVectorEnv):
     def _advance_environments(
         self, wished: np.ndarray, moving: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, dict[int, Infos]]:
-        """Advance the environments in the mask `moving`; return rewards, terminated, truncated, errors of rejected steps."""
+        """Advance the environments `moving`, bitwise as `ComponentEnv.step`; return rewards, terminated, truncated, errors."""
         first, memories = self.envs[0], self._memories
         rewards, over, late = np.zeros(self.num_envs), np.zeros_like(moving), np.zeros_like(moving)
         errors: dict[int, Infos] = {}

@@ -11,7 +11,7 @@ from granular_env.recording.schedule import estimate_bytes, make_schedule, names
 
 from .preparation import Prepared
 
-# `check` reports runs longer than _LONG [s] and logs larger than LARGE_LOG [bytes]; `run` reports logs above NOTED_LOG.
+# `check` reports runs longer than _LONG [s] and logs above LARGE_LOG [bytes]; `run` on a terminal, logs above NOTED_LOG.
 _LONG, LARGE_LOG, NOTED_LOG = 60.0, 200_000_000, 10_000_000
 _MEASURED = 0.02  # wall time of the measured steps [s]
 _LESS = "record less often (record.every), fewer variables (record.variables) or fewer snapshots (record.snapshot_every)"

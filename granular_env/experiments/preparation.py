@@ -47,7 +47,7 @@ class Prepared:
 
 
 def prepare_experiment(experiment: Experiment, has_trial_step: bool = True) -> Prepared:
-    """Build the component of an experiment with its start values and inputs, and check names, units and times.
+    """Build an experiment's component, start values, inputs; check names, units, times and (`has_trial_step`) a first step.
 
     Raises:
         ExperimentError: names file, table and key, the received and the expected value.

@@ -29,7 +29,7 @@ _KEY_WIDTH = 40
 
 
 def experiment_template(name: str, new_name: str | None = None, others: Iterable[str] = ()) -> str:
-    """Return the text of an experiment file for a component with all parameters, or of a shipped experiment.
+    """Return the text of an experiment file: for a component with all parameters, or of an experiment, as `new_name`.
 
     Raises:
         ExperimentError: unknown name; the message suggests the nearest name.
@@ -170,7 +170,7 @@ def parameter_tables(model: type[BaseModel]) -> dict[str, type[BaseModel]]:
 
 
 def _profile_lines(variable: Variable, step: float, mark: str) -> list[str]:
-    """Return example lines of a triangular profile for an input, each preceded by `mark` (the comment sign or nothing)."""
+    """Return example lines of a half-sine profile for an input, each preceded by `mark` (the comment sign or nothing)."""
     peak = _format_float(variable.nominal)
     lines = [
         _commented_line(f"{mark}[input.{variable.name}]", f"{variable.unit}, {variable.description}: a time profile, or"),

@@ -119,7 +119,7 @@ def write_batch(
     inputs: Mapping[str, tuple[int, ...]],
     step_size: float,
 ) -> None:
-    """Write a batch to the log; `names` are the recorded variables, `inputs` the shapes of the inputs by name."""
+    """Write a batch to the log; `names` are the recorded variables, `inputs` the shapes by name, `step_size` is in seconds."""
 
     def add_record(
         kind: int, detail: int, ticks: Any, arrays: Mapping[str, Any], header: Mapping[str, Any] | None = None

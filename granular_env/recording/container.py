@@ -37,7 +37,7 @@ _RECOVER = "`granular-env recover` saves the intact part"
 _CHUNK_BYTES, _CHUNK_SHARE = 256 << 20, 4
 # Limits on the records of a chunk: one per this many bytes of the file plus this number. Each record becomes an object.
 _BYTES_A_RECORD, _RECORDS = 4, 1000
-# Limits on a record's JSON text: this many bytes, or this many per byte of the file. Parsing takes 40 times its length.
+# Limits on a record's JSON text: this many bytes, or this many per byte of the file. Parsing takes up to 40 times its length.
 _TEXT_BYTES, _TEXT_SHARE = 16 << 20, 8
 # Size of the cache of decompressed chunks, and memory that a message takes in addition to its data [bytes].
 _CACHE_BYTES, _OBJECT_BYTES = 64 << 20, 200

@@ -44,7 +44,7 @@ def _package_version(name: str) -> str:
 
 
 def machine_facts() -> dict[str, Any]:
-    """Return the machine's data for the header: the name of the CPU and the number of threads."""
+    """Return the machine's data for the header: CPU, architecture, operating system, cores, and settings of numba."""
     return {
         "cpu": _cpu_model(),
         "architecture": platform.machine(),

@@ -28,7 +28,7 @@ from .records import (
 
 # Largest tick: beyond this, successive whole numbers are not distinguishable as float64.
 _MOST_TICKS = 2**53
-# Number of columns of a row in the file, and one more column, which is computed: the message's position in its chunk.
+# Numbers of the columns of a row in the file, and of one more, which is computed: the message's position in its chunk.
 KIND, DETAIL, SEGMENT, FIRST, LAST, COUNT, NUMBER, CHUNK, PLACE = range(len(COLUMNS) + 1)
 
 

@@ -137,7 +137,7 @@ def damage_error(received: str, at: str | Location, log: object = "") -> LogErro
 
 
 def to_nanoseconds(ticks: int, step_size: float) -> int:
-    """Return the message time [ns] of a tick, limited to the range that MCAP's unsigned 64-bit integers allow."""
+    """Return the message time [ns] of a tick, at most `_LAST_NANOSECOND` (MCAP stores an unsigned 64-bit integer)."""
     return round(min(ticks * step_size * 1e9, _LAST_NANOSECOND))
 
 
@@ -173,7 +173,7 @@ def _packed_fields(data: bytes) -> list[np.ndarray]:
 
 
 def value_bits(values: np.ndarray | float) -> bytes:
-    """Return the bits of a number or an array as whole numbers, for bitwise comparison and hashing."""
+    """Return the bits of a number or an array as bytes, for bitwise comparison and hashing."""
     return np.ascontiguousarray(values).tobytes()
 
 

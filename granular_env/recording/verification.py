@@ -223,7 +223,7 @@ class Comparison:
             raise Difference(error.variable, at, error.index, reason) from error
 
     def _comparisons(self, start: int, end: int) -> list[Iterator[tuple[Any, ...]]]:
-        """Return the comparisons to be made, in the order of time: tick, the function that compares, and its arguments."""
+        """Return, per kind, the comparisons to make in the order of time: tick, the function that compares, its arguments."""
         index, number = self._log.index, self._segment.number
         frames = index.select_rows(FRAMES, None, number)
         # Compare inputs first at each tick, because different inputs cause a different state.

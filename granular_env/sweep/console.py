@@ -23,7 +23,7 @@ _MOST_ERRORS = 3
 
 @contextmanager
 def sweep_progress(title: str, size: int, known_count: int, progress: Progress) -> Iterator[Callable[[Result], None]]:
-    """Show a progress bar with done and failed tasks, their rate, and the remaining time."""
+    """Show a progress bar of `size` tasks, `known_count` of them with a result: done, failed, rate, remaining time."""
     with progress_bar(title, size, done=known_count, show=progress) as shown:
         begun, done, failed = perf_counter(), 0, 0
 

@@ -71,7 +71,7 @@ class Engine:
 
 
 def compute_tasks(engine: Engine, tasks: Sequence[Task], time_limit: float | None = None) -> Iterator[Result]:
-    """Yield results of tasks with distinct hashes as they finish; recompute tasks whose process or node ended a few times."""
+    """Yield results of tasks (distinct hashes, `time_limit` [s]) as they finish; if a process or node ends, retry its task."""
     waiting, attempts, alone_until = deque(tasks), Counter[str](), monotonic() + _ALONE_SECONDS
     running: dict[Any, tuple[Task, float]] = {}
     while waiting or running:

@@ -23,7 +23,7 @@ from .plan import LARGEST, Plan
 from .worker import Job, Task
 
 _SECONDS = ("duration", "record.every", "record.snapshot_every")
-# Keys in the profile of an input whose unit is s; other keys have the unit of the input.
+# Keys of an input's profile that are times [s]; other keys have the unit of the input.
 _TIMES = ("duration", "rise", "start", "offset_time")
 
 
@@ -41,7 +41,7 @@ class Workload(NamedTuple):
     tasks: list[Task]
 
     def distinct_tasks(self, part: tuple[int, int] = (0, 1)) -> dict[str, Task]:
-        """Return hash -> task for a part of the plan; tasks with equal hash occur once."""
+        """Return hash -> task for tasks i, i + n, ... of `part` (i, n); of equal tasks, the first number counts."""
         index, count = part
         first: dict[str, int] = {}
         found: dict[str, Task] = {}
@@ -52,7 +52,7 @@ class Workload(NamedTuple):
 
 
 def make_workload(plan: Plan, time_limit: float | None = None, allow_large: bool = False) -> Workload:
-    """Load the experiment of a plan and its CSV files, and create the tasks.
+    """Load the experiment of a plan and its CSV files, and create the tasks; `time_limit` is that of a task [s].
 
     Raises:
         ExperimentError: too many tasks, an invalid experiment, or a file that cannot be read.

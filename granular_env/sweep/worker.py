@@ -66,7 +66,7 @@ class Result:
             memory or disk ran out, the time limit passed), so that the next sweep repeats the task.
         values: the numbers of the measures, in order.
         error: the error as a sentence.
-        notes: warnings of the run, and the measures that have no value.
+        notes: warnings of the run, violated assumptions, and the measures that have no value.
     """
 
     hash: str
@@ -77,7 +77,7 @@ class Result:
 
 
 class TaskComputer:
-    """Computes tasks of a job in this process.
+    """Computes tasks of a job in this process; `folder` has the CSV files in ``inputs/`` and gets the logs in ``logs/``.
 
     Raises:
         SweepError: the code of this process differs from that of the process that started the sweep.

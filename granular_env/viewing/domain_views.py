@@ -28,7 +28,7 @@ class Views:
     """
 
     def __init__(self, motion: Motion, scales: Scales, begin: float = 0.0, end: float | None = None) -> None:
-        """Compute from the first frames where the views lie in the scene."""
+        """Compute from `motion` and `scales` where the views lie in the scene."""
 
     def vertical_extent(self, scales: Scales) -> tuple[float, float]:
         """Return the lowest and highest z that the camera of the whole scene must cover [m]."""

@@ -28,5 +28,5 @@ parts: Any = _ENVIRONMENT.get_template("parts.html").module
 
 
 def render_page(title: str, lead: Markup, sections: Sequence[tuple[str, Markup]]) -> str:
-    """Return the whole page."""
+    """Return the whole page: title, `lead` and sections (heading, content); title and headings are plain text."""
     return _ENVIRONMENT.get_template("report.html").render(title=title, lead=lead, sections=sections)

@@ -21,7 +21,7 @@ from .scene_data import MAXIMUM_POINTS, MAXIMUM_SHOWN_PARTICLES, Motion
 from .unit_labels import label_with_unit
 from .visible_drawables import colour_name, colouring_outputs, is_hidden, with_colour
 
-# Recorded series with more bytes than this are read frame by frame.
+# Recorded series with more numbers than this are read frame by frame.
 _READ_AT_ONCE = 50_000_000
 _AXES = "xyz"
 

@@ -109,7 +109,7 @@ def require_log(log: Any) -> None:
 def load_scene(
     log: Any, frames: int = MAXIMUM_FRAMES, progress: Callable[[float], None] | None = None, colour: str | None = None
 ) -> SceneData:
-    """Return the scene data of a log: at most `frames` frames of its shapes, and its scalar outputs and inputs, thinned."""
+    """Return a log's scene data: at most `frames` frames of shapes (coloured by `colour`), and thinned scalars and inputs."""
     progress = progress or (lambda part: None)
     source = _log_source(log, colour, lambda clock, size: pick_evenly(len(clock), max(2, min(frames, MAXIMUM_POINTS // size))))
     shapes = _read_shapes(source)
@@ -148,7 +148,7 @@ def load_shapes(log: Any, times: Sequence[float], colour: str | None = None) -> 
 
 
 def make_scene(component: Component, title: str | None = None, earlier: int = 0) -> SceneData:
-    """Return the scene data of a component's present state (one frame); `earlier` is the ticks before its last reset."""
+    """Return the scene data of a component's present state (one frame), with `earlier` ticks before its last reset."""
     tick, time = component.tick + earlier, component.time + earlier * component.step_size
     now, ticks = np.array([time]), np.array([tick], dtype=np.int64)
 

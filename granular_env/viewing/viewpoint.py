@@ -36,7 +36,7 @@ def viewpoint(focus: FloatArray | None) -> FloatArray:
 
 
 def viewpoint_text(towards_eye: FloatArray) -> str:
-    """Return a sentence that describes from where a body is seen, and how one axis runs in the picture."""
+    """Return a phrase that describes from where a body is seen, and how one axis runs in the picture."""
     x, y, z = towards_eye.tolist()
     axis, is_right = ("x", y < 0.0) if abs(y) > abs(x) else ("y", x > 0.0)
     return f"obliquely from {'above' if z > 0.0 else 'below'}, {axis} to the {'right' if is_right else 'left'}"

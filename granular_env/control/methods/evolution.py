@@ -1,4 +1,4 @@
-"""CMA-ES (Hansen & Ostermeier 2001) from the package cma: samples a normal distribution, which adapts to the best."""
+"""CMA-ES (Hansen & Ostermeier 2001) from the package cma: samples populations from a normal distribution and adapts it."""
 
 from __future__ import annotations
 

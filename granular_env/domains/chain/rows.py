@@ -36,7 +36,7 @@ def _energies_between(law, tables, first, last, out):
 class ChainRows:
     """Many chains, or one, as rows of arrays, for tasks that judge many episodes at once (`RowTask`).
 
-    For a single chain (`is_batch` false) the axis "chains" is missing in all shapes below.
+    For a single chain (`is_batch` false) the axis "chains" is missing in all shapes except that of `tables`.
 
     Args:
         chains: chains of equal size, law and integrator.
@@ -88,7 +88,7 @@ class ChainRows:
         return 0.0 - self.call_kernel(_contact_forces, 1, self.grains)[:, 0]
 
     def tail_energy(self, grain: int) -> FloatArray:
-        """Return the energy of grains `grain` to the last and their contacts minus that at rest, shape (chains,) [J]."""
+        """Return the energy above the rest state of grains `grain` to the last and their contacts, shape (chains,) [J]."""
         return self.call_kernel(_energies_between, 1, grain + 1, self.grains)[..., 0]
 
     def call_kernel(self, kernel: Callable[..., Any], size: int, *arguments: Any) -> FloatArray:
@@ -145,7 +145,7 @@ class ChainRows:
         self.components[k].set_progress(int(self._ticks[k]), held)
 
     def advance_chains(self, inputs: Mapping[str, FloatArray], ticks: int, moving: npt.NDArray[np.bool_]) -> dict[int, str]:
-        """Advance the chains selected by `moving`; return the errors of those that failed, whose states are unchanged."""
+        """Advance the chains `moving`, with `inputs` name -> values; return errors of those that failed, left unchanged."""
         before, done, errors = self._inputs.copy(), moving.copy(), dict[int, str]()
         for name, values in inputs.items():
             np.copyto(self._inputs[:, _SIDES[name.partition("_")[0]]], values, where=moving)

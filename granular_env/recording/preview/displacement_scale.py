@@ -21,7 +21,7 @@ _NEARLY = 1.1
 def common_exaggeration(
     points: Iterable[tuple[FloatArray, FloatArray, FloatArray]], cells: Iterable[tuple[FloatArray, FloatArray]]
 ) -> float:
-    """Return one factor for all drawn displacements, at which particles do not pass one another and nodes stay in the scene.
+    """Return one factor for all drawn displacements, at which particles do not pass one another and nodes stay close.
 
     Args:
         points: reference (n, 3), radius (n,) and displacement (frames, n, 3) of points [m].

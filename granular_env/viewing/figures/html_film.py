@@ -125,7 +125,7 @@ def _event_bars(log: Any, instants: FloatArray) -> tuple[tuple[float, ...], str]
         return (), ""
     times = _event_times(log, found)
     counts = np.bincount(np.searchsorted(instants[1:-1], times), minlength=len(instants) - 1)
-    # Draw the height so that a single event stays visible next to thousands.
+    # Give the bars a least height, so that a single event stays visible next to thousands.
     heights = np.where(counts > 0, np.maximum(counts / counts.max(), 0.08), 0.0)
     scale, unit = time_unit(float(instants[-1]))
     before = f"; before this log begins {_kind_counts(earlier)}" if earlier else ""

@@ -58,7 +58,7 @@ class ReportChoice:
 def draw_report(
     log: Any, choice: ReportChoice, progress: Callable[[float], None]
 ) -> tuple[SceneData, dict[str, CaptionedFigure]]:
-    """Return the scene data of a log, and its figures by file name, in the order of the page.
+    """Return a log's scene data and its figures by file name, in the order of the page; `progress` gets the done fraction.
 
     Raises:
         ParameterError: as in `ReportChoice.check_log`, or a time or place outside the log.

@@ -147,7 +147,7 @@ def experiment_section(log: Any) -> Markup:
 
 
 def environment_table(log: Any) -> Markup:
-    """Return a table of the software and the machine that recorded the log, and the size of the log."""
+    """Return a table of the software and the machine that recorded the log, and the identity of its component."""
     metadata = log.metadata
     rows = [[f"{name} version", text] for name, text in metadata["versions"].items()]
     rows += [[name.replace("_", " "), _short_value(value)] for name, value in metadata["machine"].items()]

@@ -79,7 +79,7 @@ def _wrap_for_tables(chain: Chain, function: Callable[..., Any]) -> Callable[...
 
 
 def _random_state(chain: Chain, rng: np.random.Generator) -> FloatArray:
-    """Return the table of a random state: overlaps of 1 to 2 % of the smallest radius, normal velocities of deviation 1 m/s."""
+    """Return the table of a random state: overlaps of 1 to 2 % of the smallest radius, Gaussian velocities of about 1 m/s."""
     a, n = chain.detached_table(), chain.parameters.grains
     overlap = 1e-2 * float(chain.geometry.radius.min()) * (1.0 + rng.random(n + 1))
     a[layout.U, 1 : n + 1] = -np.cumsum(overlap[:n])
@@ -190,7 +190,7 @@ def _refuse_peaks(objective: Objective, a: FloatArray, step: int, steps: int, in
 def _largest_error(
     errors: FloatArray, sizes: FloatArray, value: float, tolerance: float, fault_at: Callable[[int], Fault]
 ) -> float:
-    """Return the largest relative error of the derivatives; raise `fault_at` its index if it is above the tolerance."""
+    """Return the largest error relative to size + `_SMALL_PART` x value; above the tolerance, raise the fault at its index."""
     relative = errors / np.maximum(sizes + _SMALL_PART * value, np.finfo(np.float64).tiny)
     wrong = int(np.argmax(relative))
     if not relative[wrong] <= tolerance:

@@ -126,7 +126,7 @@ def _apply_changes(chain: Chain, drive: FloatArray, changes: dict[str, FloatArra
 
 
 def _changed_parameters(chain: Chain, changes: Mapping[str, FloatArray]) -> dict[str, Any]:
-    """Return the parameters plus `changes`; values computed from others, such as stiffnesses, are fixed at their old values."""
+    """Return the parameters plus `changes`; step size, materials and given masses are kept, computed masses follow radii."""
     p = chain.parameters
     given: dict[str, Any] = p.model_dump() | {"step_size": chain.step_size}
     if "radius" in changes or "mass" in changes:

@@ -51,7 +51,7 @@ def value_and_grad(
     Args:
         objective: an `Objective`, or a task with a smooth objective.
         chain: the driven chain.
-        drive: input at the left and right end in each control step, shape (steps, 2); 0 for an end without an input.
+        drive: inputs at the left and right end, held in each control step, shape (steps, 2); 0 for an end without an input.
         ticks: number of internal steps in a control step.
         with_respect_to: "drive", "radius", "mass", "contact_stiffness", "precompression", "dissipation", "gap", "gravity",
             "velocity" and "displacement" (at the start), one or more of them.

@@ -29,7 +29,7 @@ A custom objective consists of three jitted functions. For the kinetic energy of
 
 `components.chain.differentiable_quantities` provides quantities with their pullbacks;
 `derivative_check.check_objective` finds errors in a `pullback`.
-Derivatives are taken with respect to displacements, velocities, inputs and the constants in `rows`, not to its row PEAK.
+Derivatives exist with respect to displacements, velocities, inputs and the constants in `rows`, but not the row PEAK.
 """
 
 from __future__ import annotations

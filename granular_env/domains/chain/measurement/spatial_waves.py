@@ -24,7 +24,7 @@ class WaveInChain:
         first: first grain of the wave.
         last: last grain of the wave.
         kinetic_energy: kinetic energy of the wave's grains [J].
-        potential_energy: elastic energy of its contacts minus that at rest; a contact at the wave's border counts half [J].
+        potential_energy: elastic energy of its contacts above the state at rest; a contact at the border counts half [J].
         momentum: momentum in the wave's direction [kg m/s].
     """
 
@@ -88,7 +88,7 @@ def waves_along(
 
 
 def _potential_energies(history: History, frame: int) -> FloatArray:
-    """Return each grain's share of the contact energy minus that at rest, (n,) [J]: half of a contact, all at a wall."""
+    """Return each grain's share (half; all at a wall) of the contact energies above the state at rest, shape (n,) [J]."""
     stored = history.contact_energy[frame] - history.rest_energy
     approach = history.overlap[frame] - history.rest_overlap
     energy = stored - history.rest_force * approach

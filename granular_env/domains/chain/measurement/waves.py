@@ -30,8 +30,8 @@ class Wave:
             configuration over the time between their crests [m/s]; NaN if these cannot be paired, see `waves_at`.
         duration: time for which the velocity exceeds half the amplitude [s]; NaN if it does not fall below half.
         width: duration x speed, full width at half the amplitude [m].
-        begin: start of the wave: last time before the crest at which the velocity has a minimum or is not positive [s].
-        end: end of the wave: first such time after the crest [s].
+        begin: start of the wave: time of the smallest velocity since the previous crest, or of the last not positive [s].
+        end: end of the wave: time of the smallest velocity before the next crest, or of the first not positive [s].
     """
 
     grain: int
@@ -111,7 +111,7 @@ def _wave_speed(
         return [one.time for one in found if one.height >= _SAME_WAVE * crest.height]
 
     def arrival_time(found: list[Crest], lead: int) -> float:
-        """Return the time of the crest at a neighbour; NaN unless `lead` more crests than at the grain have passed there."""
+        """Return the time of the crest at a neighbour; NaN unless exactly `lead` more than at the grain have passed there."""
         others = crest_times(found)
         passed = sum(time < crest.time for time in others)
         return others[number] if passed == number + lead and number < len(others) else math.nan

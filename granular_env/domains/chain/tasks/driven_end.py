@@ -28,7 +28,7 @@ _DISPLACEMENT, _VELOCITY, _FORCE = 1e-3, 10.0, 1000.0
 CLOCK = 8
 # Arguments of an environment that do not change which drive is best.
 _SEEN = {"action", "observe", "noise", "info", "clock", "render_mode", "step_error_reward", "action_scale"}
-# For `refuse_unreachable_deadline`: control steps to simulate at least; fraction of the target that counts as an arrival.
+# `refuse_unreachable_deadline` simulates at most this many steps or to the deadline; this part of the target is an arrival.
 _LONGEST, _PART = 10_000, 1e-3
 
 

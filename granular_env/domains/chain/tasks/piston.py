@@ -23,7 +23,7 @@ _FREE_FLIGHT = 0.01
 
 
 class SpeedTarget(NamedTuple):
-    """Constants of the task: target velocity [m/s], price (in reward) of the work `energy` [J], gap that ends the episode."""
+    """Constants of the task: target velocity [m/s], price of the work `energy` [J], gap that ends the episode [m]."""
 
     target: float
     price: float

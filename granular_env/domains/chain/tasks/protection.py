@@ -123,7 +123,7 @@ class ProtectionTask(DrivenEndTask):
     def judge_rows(
         self, rows: ChainRows, constants: ImpulseTarget, counters: dict[str, Any], elapsed: Any
     ) -> tuple[FloatArray, Any]:
-        """Return the increase of the delivered fraction of the impulse minus that of peak force / `peak_scale`."""
+        """Return the increase of the delivered fraction minus that of peak / `peak_scale`, and whether all is delivered."""
         before, force = counters["delivered_impulse"], -rows.right_wall_force
         delivered = before + 0.5 * constants.duration * (counters["wall_force"] + force)
         peak = np.maximum(counters["peak_wall_force"], force)

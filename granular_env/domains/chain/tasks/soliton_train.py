@@ -88,7 +88,7 @@ class SolitonTrainTask(WaveTask):
         return np.array([self.counters[name] for name in self.goal_names]).reshape(-1, COLUMNS)
 
     def sample_goal(self, random: Generator) -> FloatArray:
-        """Return a goal of 1 to `waves` waves, foremost first; their amplitudes, places and distances are sampled uniformly."""
+        """Return a goal of 1 to `waves` waves, foremost first; amplitudes, distances, first place are uniform samples."""
         count = int(random.integers(1, self.waves + 1))
         heights = random.uniform(*self.amplitude, self.waves)[:count]
         gaps = random.uniform(*self.spacing, self.waves)[: count - 1]

@@ -29,7 +29,7 @@ def closeup_camera(motion: Motion) -> Camera:
 
 
 def closeup_windows(motion: Motion) -> npt.NDArray[np.int64]:
-    """Return the first grain of each frame's window, which lies around the fastest grain, shape (frames,)."""
+    """Return the first grain of each frame's window, around the grain of largest |colour value|, shape (frames,)."""
     assert motion.colour is not None
     fastest = np.abs(motion.colour).argmax(axis=1)
     return np.clip(fastest - WINDOW // 2, 0, len(motion.radius) - WINDOW)

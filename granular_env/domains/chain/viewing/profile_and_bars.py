@@ -27,7 +27,7 @@ class Row:
         height: length of the longest bar and half the span of the profile [m].
         profile_level: height of the profile's zero line [m].
         contact_level: height of the upper ends of the contacts' bars [m].
-        contact_limit: contact force [N] or overlap [m] that is shown by a bar of length `height`.
+        contact_limit: contact force [N] or overlap [um] that is shown by a bar of length `height`.
     """
 
     height: float

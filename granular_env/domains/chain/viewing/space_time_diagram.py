@@ -24,7 +24,7 @@ from granular_env.viewing.figures.drawing import (
 from granular_env.viewing.recorded_fields import to_field
 from granular_env.viewing.scene_data import Motion
 
-# Largest number of stored frames of a running simulation; when it is reached, every second frame is dropped.
+# Largest number of stored frames of a running simulation; when it is exceeded, every second frame is dropped.
 _ROWS = 400
 
 

@@ -44,7 +44,7 @@ class SplittingTask(Task):
         self._disc_time, self._control_step, self._links = math.sqrt(p.mass / p.stiffness), control_step, p.columns - 1
 
     def begin(self, component: Component, outputs: Seen) -> None:
-        """Set all counters to 0."""
+        """Set closeness and wrong links to 0, and the work to that done so far."""
         self.counters = {"closeness": 0.0, "wrong_links": 0.0, "work": component.get("input_work")}
 
     def judge(self, component: Component, outputs: Seen, duration: float) -> tuple[float, bool]:
