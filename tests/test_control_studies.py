@@ -315,7 +315,7 @@ class LastVelocity(RowTask):
     def begin_rows(self, rows, constants, counters):
         pass
 
-    def judge_rows(self, rows, constants, counters, elapsed):
+    def evaluate_rows(self, rows, constants, counters, elapsed):
         last = counters["last_velocity"] = rows.velocity[..., -1]
         return np.where(elapsed == self.deadline, -np.abs(last - self.target), 0.0), False
 

@@ -78,10 +78,10 @@ class Tear(Task):
     actions = {"force[0,0]": 1.0, "force[-1,0]": 2.0}
     observations = {"linked[0]": 1.0, "velocity[2,0]": 0.5, "displacement": 1.0}
 
-    def begin(self, component, seen):
+    def begin_episode(self, component, seen):
         self.counters = {}
 
-    def judge(self, component, seen, duration):
+    def evaluate_step(self, component, seen, duration):
         return float(seen["velocity[2,0]"]), bool(seen["linked[0]"] == 0.0)
 
 

@@ -246,19 +246,19 @@ class Steady(Task):
     name = "steady"
     actions, observations = {"force": 1.0}, {"position": 1.0}  # noqa: RUF012
 
-    def begin(self, component: Component, seen: Any) -> None:
+    def begin_episode(self, component: Component, seen: Any) -> None:
         self.counters = {"count": 0}
 
-    def judge(self, component: Component, seen: Any, duration: float) -> tuple[float, bool]:
+    def evaluate_step(self, component: Component, seen: Any, duration: float) -> tuple[float, bool]:
         self.counters["count"] += 1
         return np.float32(self.counters["count"]), np.bool_(False)  # type: ignore[return-value]
 
 
 class Hidden(Steady):
-    def begin(self, component: Component, seen: Any) -> None:
+    def begin_episode(self, component: Component, seen: Any) -> None:
         self.count = 0
 
-    def judge(self, component: Component, seen: Any, duration: float) -> tuple[float, bool]:
+    def evaluate_step(self, component: Component, seen: Any, duration: float) -> tuple[float, bool]:
         self.count += 1
         return float(self.count), False
 
@@ -266,15 +266,15 @@ class Hidden(Steady):
 class Leftover(Steady):
     count = 0
 
-    def begin(self, component: Component, seen: Any) -> None:
+    def begin_episode(self, component: Component, seen: Any) -> None:
         Leftover.count += 1
 
-    def judge(self, component: Component, seen: Any, duration: float) -> tuple[float, bool]:
+    def evaluate_step(self, component: Component, seen: Any, duration: float) -> tuple[float, bool]:
         return float(Leftover.count), False
 
 
 class Drawing(Steady):
-    def judge(self, component: Component, seen: Any, duration: float) -> tuple[float, bool]:
+    def evaluate_step(self, component: Component, seen: Any, duration: float) -> tuple[float, bool]:
         return float(np.random.default_rng().random()), False
 
 

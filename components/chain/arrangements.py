@@ -36,7 +36,7 @@ class Arrangement(Named):
         """Return the chain parameters that this arrangement sets."""
         return tuple(name for name in self.per_grain if getattr(self, name, None) is not None)
 
-    def check_fit(self, grains: int) -> None:
+    def require_grain_count(self, grains: int) -> None:
         """Raise `ParameterError` if a chain with this number of grains cannot have this arrangement."""
 
     def radii(self, defaults: FloatArray) -> FloatArray:
@@ -83,7 +83,7 @@ class Dimer(Arrangement):
             raise ParameterError("both kinds of grain are the same", hint="give two radii, two materials, or both", at="radius")
         return self
 
-    def check_fit(self, grains: int) -> None:  # noqa: D102
+    def require_grain_count(self, grains: int) -> None:  # noqa: D102
         if grains < sum(self.counts):
             raise ParameterError(
                 f"got {self.counts}, a cell of {sum(self.counts)} grains, but the chain has {grains}", at="counts"
@@ -125,7 +125,7 @@ class Tapered(Arrangement):
     def replaced_parameters(self) -> tuple[str, ...]:  # noqa: D102
         return ("radius", *super().replaced_parameters())
 
-    def check_fit(self, grains: int) -> None:  # noqa: D102
+    def require_grain_count(self, grains: int) -> None:  # noqa: D102
         if self.last_radius is not None and grains == 1 and self.last_radius != self.first_radius:
             raise ParameterError(
                 "a chain of one grain has only first_radius", hint="expected at least 2 grains", at="last_radius"
@@ -155,7 +155,7 @@ class Decorated(Arrangement):
     material: Preset | Material | None = field(None, "material of the large grains; default: the chain's material", "1")
     decoration_material: Preset | Material | None = field(None, "material of the small grains; default: `material`", "1")
 
-    def check_fit(self, grains: int) -> None:  # noqa: D102
+    def require_grain_count(self, grains: int) -> None:  # noqa: D102
         if grains < 3 or grains % 2 == 0:
             raise ParameterError(
                 f"'decorated' does not fit {grains} grains",
@@ -212,7 +212,7 @@ class Impurity(Arrangement):
         """Indices of the grains that are impurities."""
         return self.index if isinstance(self.index, list) else [self.index]
 
-    def check_fit(self, grains: int) -> None:  # noqa: D102
+    def require_grain_count(self, grains: int) -> None:  # noqa: D102
         if max(self.indices) >= grains:
             raise ParameterError(
                 f"got {max(self.indices)}", expected=f"0 to {grains - 1}: the chain has {grains} grains", at="index"
@@ -254,7 +254,7 @@ def refuse_unfit_arrangement(parameters: ChainParameters) -> None:
     """Raise `ParameterError` if an arrangement does not fit the chain, or repeats one of the chain's own parameters."""
     arrangement = parameters.arrangement
     try:
-        arrangement.check_fit(parameters.grains)
+        arrangement.require_grain_count(parameters.grains)
     except ParameterError as error:
         raise error.with_outer_location("arrangement") from None
     for name in arrangement.replaced_parameters():

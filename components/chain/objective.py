@@ -69,7 +69,7 @@ class Objective:
                 )
         whole_number("objective.count", self.count)
 
-    def check_fit(self, grains: int, steps: int) -> None:
+    def require_grain_count(self, grains: int, steps: int) -> None:
         """Check that the objective can evaluate a run of `steps` control steps of a chain of `grains` grains.
 
         Raises:

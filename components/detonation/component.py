@@ -364,7 +364,7 @@ class DetonationTube(Component):
         time, state = tick * self.step_size, self._state
         where = f"in cell {cell}, x = {self.centres[cell]:.6g} m, at {time:.9g} s"
 
-        def error(name: str, value: float, limit: float, description: str, index: int | None = cell) -> StepError:
+        def limit_error(name: str, value: float, limit: float, description: str, index: int | None = cell) -> StepError:
             return StepError(description, time=time, at=name, variable=name, index=index, value=value, limit=limit)
 
         if status in (kernel_arrays.TOO_FAST, kernel_arrays.TOO_FAST_AHEAD):
@@ -373,7 +373,7 @@ class DetonationTube(Component):
                 value = min(value, float(self._courant_numbers()[cell]))
             fits = f"{_ADVISED_COURANT * self.step_size / value:.2g} s or less, now {self.step_size:g} s"
             said = f"reached {value:.4g} {where}, expected at most {limit:g}; take a step_size of {fits}"
-            return error("courant_number", value, limit, said, None)
+            return limit_error("courant_number", value, limit, said, None)
         if status == kernel_arrays.ENDS_TOO_FAST:
             left, right = self._end_velocities(tick - 1)
             half, closing = 0.5 * self.parameters.cells * self.cell_size, (left - right) * self.step_size
@@ -384,17 +384,17 @@ class DetonationTube(Component):
                 f"got {value:g} m/s: the ends would approach by {closing:.4g} m in the step to {time:.9g} s, expected less "
                 f"than {half:.4g} m, half of their distance; take slower pistons, or a smaller step_size"
             )
-            return error(name, value, limit, said, None)
+            return limit_error(name, value, limit, said, None)
         if status == kernel_arrays.BAD_AREA:
             now = float(state.area[cell])
             value = float(tick_signals(self._held, tick - 1, 1)[0, kernel_arrays.AREA] * area_pattern(self._held)[cell])
             limit = now / kernel_arrays.LARGEST_RATIO if value < now else now * kernel_arrays.LARGEST_RATIO
             said = f"got {value:g} m^2 {where}, expected half to twice the previous {now:g} m^2; move the walls more slowly"
-            return error("area", value, limit, said)
+            return limit_error("area", value, limit, said)
         name = "pressure" if state.density[cell] > 0.0 else "density"
         value = float(getattr(state, name)[cell])
         said = f"fell to {value:g} {self.variables[name].unit} {where}, expected more than 0"
-        return error(name, value, 0.0, f"{said}; take a smaller step_size, or the limiter minmod")
+        return limit_error(name, value, 0.0, f"{said}; take a smaller step_size, or the limiter minmod")
 
     # -- reading ----------------------------------------------------------------------------------------------------
 

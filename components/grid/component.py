@@ -25,7 +25,7 @@ from ..variables import Variable
 from . import kernel_arrays, kernels
 from .boundaries import Free
 from .kernel_arrays import Tables, Yields
-from .kernel_setup import Assembly, assemble_grid, make_drive, signal_factors
+from .kernel_setup import Assembly, assemble_grid, make_drive, mean_signals
 from .mesh import IntArray, Mesh, cell_areas
 from .nodal_conditions import side_cells
 from .parameters import GridParameters, Place
@@ -345,7 +345,7 @@ class Grid(Component):
             self._signals, drive = make_drive(self._assembly, self._held, self._block["static_force"])
             self._conditions = self._conditions._replace(drive=drive)
             self._driven_by = self._held
-        return signal_factors(self._signals, tick, ticks)
+        return mean_signals(self._signals, tick, ticks)
 
     def _advance_state(self, ticks: int) -> int:
         factors, yields = self.drive_factors(self._tick, ticks), self.free_event_rows()

@@ -208,7 +208,7 @@ def make_drive(
     return profiles, forces
 
 
-def signal_factors(profiles: list[CompiledProfile], tick: int, ticks: int) -> FloatArray:
+def mean_signals(profiles: list[CompiledProfile], tick: int, ticks: int) -> FloatArray:
     """Return the means of signals over each of `ticks` ticks from `tick` on, shape (ticks, 1 + profiles); the first is 1."""
     factors = np.ones((ticks, 1 + len(profiles)))
     for place, profile in enumerate(profiles):

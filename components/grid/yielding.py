@@ -103,12 +103,12 @@ def _skip_elastic_entry(laws, material, step):
 @plastic_step.register(YieldingEntry)
 def _yield_or_skip_entry(laws, material, step):
     if material == 0:
-        return yield_cell(laws.law, step)
+        return yielding_cell_step(laws.law, step)
     return plastic_step(laws.others, material - 1, step)
 
 
 @internal
-def yield_cell(law, step):
+def yielding_cell_step(law, step):
     """Return the `PlasticStep` of a cell whose material can yield."""
     trial, moduli = step.trial, step.moduli
     bulk = moduli.first_lame + 2.0 * moduli.shear / 3.0

@@ -157,7 +157,7 @@ def _fault_location(loc: Location, given: Any) -> Location:
 def _advice_for_unknown(place: Location, given: Any, value: Any, model: type[BaseModel]) -> str:
     first, *further = place
     if further:
-        part = _table_model(model, first)
+        part = _nested_model(model, first)
         return _advice_for_unknown(tuple(further), given[first], value, part) if part else "remove it"
     own = getattr(model, "advice_for_unknown", None)
     if own is not None and (advice := own(str(place[0]), given)):
@@ -166,7 +166,7 @@ def _advice_for_unknown(place: Location, given: Any, value: Any, model: type[Bas
     return _owner_hint(model, str(place[0]), value) or spelling_hint(str(place[0]), known)
 
 
-def _table_model(model: type[BaseModel], name: str | int) -> type[BaseModel] | None:
+def _nested_model(model: type[BaseModel], name: str | int) -> type[BaseModel] | None:
     """Return the model of the table that a field (perhaps optional) holds; None for a field without a table."""
     field = model.model_fields.get(str(name))
     kinds = (field.annotation, *get_args(field.annotation)) if field else ()
@@ -174,7 +174,7 @@ def _table_model(model: type[BaseModel], name: str | int) -> type[BaseModel] | N
 
 
 def _advice_for_missing(place: Location, model: type[BaseModel]) -> str:
-    part = _table_model(model, place[0]) if len(place) > 1 else None
+    part = _nested_model(model, place[0]) if len(place) > 1 else None
     if part is not None:
         return _advice_for_missing(place[1:], part)
     fields = {field.alias or key: field for key, field in model.model_fields.items()}

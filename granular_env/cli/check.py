@@ -12,7 +12,7 @@ import click
 
 from granular_env.cli.command import Status, command
 from granular_env.cli.kinds import document_kind
-from granular_env.cli.options import Overrides, ShippedName, json_option, large_option, set_option
+from granular_env.cli.options import Overrides, ShippedName, allow_large_option, json_option, set_option
 from granular_env.components.errors import GranularWarning, MissingExtraError
 from granular_env.output_files import count_text, size_text
 from granular_env.terminal_text import printable_text, wrap_text
@@ -26,7 +26,7 @@ from granular_env.terminal_text import printable_text, wrap_text
 )
 @json_option()
 @set_option("As in run.")
-@large_option()
+@allow_large_option()
 def check(file: str, as_json: bool, overrides: Overrides, allow_large: bool) -> int:
     """Validate the file of an experiment, plan or study, or a log, without running it."""
     if Path(file).suffix == ".mcap":

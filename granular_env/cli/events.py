@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from granular_env.cli.command import Status, command
-from granular_env.cli.options import FILE, component_option, exclusive_options, json_option, large_option
+from granular_env.cli.options import FILE, allow_large_option, component_option, exclusive_options, json_option
 from granular_env.output_files import count_text
 from granular_env.terminal_text import align_columns, printable_text, wrap_text
 
@@ -37,7 +37,7 @@ _MOST = 40
 )
 @click.option("--all", "every", is_flag=True, help=f"List all events, not only {_MOST}.")
 @json_option()
-@large_option()
+@allow_large_option()
 @component_option()
 @exclusive_options("near", "every")
 def events(
@@ -63,7 +63,7 @@ def events(
         refuse_unknown_place(opened, kind, index)
         if near:
             ratios = find_near_misses(opened, index, kind)
-            print(_near_miss_json(opened, ratios) if as_json else _near_miss_text(opened, ratios, kind))
+            print(_event_ratios_json(opened, ratios) if as_json else _near_miss_text(opened, ratios, kind))
             return Status.DONE
     if as_json:
         rows = [_event_row(event, step_size, details, drawables) for event in found]
@@ -130,7 +130,7 @@ def _event_time_text(log: Log, event: Event) -> str:
     return f"at {event.tick * log.step_size:.9g} s{before}"
 
 
-def _near_miss_json(log: Log, ratios: list[EventRatio]) -> str:
+def _event_ratios_json(log: Log, ratios: list[EventRatio]) -> str:
     rows = []
     for one in ratios:
         place = _place_facts(one.index, log.event_details.get(one.kinds[0]), log.drawables)

@@ -14,9 +14,9 @@ from granular_env.cli.command import Status, command
 from granular_env.cli.options import (
     FILE,
     Overrides,
+    allow_large_option,
     component_option,
     json_option,
-    large_option,
     overwrite_option,
     quiet_option,
     set_option,
@@ -43,7 +43,7 @@ log_argument = click.argument("log", help="A log.", type=FILE)
 @log_argument
 @click.option("--verify", is_flag=True, help="Compare every hash, frame and snapshot bit for bit.")
 @json_option("No progress bar; print the result as JSON.")
-@large_option()
+@allow_large_option()
 @component_option()
 def replay(log: str, verify: bool, as_json: bool, allow_large: bool, components: dict[str, Any]) -> int:
     """Run the simulation of a log again, from its recorded parameters, start and inputs."""
@@ -77,7 +77,7 @@ def _verify_log(log: str, as_json: bool, allow_large: bool, components: dict[str
 @click.option("--log", "-o", "out", metavar="PATH", type=FILE, help="The log to write (default: a new file in logs/).")
 @overwrite_option("Replace the branch's log if it exists.")
 @quiet_option("log")
-@large_option()
+@allow_large_option()
 @component_option()
 def branch(
     log: str,
@@ -118,7 +118,7 @@ def _branch_time_text(requested: float, actual: float, step_size: float) -> str:
 @log_argument
 @click.option("-o", "--out", metavar="OUT", required=True, type=FILE, help="The log to write.")
 @overwrite_option("Replace OUT if it exists.")
-@large_option()
+@allow_large_option()
 def recover(log: str, out: str, overwrite: bool, allow_large: bool) -> int:
     """Write a new, complete log from the intact part of a log whose program was killed."""
     from granular_env.recording import recover

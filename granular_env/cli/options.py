@@ -92,7 +92,7 @@ def overwrite_option(text: str) -> Decorator:
     return click.option("--overwrite", is_flag=True, help=text)
 
 
-def large_option(text: str = "Lift the limits on sizes that a log may declare.") -> Decorator:
+def allow_large_option(text: str = "Lift the limits on sizes that a log may declare.") -> Decorator:
     """Add the option --allow-large to a command, as the argument `allow_large`."""
     return click.option("--allow-large", is_flag=True, help=text)
 

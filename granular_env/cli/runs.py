@@ -16,9 +16,9 @@ from granular_env.cli.options import (
     FILE,
     Overrides,
     ShippedName,
+    allow_large_option,
     component_option,
     exclusive_options,
-    large_option,
     output_options,
     overwrite_option,
     set_option,
@@ -53,7 +53,7 @@ from granular_env.output_files import valid_file_name
     type=float,
     help="With --live: least wall time of the run (default: 10; 0: as fast as possible).",
 )
-@large_option("With --resume: lift the limits on sizes that a log may declare.")
+@allow_large_option("With --resume: lift the limits on sizes that a log may declare.")
 @component_option()
 @output_options("log")
 @exclusive_options("log", "no_log")

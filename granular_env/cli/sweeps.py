@@ -10,7 +10,7 @@ import click
 
 from granular_env.cli.command import Status, command
 from granular_env.cli.kinds import refuse_other_kinds
-from granular_env.cli.options import FOLDER, Overrides, ShippedName, large_option, output_options, set_option
+from granular_env.cli.options import FOLDER, Overrides, ShippedName, allow_large_option, output_options, set_option
 
 if TYPE_CHECKING:
     from granular_env.sweep import Sweep
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 @click.option("--part", metavar="I/N", default="0/1", help="Compute only the tasks I, I + N, I + 2N, ..., for job arrays.")
 @click.option("--merge", is_flag=True, help="Only write the table of the results of all parts.")
 @set_option("Override a key of the experiment in every task, such as component.grains=500.")
-@large_option("Lift the limit on the number of tasks.")
+@allow_large_option("Lift the limit on the number of tasks.")
 @output_options("table")
 def sweep(
     *,

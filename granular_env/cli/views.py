@@ -9,7 +9,7 @@ import click
 
 from granular_env.cli.command import Status, command
 from granular_env.cli.logs import log_argument
-from granular_env.cli.options import FILE, FOLDER, exclusive_options, large_option
+from granular_env.cli.options import FILE, FOLDER, allow_large_option, exclusive_options
 from granular_env.components.errors import ParameterError
 
 
@@ -24,7 +24,7 @@ from granular_env.components.errors import ParameterError
     "--at", metavar="T", type=float, help="Time of the screenshot [s] (default: the end of a run with events, else two thirds)."
 )
 @click.option("--colour", metavar="NAME", help="Colour by this recorded output, such as surface_plastic_strain.")
-@large_option()
+@allow_large_option()
 @exclusive_options("web", "save", "screenshot", "foxglove_layout")
 def view(
     log: str,
@@ -66,7 +66,7 @@ def view(
 @click.option("--variables", metavar="NAME", multiple=True, help="Recorded output to show, repeatable (default: all).")
 @click.option("--indices", metavar="I", type=int, multiple=True, help="Element of the histories, repeatable (default: five).")
 @click.option("--times", metavar="T", type=float, multiple=True, help="Time of the profiles [s], repeatable (default: four).")
-@large_option()
+@allow_large_option()
 def report(
     log: str,
     out: str | None,

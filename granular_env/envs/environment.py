@@ -17,7 +17,7 @@ from ..components.support.validation import finite_number, whole_number
 from ..components.variables import parse_element
 from ..domains import find_domain
 from .actuator import Actuator
-from .randomization import Randomization, rebuild_component, sample_info
+from .randomization import Randomization, rebuild_component, sampled_parameter_info
 from .sensors import Sensors
 from .state import COMMANDS, ELAPSED, RUNNING, SEED, Drawn, EnvState, Origin
 from .task import RowTask, Task
@@ -209,9 +209,9 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             memory[ELAPSED] += 1.0
             seen = self._read_outputs()
             if self._rows is not None:
-                reward, over = task.judge_rows(self._rows, task.constants, task.counters, memory[ELAPSED])  # type: ignore
+                reward, over = task.evaluate_rows(self._rows, task.constants, task.counters, memory[ELAPSED])  # type: ignore
             else:
-                reward, over = task.judge(self.component, seen, self.duration)
+                reward, over = task.evaluate_step(self.component, seen, self.duration)
             self._copy_counters()
             total, late = total + float(reward), bool(memory[ELAPSED] >= self.deadline)
             if over or late:
@@ -292,7 +292,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             self.task.counters = {**dict.fromkeys(self.task.counter_names, 0.0), **goal}
             self.task.begin_rows(self._rows, self.task.constants, self.task.counters)
         else:
-            self.task.begin(self.component, self._read_outputs())
+            self.task.begin_episode(self.component, self._read_outputs())
         self._copy_counters()
 
     def _copy_counters(self) -> None:
@@ -316,7 +316,7 @@ class ComponentEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
     def _info(self, outputs: Mapping[str, Any], inputs: Mapping[str, Any]) -> dict[str, Any]:
         shown = {} if self.info == "brief" else outputs
         info = {"time": self.component.time, **shown, **inputs, **self.task.counters}
-        return info | sample_info(self.drawn) if self.drawn else info
+        return info | sampled_parameter_info(self.drawn) if self.drawn else info
 
 
 def validate_actions(actions: npt.ArrayLike, shape: tuple[int, ...], at: str) -> FloatArray:

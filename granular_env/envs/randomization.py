@@ -102,7 +102,7 @@ def rebuild_component(component: Component, sampled: Drawn) -> Component:
     return made
 
 
-def sample_info(sampled: Drawn) -> dict[str, float]:
+def sampled_parameter_info(sampled: Drawn) -> dict[str, float]:
     """Return the entries of ``info`` for sampled parameters ("drawn_radius" and so on; for a distribution its seed)."""
     seeds = {f"drawn_{name}_seed": float(one["seed"]) for name, one in sampled.items() if isinstance(one, Mapping)}
     return seeds | {f"drawn_{name}": float(one) for name, one in sampled.items() if not isinstance(one, Mapping)}

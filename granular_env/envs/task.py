@@ -37,8 +37,8 @@ class Task:
         unit_scales: unit -> value observed as 1, for outputs not in `observations` that the option `observe` selects.
         observation_limit: observations are clipped to +- this value.
         lowest_action: actions are clipped to the range from this value to 1; the action space is always -1 to 1.
-        counters: state of the task in the episode, name -> number; empty before `begin`. The environment saves and restores
-            counters, and shows them in ``info``. `restore` loses any other state of a task.
+        counters: state of the task in the episode, name -> number; empty before `begin_episode`. The environment saves and
+            restores counters, and shows them in ``info``. `restore` loses any other state of a task.
         hold: control steps for which an action is held; set by the environment.
     """
 
@@ -59,12 +59,12 @@ class Task:
         """Return all inputs of a control step; `driven` are those set by the action, which are also the default."""
         return driven
 
-    def begin(self, component: Component, outputs: Seen) -> None:
+    def begin_episode(self, component: Component, outputs: Seen) -> None:
         """Set the counters at the start of an episode; until then they are empty."""
 
-    def judge(self, component: Component, outputs: Seen, duration: float) -> tuple[float, bool]:
+    def evaluate_step(self, component: Component, outputs: Seen, duration: float) -> tuple[float, bool]:
         """Return the reward of a control step that lasted `duration` [s], and whether the episode has reached its end."""
-        raise NotImplementedError(f"task {self.name!r} does not define judge")
+        raise NotImplementedError(f"task {self.name!r} does not define evaluate_step")
 
     def objective(self, component: Any, steps: int) -> Any:
         """Return an objective for gradients: a differentiable replacement of minus the return over `steps` control steps.
@@ -92,7 +92,7 @@ class Task:
 class RowTask(Task):
     """Base of tasks that can judge many episodes at once, for native batches; results are bitwise those of single environments.
 
-    `begin_rows` and `judge_rows` serve one episode, or several with arrays of one row per episode; NumPy expressions handle
+    `begin_rows` and `evaluate_rows` serve one episode, or several with arrays of one row per episode; NumPy expressions handle
     both cases. `rows` are the components as an object of the class `Domain.rows`, `constants` those of the task, `counters`
     the numbers that the methods replace, by name, and `elapsed` the number of control steps since the start.
 
@@ -115,9 +115,9 @@ class RowTask(Task):
     def begin_rows(self, rows: Any, constants: Any, counters: dict[str, Any]) -> None:
         """Set the counters at the start of episodes; until then they are 0, except those of a goal."""
 
-    def judge_rows(self, rows: Any, constants: Any, counters: dict[str, Any], elapsed: Any) -> tuple[Any, Any]:
+    def evaluate_rows(self, rows: Any, constants: Any, counters: dict[str, Any], elapsed: Any) -> tuple[Any, Any]:
         """Return the rewards of a control step, and a mask of the episodes that have reached their end (False for none)."""
-        raise NotImplementedError(f"task {self.name!r} does not define judge_rows")
+        raise NotImplementedError(f"task {self.name!r} does not define evaluate_rows")
 
     def sample_goal(self, random: Generator) -> FloatArray:
         """Return the goal of an episode, one number per entry of `goal_scales`; sampled after `start`."""

@@ -16,7 +16,7 @@ from ..components.support.validation import whole_number
 from ..components.variables import parse_element
 from ..domains import find_domain, import_object, load_environments
 from .environment import ComponentEnv, validate_actions
-from .randomization import sample_info
+from .randomization import sampled_parameter_info
 from .state import COMMANDS, ELAPSED, RUNNING, EnvState
 from .task import RowTask, stack_constants
 
@@ -180,7 +180,7 @@ class ComponentVectorEnv(SyncVectorEnv):
                 rewards[k] += self.envs[k].step_error_reward
             memories[:, ELAPSED] += moving
             counters = dict(self._counters)
-            gains, done = self._task.judge_rows(self._rows, self._constants, counters, memories[:, ELAPSED])
+            gains, done = self._task.evaluate_rows(self._rows, self._constants, counters, memories[:, ELAPSED])
             np.copyto(self._commands, commands, where=moving[:, None])
             for name, column in self._counters.items():
                 np.copyto(column, counters[name], where=moving)
@@ -255,7 +255,7 @@ class ComponentVectorEnv(SyncVectorEnv):
         for name, values in {**shown, **first.actuator.inputs(self._commands), **self._counters}.items():
             infos[name], infos[f"_{name}"] = np.array(values), np.ones(self.num_envs, np.bool_)
         for k, one in enumerate(self.envs) if first.drawn else ():
-            infos = self._add_info(infos, sample_info(one.drawn), k)
+            infos = self._add_info(infos, sampled_parameter_info(one.drawn), k)
         return infos
 
 

@@ -29,10 +29,10 @@ class Swing(Task):
     def start(self, random: np.random.Generator) -> dict[str, float]:
         return {"position": random.uniform(-0.1, 0.1)}
 
-    def begin(self, component: Component, outputs: dict) -> None:
+    def begin_episode(self, component: Component, outputs: dict) -> None:
         self.counters = {"farthest": outputs["position"]}
 
-    def judge(self, component: Component, outputs: dict, duration: float) -> tuple[float, bool]:
+    def evaluate_step(self, component: Component, outputs: dict, duration: float) -> tuple[float, bool]:
         self.counters = {"farthest": max(self.counters["farthest"], outputs["position"])}
         return outputs["position"], outputs["position"] > 1.0
 

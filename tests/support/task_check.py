@@ -17,7 +17,7 @@ def check_task(env: gymnasium.Env[Any, Any], *, steps: int = 200, seed: int = 0)
     """Play an episode of random actions twice, the second time with each step repeated from a saved state, and compare.
 
     A task fails if it has state outside its counters, keeps state from an earlier episode, or draws random numbers in
-    `begin` or `judge`. Return the number of actions played.
+    `begin_episode` or `evaluate_step`. Return the number of actions played.
     """
     one = env.unwrapped
     assert isinstance(one, ComponentEnv)

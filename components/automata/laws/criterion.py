@@ -85,7 +85,7 @@ class Unbreakable(Criterion):
 
 
 @failure_measure.register(UnbreakableLaw)
-def _unbreakable_measure(law, link):
+def _unbreakable_failure_measure(law, link):
     return 0.0, law.limit, 0
 
 
@@ -102,7 +102,7 @@ class WeakerLaw(NamedTuple):
 
 
 @failure_measure.register(WeakerLaw)
-def _weaker_law_measure(law, link):
+def _weaker_failure_measure(law, link):
     value, limit, cause = failure_measure(law.laws[law.rows[link.number, 0]], link)
     other_value, other_limit, other_cause = failure_measure(law.laws[law.rows[link.number, 1]], link)
     if other_value / other_limit > value / limit:

@@ -114,7 +114,7 @@ class _BlockwiseRun:
     """
 
     def __init__(self, chain: Chain, ticks: int, objective: Objective, steps: int) -> None:
-        objective.check_fit(chain.parameters.grains, steps)
+        objective.require_grain_count(chain.parameters.grains, steps)
         self.chain, self.ticks, self.objective, self.steps = chain, ticks, objective, steps
         self.table = chain.detached_table()
         self.start = self.table.copy()

@@ -79,7 +79,7 @@ class LineLoad:
         s = math.acosh(latest / (c * r)) * (np.arange(_POINTS) + 0.5) / _POINTS
         p = c * (math.sin(angle) * np.cosh(s) + 1j * math.cos(angle) * np.sinh(s))
         slope = c * (math.sin(angle) * np.sinh(s) + 1j * math.cos(angle) * np.cosh(s))
-        return self._convolve(self._slowness_response(p, shear) * slope, c * r * np.cosh(s), s[1] - s[0], times)
+        return self._convolve(self._displacement_factors(p, shear) * slope, c * r * np.cosh(s), s[1] - s[0], times)
 
     def _head_wave(self, x: float, depth: float, times: FloatArray) -> FloatArray:
         a, b = self._slownesses
@@ -92,10 +92,10 @@ class LineLoad:
         weight = 2.0 * (angle - critical) * part / _POINTS
         # On the side above the real axis, eta_a = -i sqrt(p^2 - a^2).
         p = b * np.sin(f) + 0j
-        values = self._slowness_response(p, True, head=True) * (b * np.cos(f) * weight)
+        values = self._displacement_factors(p, True, head=True) * (b * np.cos(f) * weight)
         return self._convolve(values, b * r * np.cos(angle - f), 1.0, times)
 
-    def _slowness_response(self, p: Any, shear: bool, *, head: bool = False) -> Any:
+    def _displacement_factors(self, p: Any, shear: bool, *, head: bool = False) -> Any:
         """Return the factors of dp in u_x and u_z at slownesses p, shape (2, points); see the equations above."""
         a, b = self._slownesses
         eta_a = -1j * np.sqrt((p * p).real - a * a) if head else np.sqrt(a * a - p * p)

@@ -271,12 +271,12 @@ class BreakingBody:
     def outputs(self) -> Iterator[Output]:
         """Yield the outputs on cracks; each one updates the cracks from the state before it is read."""
 
-        def read_current(read: Callable[[], Any]) -> Any:
+        def read_with_tables(read: Callable[[], Any]) -> Any:
             self.tables()
             return read()
 
         for variable, read in self._output_readers():
-            yield Output(variable, partial(read_current, read))
+            yield Output(variable, partial(read_with_tables, read))
 
     def _output_readers(self) -> Iterator[Output]:
         cracks, lattice, m = self.cracks, self._assembly.lattice, len(self._found)

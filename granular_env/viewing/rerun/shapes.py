@@ -147,7 +147,7 @@ def send_triangles(recording: Any, mesh: MeshFrames) -> None:
         shading = rr.Mesh3D.from_fields(vertex_normals=normals[mesh.connectivity.ravel()] if mesh.has_cell_values else normals)
         recording.log(cells_path(mesh), shading, static=True)
         inside = rr.Mesh3D.from_fields(albedo_factor=_INSIDE)
-        recording.log(_lining_path(mesh), inside, static=True)
+        recording.log(_inner_surface_path(mesh), inside, static=True)
 
 
 def send_mesh(
@@ -180,7 +180,7 @@ def _send_lining(recording: Any, mesh: MeshFrames, drawn: npt.NDArray[Any], when
     """Send a dark copy of a body's surface just below it, so that gaps (broken cells) do not show the far side's colours."""
     lining = (drawn - _LINING * float(np.ptp(mesh.nodes, axis=0).max()) * _node_normals(mesh)).astype(np.float32)
     whole = np.ones((len(drawn), len(mesh.connectivity)), bool) if mesh.whole is None else mesh.whole
-    path = _lining_path(mesh)
+    path = _inner_surface_path(mesh)
     positions = rr.Mesh3D.columns(vertex_positions=lining.reshape(-1, 3))
     recording.send_columns(path, when, positions.partition(np.full(len(drawn), lining.shape[1])))
     _send_triangles(recording, path, mesh.connectivity, whole, when)
@@ -195,7 +195,7 @@ def _send_triangles(
     recording.send_columns(path, when, shown.partition([len(one) for one in triangles]))
 
 
-def _lining_path(mesh: MeshFrames) -> str:
+def _inner_surface_path(mesh: MeshFrames) -> str:
     return entity_path("scene/inside_", mesh.name)
 
 

@@ -84,7 +84,7 @@ class ConfinementTask(Task):
         """Return the start velocities of a uniform compression, so that no wave starts from the moving upper side."""
         return self._start
 
-    def begin(self, component: Component, outputs: Seen) -> None:
+    def begin_episode(self, component: Component, outputs: Seen) -> None:
         """Set the counter of broken pairs to 0."""
         self.counters = {"broken_part": 0.0}
 
@@ -93,7 +93,7 @@ class ConfinementTask(Task):
         left = driven["left_traction"]
         return {"left_traction": left, "right_traction": -left, "top_velocity": np.array([0.0, -self.speed])}
 
-    def judge(self, component: Component, outputs: Seen, duration: float) -> tuple[float, bool]:
+    def evaluate_step(self, component: Component, outputs: Seen, duration: float) -> tuple[float, bool]:
         """Return minus the fraction of pairs broken in this step minus the pressure's cost; if lost, all count as broken."""
         before, broken = self.counters["broken_part"], float(component.get("broken_links")) / self._pairs
         self.counters["broken_part"] = broken

@@ -43,7 +43,7 @@ def check_objective(objective: Objective, chain: Chain, *, steps: int = 8, toler
         ParameterError: a derivative is wrong, or `note` reads a row of the chain's table that has no derivative.
     """
     refuse_without_gradients(chain)
-    objective.check_fit(chain.parameters.grains, steps)
+    objective.require_grain_count(chain.parameters.grains, steps)
     compiled_objective(objective, chain)
     note, pullback = _wrap_for_tables(chain, objective.note), _wrap_for_tables(chain, objective.pullback)
     objective = replace(objective, note=note, value=objective.value, pullback=pullback)

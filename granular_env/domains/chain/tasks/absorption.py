@@ -76,7 +76,9 @@ class AbsorptionTask(DrivenEndTask):
         energy = rows.tail_energy(0)
         counters.update(incoming_energy=energy, energy=energy, returned=1.0 * (energy > 0.0))
 
-    def judge_rows(self, rows: ChainRows, constants: None, counters: dict[str, Any], elapsed: Any) -> tuple[FloatArray, bool]:
+    def evaluate_rows(
+        self, rows: ChainRows, constants: None, counters: dict[str, Any], elapsed: Any
+    ) -> tuple[FloatArray, bool]:
         """Return the decrease, in this step, of the energy in the chain as a fraction of the incoming energy."""
         before, incoming, energy = counters["returned"], counters["incoming_energy"], rows.tail_energy(0)
         # Without an incoming wave, divide by 1 J, so that energy supplied by the driven end counts in joules.

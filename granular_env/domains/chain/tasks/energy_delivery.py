@@ -86,7 +86,7 @@ class EnergyDeliveryTask(DrivenEndTask):
         off = delivered / constants.energy - 1.0
         counters.update(delivered_energy=delivered, work=rows.input_work, closeness=1.0 - off * off)
 
-    def judge_rows(
+    def evaluate_rows(
         self, rows: ChainRows, constants: EnergyTarget, counters: dict[str, Any], elapsed: Any
     ) -> tuple[FloatArray, bool]:
         """Return the increase of "closeness" (see `make_energy_delivery`) minus the cost of the work, both in this step."""

@@ -55,7 +55,7 @@ class PistonTask(RowTask):
         """Store closeness and work so far; work done before the episode (if it continues a log) costs nothing."""
         counters.update(closeness=_closeness(rows, constants), work=rows.input_work)
 
-    def judge_rows(self, rows: ChainRows, constants: SpeedTarget, counters: dict[str, Any], elapsed: Any) -> tuple[Any, Any]:
+    def evaluate_rows(self, rows: ChainRows, constants: SpeedTarget, counters: dict[str, Any], elapsed: Any) -> tuple[Any, Any]:
         """Return the increase of "closeness" minus the cost of this step's work, and whether the last grain has detached."""
         closeness, work = _closeness(rows, constants), rows.input_work
         cost = constants.price * (work - counters["work"]) / constants.energy

@@ -120,7 +120,7 @@ class ProtectionTask(DrivenEndTask):
         """Store the force on the wall at the start."""
         counters["wall_force"] = counters["peak_wall_force"] = -rows.right_wall_force
 
-    def judge_rows(
+    def evaluate_rows(
         self, rows: ChainRows, constants: ImpulseTarget, counters: dict[str, Any], elapsed: Any
     ) -> tuple[FloatArray, Any]:
         """Return the increase of the delivered fraction minus that of peak / `peak_scale`, and whether all is delivered."""

@@ -71,7 +71,7 @@ class WaveTask(DrivenEndTask):
         """Store the distance of the chain's state from the goal's waves, which travel to their places at the deadline."""
         self._compare_with_goals(rows, constants, counters, constants.horizon)
 
-    def judge_rows(self, rows: ChainRows, constants: Any, counters: dict[str, Any], elapsed: Any) -> tuple[FloatArray, bool]:
+    def evaluate_rows(self, rows: ChainRows, constants: Any, counters: dict[str, Any], elapsed: Any) -> tuple[FloatArray, bool]:
         """Return the decrease of the distance from the goal's waves in this step."""
         before = counters["distance"]
         self._compare_with_goals(rows, constants, counters, constants.horizon - elapsed * constants.duration)

@@ -43,11 +43,11 @@ class SplittingTask(Task):
         # A wave passes one link, of length 2 r, in this time: long waves run at the speed 2 r sqrt(k / m).
         self._disc_time, self._control_step, self._links = math.sqrt(p.mass / p.stiffness), control_step, p.columns - 1
 
-    def begin(self, component: Component, outputs: Seen) -> None:
+    def begin_episode(self, component: Component, outputs: Seen) -> None:
         """Set closeness and wrong links to 0, and the work to that done so far."""
         self.counters = {"closeness": 0.0, "wrong_links": 0.0, "work": component.get("input_work")}
 
-    def judge(self, component: Component, outputs: Seen, duration: float) -> tuple[float, bool]:
+    def evaluate_step(self, component: Component, outputs: Seen, duration: float) -> tuple[float, bool]:
         """Return the increase of "closeness" minus 1 per wrong broken link minus the work's cost; end with the target link."""
         linked, along = outputs["linked"], outputs["displacement"][:, 0]
         is_split = bool(linked[self.target] == 0.0)

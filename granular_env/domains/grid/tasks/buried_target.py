@@ -48,11 +48,11 @@ class BuriedTargetTask(Task):
         self.best_speed = float(np.abs(self.drive_gains).sum())
         self.observations = {"receiver_velocity": self.best_speed}
 
-    def begin(self, component: Any, outputs: Seen) -> None:
+    def begin_episode(self, component: Any, outputs: Seen) -> None:
         """Store the "energy" of the target at the start, see `_target_energy`."""
         self.counters = {"target_energy": self._target_energy(outputs)}
 
-    def judge(self, component: Any, outputs: Seen, duration: float) -> tuple[float, bool]:
+    def evaluate_step(self, component: Any, outputs: Seen, duration: float) -> tuple[float, bool]:
         """Return the increase of the target's "energy" in this step, see `_target_energy`."""
         before, self.counters["target_energy"] = self.counters["target_energy"], self._target_energy(outputs)
         return self.counters["target_energy"] - before, False

@@ -58,7 +58,7 @@ class ReliefTask(Task):
         self.limit = limit
         self.unit = strongest * _AREA * duration
 
-    def begin(self, component: Component, outputs: Seen) -> None:
+    def begin_episode(self, component: Component, outputs: Seen) -> None:
         """Set impulse and plastic strain to 0."""
         self.counters = {"impulse": 0.0, "plastic_strain": 0.0, "initial_pressure": 0.0}
 
@@ -75,7 +75,7 @@ class ReliefTask(Task):
         self.counters["initial_pressure"] = pressure
         return {"vent_area": 0.0}
 
-    def judge(self, component: Component, outputs: Seen, duration: float) -> tuple[float, bool]:
+    def evaluate_step(self, component: Component, outputs: Seen, duration: float) -> tuple[float, bool]:
         """Return the impulse on the end in this step over its reference (`make_relief`), minus 1 if the wall is lost."""
         assert isinstance(component, Tube)
         before, impulse = self.counters["impulse"], -float(component.gas.balances()[1].supplied["right_impulse"])
