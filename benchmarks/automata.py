@@ -35,7 +35,7 @@ def tick_bytes(automata: Any) -> int:
 
 def memory_bytes(automata: Any) -> int:
     """Return the memory of the automata's fields during a step [bytes]."""
-    steps = automata.steps
+    steps = automata.specimen
     arrays = (*automata.body[1:], steps.motion, *steps.scratch)
     return sum(array.nbytes for array in arrays if isinstance(array, np.ndarray))
 
@@ -67,7 +67,7 @@ def measure(side: int = 600, triad_words: int = 8_000_000, rounds: int = 11, cra
 def search_share(duration: float) -> float:
     """Return the contact search's share of the run time for the shipped specimen under compression."""
     automata: Any = ge.run("psakhie-2003/uniaxial-compression", overrides={"duration": 2.2e-4}).component
-    steps, spent = automata.steps, [0.0]
+    steps, spent = automata.specimen, [0.0]
     find = steps.find_contacts
 
     def timed() -> int:
