@@ -383,7 +383,7 @@ class Profile:
         ticks_of_short = np.floor(places[short])[:, None] + np.arange(_RESOLVED)
         ends = np.append(places[1:], np.inf)[short, None]
         averaged = np.unique(np.concatenate([np.floor(places[inside]), ticks_of_short[ticks_of_short < ends]]))
-        # Where the polynomial changes [ticks]: breakpoints, and both ends of each averaged tick. Row 0 is the zero before them.
+        # Places of polynomial changes [ticks]: breakpoints, and both ends of each averaged tick. Row 0 is the zero before them.
         cuts = np.unique(np.concatenate([places, averaged, averaged + 1.0]))
         pieces = np.searchsorted(places, cuts, side="right")
         since = cuts - np.append(cuts[0], places)[pieces]

@@ -14,7 +14,7 @@ from granular_env.viewing.figures import drawing
 IMAGES = Path(__file__).parent / "images"
 TIMES = (2e-4, 5e-4, 8e-4)
 DARK_RED, BLUE = "#c1121f", "#274c77"
-# Of the shipped experiment.
+# Spark and gauge of the shipped experiment.
 SPARK = ge.Profile.half_sine(2e7, 1e-5)
 GAUGE = 1
 

@@ -134,11 +134,8 @@ def make_environment(name: str) -> ComponentEnv:
 
 def section(name: str) -> list[str]:
     """Return the lines of the section of an environment."""
-    env, short, sections = (
-        make_environment(name),
-        short_name(name),
-        docstring_sections(import_object(ENVIRONMENTS[name].entry_point)),
-    )
+    env, short = make_environment(name), short_name(name)
+    sections = docstring_sections(import_object(ENVIRONMENTS[name].entry_point))
     lines = [f"## {short}", "", sections.pop(""), ""]
     picture = f"![{caption(short)}](images/environments/{slug(short)}.gif)"
     lines += [picture, "", f"*{caption(short)}*", "", facts(env, name), ""]

@@ -91,7 +91,7 @@ def sweep() -> None:
 
 
 def _solitary_speeds(amplitudes: np.ndarray) -> np.ndarray:
-    """Of waves without precompression in the paper's grains: k/m = 5.6e12 N/(m^1.5 kg), 6 mm [m/s]."""
+    """Return the speeds of waves without precompression [m/s] in the paper's grains: k/m = 5.6e12 N/(m^1.5 kg), 6 mm."""
     return theory.SOLITARY_SPEED * 6e-3 * 5.6e12**0.4 * amplitudes**0.2
 
 

@@ -383,7 +383,7 @@ class BreakingBody:
         return CutSides(*((is_cut[:, way] & (around[:, side] != own)).reshape(n, m) for way, side in ((ALONG, 1), (ACROSS, 3))))
 
     def outcome(self) -> int:
-        """Return the number, in `OUTCOMES`, of what has become of the body."""
+        """Return the number of the present outcome in `OUTCOMES`."""
         lattice, cracks, state = self._assembly.lattice, self.cracks, self._tables.state
         is_severed = not connects_ends(cracks.labels, cracks.borne, lattice.shape[:2])
         strain = station_means(self._assembly, state.plastic_strain) if cracks.solid.plastic else np.zeros(1)

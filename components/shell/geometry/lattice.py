@@ -154,7 +154,7 @@ class Lattice:
 def column_neighbours(n: int, m: int, is_closed: bool) -> IntArray:
     """Return the columns before and after each one along and across, itself if there is none, shape (n m, 4).
 
-    Of n columns along and m across, the first one across follows the last one if `is_closed`.
+    There are n columns along and m across. If `is_closed`, the first one across follows the last one.
     """
     along, across = np.meshgrid(np.arange(n), np.arange(m), indexing="ij")
     before, after = np.maximum(along - 1, 0), np.minimum(along + 1, n - 1)

@@ -123,7 +123,7 @@ class ChainRows:
         return self.components[k]
 
     def update_batch(self, k: int) -> None:
-        """Copy time and inputs of chain k to the batch, after the chain was used by itself.
+        """Copy time and inputs of chain k to the batch, after the chain was stepped outside the batch.
 
         Raises:
             ParameterError: an input follows a profile, or the chain is recorded (the batch steps without the recorder).
@@ -151,7 +151,7 @@ class ChainRows:
             np.copyto(self._inputs[:, _SIDES[name.partition("_")[0]]], values, where=moving)
         first = self.components[0]
         first.entries.advance_batch(self.tables, self._inputs, self._ticks, ticks, done, self._kept, self._first_row)
-        # The kernel also leaves out a chain that would issue a warning; that chain then takes the step by itself.
+        # The kernel also leaves out a chain that would issue a warning; that chain then takes the step outside the batch.
         for k in np.flatnonzero(moving & ~done).tolist():
             self._inputs[k] = before[k]
             self.update_chain(k)
