@@ -7,6 +7,7 @@ from math import prod
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
@@ -73,7 +74,7 @@ def draw_spectra(elements: Sequence[Element], runs: int) -> Figure:
     return figure
 
 
-def _amplitudes(interval: float, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _amplitudes(interval: float, values: FloatArray) -> tuple[npt.NDArray[Any], FloatArray]:
     """Return the frequencies [Hz] and the one-sided amplitude spectrum of a series, shape (frames, 1), both (frequencies,)."""
     count = len(values)
     amplitude = np.abs(np.fft.rfft(values[:, 0])) * 2.0 / count
@@ -118,7 +119,7 @@ def draw_dispersion(log: Any, name: str, components: Sequence[str], curves: Curv
     return figure
 
 
-def _transform(interval: float, values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _transform(interval: float, values: FloatArray) -> tuple[npt.NDArray[Any], npt.NDArray[Any], FloatArray]:
     """Return the transform of values, shape (frames, n): frequencies [Hz], phases per element (n,) [rad], magnitude [dB]."""
     frames, places = values.shape
     window = np.hanning(frames)[:, None] * np.hanning(places)
