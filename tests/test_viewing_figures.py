@@ -358,7 +358,7 @@ def test_several_logs_share_their_axes(chain_log, tmp_path):
         logs = [chain_log, other]
         histories = plot(logs, "velocity", "histories", indices=[0, 5])
         assert _texts(histories)[:2] == [f"{HOSTILE}: grain 0, x = 0 m", "branch (chain): grain 0, x = 0 m"]
-        assert len(histories.axes[0].lines) == 4
+        assert len(histories.axes[0].lines) == 4 and drawing.to_png(histories).startswith(PNG)
         assert len(plot(logs, "velocity", "profiles", at=[6e-5, 1e-4]).axes[0].lines) == 2
         assert len(plot(logs, "velocity", "spectrum", indices=[0]).axes[0].lines) == 2
         assert _texts(plot(logs, "kinetic_energy"))[0] == f"{HOSTILE}: kinetic energy"

@@ -44,7 +44,8 @@ _FLAT = 1e-3
 NOT_SAMPLED = "#8b9096"
 _STYLE: Any = {
     "font.size": 11.0, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.alpha": 0.25,
-    "axes.titlelocation": "left", "axes.formatter.useoffset": False, "text.parse_math": False, "legend.frameon": False, "lines.linewidth": 1.7,
+    "axes.titlelocation": "left", "axes.formatter.useoffset": False, "legend.frameon": False, "lines.linewidth": 1.7,
+    "text.parse_math": False,
 }  # fmt: skip
 # For each colour of a figure in a file, the colour from the style sheet that replaces it in an HTML page.
 _PAGE_COLOURS = {
