@@ -89,12 +89,11 @@ class Component(Stepping):
 
     def _repr_html_(self) -> str:
         facts = {"time": f"{self.time:.9g} s", "tick": self.tick, "step size": f"{self.step_size:.6g} s"}
-        heads = ("name", "causality", "value or shape", "unit", "description")
         rows = (
             (one.name, one.causality, getattr(self.parameters, one.name, one.shape), one.unit, one.description)
             for one in self.variables.values()
         )
-        return html_summary(f"component {self.name}", facts, {"variables": [heads, *rows]})
+        return html_summary(f"component {self.name}", facts, ("name", "", "value or shape", "unit", "description"), rows)
 
     def __setattr__(self, name: str, value: Any) -> None:
         variables = self.__dict__.get("variables", {})

@@ -18,7 +18,9 @@ class _Geometry:
 
     def __repr__(self) -> str:
         values = ((name, getattr(self, name)) for name in self.__slots__)
-        texts = (f"{name}=<array {value.shape}>" if isinstance(value, np.ndarray) else f"{name}={value!r}" for name, value in values)
+        texts = (
+            f"{name}=<array {value.shape}>" if isinstance(value, np.ndarray) else f"{name}={value!r}" for name, value in values
+        )
         return f"{type(self).__name__}({', '.join(texts)})"
 
     def __post_init__(self) -> None:

@@ -82,8 +82,7 @@ class RunResult:
     def _repr_html_(self) -> str:
         names = ("log", "ticks", "seconds", "stopped_by", "interrupted", "conclusions", "cautions", "warnings")
         facts = {name.replace("_", " "): getattr(self, name) for name in names}
-        report = [("quantity", "value"), *self.report.items()]
-        return html_summary(f"run of {self.component!r}", facts, {"validity figures": report})
+        return html_summary(f"run of {self.component!r}", facts, ("validity", "value"), self.report.items())
 
 
 def run(

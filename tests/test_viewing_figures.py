@@ -350,6 +350,7 @@ def test_a_chain_without_precompression_has_no_theoretical_dispersion(chain_log)
     assert not plot(chain_log, "velocity", "dispersion").axes[0].lines
 
 
+@pytest.mark.filterwarnings("ignore:constrained_layout not applied")  # the title is longer than the figure
 def test_several_logs_share_their_axes(chain_log, tmp_path):
     branch = chain_log.branch(5e-5)
     with record(branch.component, tmp_path / "branch.mcap", every=1e-6):
@@ -364,7 +365,7 @@ def test_several_logs_share_their_axes(chain_log, tmp_path):
         assert _texts(plot(logs, "kinetic_energy"))[0] == f"{HOSTILE}: kinetic energy"
         assert _texts(plot([other, other], "kinetic_energy"))[0].endswith("branch.mcap: kinetic energy")
         with pytest.raises(
-            ParameterError, match="expected one of profiles, histories, spectrum, which apply to 'velocity' of several logs"
+            ParameterError, match="expected one of profiles, histories, spectrum for 'velocity' of several logs"
         ):
             plot(logs, "velocity", "space-time")
 

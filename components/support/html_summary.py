@@ -1,4 +1,4 @@
-"""HTML of objects in a notebook: a title, facts, and tables that unfold; all text is escaped."""
+"""HTML of objects in a notebook: a title, facts, and a table that unfolds; all text is escaped."""
 
 from __future__ import annotations
 
@@ -8,28 +8,24 @@ from typing import Any
 
 from ..errors import one_line
 
-# Largest number of rows of a table.
+# Largest number of rows of a table, and of shown items of a list.
 _MOST_ROWS = 200
 
 
-def html_summary(title: str, facts: Mapping[str, Any], tables: Mapping[str, Sequence[Sequence[Any]]]) -> str:
+def html_summary(title: str, facts: Mapping[str, Any], columns: Sequence[str] = (), rows: Iterable[Sequence[Any]] = ()) -> str:
     """Return an HTML element without styles or scripts.
 
     Args:
         title: what the object is.
-        facts: name -> value, shown in lines; None and empty values are omitted.
-        tables: what the rows are -> rows, of which the first has the names of the columns; a table without others is omitted.
+        facts: name -> value, one per line; None and empty values are omitted.
+        columns: names of the columns of a table.
+        rows: rows of the table, of which 200 are shown; it is omitted without rows.
     """
     lines = "".join(f"<div>{_cell(name)}: {_cell(value)}</div>" for name, value in facts.items() if value not in (None, "", []))
-    found = (_table(heading, rows) for heading, rows in tables.items() if len(rows) > 1)
-    return f"<div><strong>{_cell(title)}</strong>{lines}{''.join(found)}</div>"
-
-
-def _table(heading: str, rows: Sequence[Sequence[Any]]) -> str:
-    head, *body = rows
-    more = f" (the first {_MOST_ROWS})" if len(body) > _MOST_ROWS else ""
-    text = f"<thead>{_row(head, 'th')}</thead><tbody>{''.join(_row(row, 'td') for row in body[:_MOST_ROWS])}</tbody>"
-    return f"<details><summary>{len(body)} {_cell(heading)}{more}</summary><table>{text}</table></details>"
+    body = [_row(row, "td") for row in rows]
+    table = f"<table><thead>{_row(columns, 'th')}</thead><tbody>{''.join(body[:_MOST_ROWS])}</tbody></table>"
+    table = f"<details><summary>table of {len(body)} rows</summary>{table}</details>" if body else ""
+    return f"<div><strong>{_cell(title)}</strong>{lines}{table}</div>"
 
 
 def _row(cells: Iterable[Any], tag: str) -> str:

@@ -122,8 +122,9 @@ class StudyResult:
         return rows
 
     def _repr_html_(self) -> str:
-        facts = {"folder": str(self.folder), "notes": " ".join(self.notes)}
-        return html_summary(f"study {self.study.name}", facts, {"methods": self.comparison()})
+        heads, *rows = self.comparison()
+        facts = {"folder": str(self.folder), "notes": self.notes}
+        return html_summary(f"study {self.study.name}", facts, [*map(str, heads)], rows)
 
     def write_files(self) -> None:
         """Write the table (one row per trial and baseline) and the figure."""

@@ -40,8 +40,9 @@ class Document(Table):
 
     def _repr_html_(self) -> str:
         content = self.to_dict()
-        tables = {key: [("key", "value"), *value.items()] for key, value in content.items() if isinstance(value, dict)}
-        return html_summary(self.kind, {key: value for key, value in content.items() if key not in tables}, tables)
+        rows = [(key, *item) for key, value in content.items() if isinstance(value, dict) for item in value.items()]
+        facts = {key: value for key, value in content.items() if not isinstance(value, dict)}
+        return html_summary(self.kind, facts, ("table", "key", "value"), rows)
 
     @property
     def origin(self) -> str:

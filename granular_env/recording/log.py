@@ -85,16 +85,13 @@ class Log(RecordReader):
 
     def _repr_html_(self) -> str:
         experiment = self.header.get("experiment")
-        facts = {
-            "experiment": experiment.get("name") if isinstance(experiment, dict) else None,
-            "events": int(self.rows(EVENTS)[:, COUNT].sum()), "size": f"{self.size / 1e6:.3g} MB",
-        }  # fmt: skip
-        heads = ("name", "unit", "shape", "frames", "description")
+        name = experiment.get("name") if isinstance(experiment, dict) else None
+        facts = {"experiment": name, "events": int(self.rows(EVENTS)[:, COUNT].sum()), "bytes": self.size}
         rows = (
             (one.name, one.unit, one.shape, int(self.frame_rows(one.name)[:, COUNT].sum()), one.description)
             for one in self.variables.values()
         )
-        return html_summary(repr(self).strip("<>"), facts, {"recorded variables": [heads, *rows]})
+        return html_summary(repr(self).strip("<>"), facts, ("name", "unit", "shape", "frames", "description"), rows)
 
     @property
     def complete(self) -> bool:

@@ -50,8 +50,8 @@ class Sweep:
 
     def _repr_html_(self) -> str:
         columns = self.columns()
-        rows = [[self.heading(name) for name in columns], *zip(*columns.values(), strict=True)]
-        return html_summary(repr(self).strip("<>"), {"folder": str(self.folder)}, {"tasks": rows})
+        rows = zip(*columns.values(), strict=True)
+        return html_summary(repr(self).strip("<>"), {"folder": str(self.folder)}, [*map(self.heading, columns)], rows)
 
     def log(self, task: int) -> Path:
         """Return the path of a task's log, for `open_log`; the plan's `log_every` selects the tasks with a log."""
