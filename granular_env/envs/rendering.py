@@ -12,10 +12,10 @@ import numpy.typing as npt
 from PIL import Image, ImageDraw
 
 from granular_env.colours import diverging_colours
-from granular_env.viewing.visible_drawables import visible_points
+from granular_env.viewing.visible_drawables import colour_name, visible_points
 
 from ..components.component import Component
-from ..components.drawables import Cells, Links, Points, main_points
+from ..components.drawables import Cells, Links, Points, element_count, main_points
 from ..components.support.float_arrays import FloatArray
 from ..components.variables import parse_element
 from .task import Task
@@ -82,16 +82,13 @@ def _draw_bodies(
     given = task.colours(component)
     for one in cells:
         nodes = pixel_positions(one.nodes, one.displacement)
-        values = given[one.name] if one.name in given else _scale_values(component, task, one.field, component.get(one.field))
+        values = given.get(one.name, _output_values(component, task, one))
         whole = values if len(values) == len(one.connectivity) else values[one.connectivity].mean(axis=1)
         for corner, colour in zip(nodes[one.connectivity], value_colours(whole), strict=True):
             pen.polygon([tuple(place) for place in corner.tolist()], colour)
     for one in points:
-        values = np.zeros(len(one.radius))
-        if one.name in given or one.colour:
-            own = one.name not in given
-            values = _scale_values(component, task, one.colour, component.get(one.colour)) if own else given[one.name]
         places = pixel_positions(one.reference, one.displacement)
+        values = given.get(one.name, _output_values(component, task, one))
         _draw_discs(pen, places, one.radius * pixels, value_colours(values))
         for links in component.drawables():
             if isinstance(links, Links) and links.points == one.name and links.name in given:
@@ -105,6 +102,12 @@ def _draw_links(pen: ImageDraw.ImageDraw, ends: FloatArray, state: FloatArray, c
     for k in np.flatnonzero(state).tolist():
         for colour, width in ((_INK, _BAR + 2), (colours[k], _BAR)):
             pen.line([tuple(place) for place in ends[k].tolist()], colour, width)
+
+
+def _output_values(component: Component, task: Task, drawable: Points | Cells) -> FloatArray:
+    """Return the values of the output that colours points or cells, divided by their scale; 0 without an output."""
+    name = colour_name(drawable)
+    return _scale_values(component, task, name, component.get(name)) if name else np.zeros(element_count(drawable))
 
 
 def _scale_values(component: Component, task: Task, name: str, values: FloatArray) -> FloatArray:
