@@ -245,7 +245,7 @@ def test_a_wrong_branch_writes_nothing(arguments, said, log, folder, capsys):
     ("arguments", "said"),
     [
         (["run", "x", "--log", "a", "--no-log"], "--log and --no-log exclude each other; give one of them."),
-        (["branch", "x.mcap", "--at", "soon"], "Invalid value for '--at': 'soon' is not a valid float."),
+        (["branch", "x.mcap", "--at", "soon"], "Invalid value for '--at': got 'soon', expected a time such as 100us or 1e-4"),
     ],
 )
 def test_options_that_do_not_fit_are_named(arguments, said, folder, capsys):

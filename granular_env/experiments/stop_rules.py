@@ -22,6 +22,7 @@ from granular_env.components.component import Component
 from granular_env.components.errors import ParameterError
 from granular_env.components.variables import Element, parse_element
 from granular_env.documents import Table
+from granular_env.documents.quantities import Seconds, Value, to_si
 
 
 class StopRule(Table):
@@ -31,9 +32,9 @@ class StopRule(Table):
     reduce: Literal["max", "min", "any"] | None = Field(
         None, description="reduction over the elements of an array; default: any"
     )
-    above: float | None = Field(None, description="upper limit, in the variable's unit", examples=[1.0])
-    below: float | None = Field(None, description="lower limit, in the variable's unit", examples=[0.0])
-    every: float | None = Field(
+    above: Value | None = Field(None, description="upper limit, in the variable's unit", examples=[1.0])
+    below: Value | None = Field(None, description="lower limit, in the variable's unit", examples=[0.0])
+    every: Seconds | None = Field(
         None, gt=0.0, description="time between two evaluations [s]; default: record.every, or each tick", examples=[1e-6]
     )
     _element: Element = PrivateAttr()
@@ -102,3 +103,4 @@ def _check_rule(rule: StopRule, component: Component, place: int) -> None:
         raise error.with_outer_location("stop", place, "variable") from None
     if math.prod(variable.shape) == 0:
         raise ParameterError(f"{rule.variable!r} has no elements to watch", at=("stop", place, "variable"))
+    to_si({"above": rule.above, "below": rule.below}, variable.unit, ("stop", place))
