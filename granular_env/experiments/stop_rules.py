@@ -83,6 +83,11 @@ class StopWatch:
             every = rule.every if rule.every is not None else default_every
             self._rules.append((rule, 1 if every is None else component.duration_ticks(every, ("stop", place, "every"))))
 
+    @property
+    def sentences(self) -> list[str]:
+        """The rules as texts."""
+        return [rule.sentence for rule, _ in self._rules]
+
     def next_tick(self, tick: int) -> int | None:
         """Return the next tick after `tick` at which a rule must be evaluated; None without rules."""
         return min((every * (tick // every + 1) for _, every in self._rules), default=None)
