@@ -341,7 +341,7 @@ def test_commands_that_write_name_their_files_as_json(log, folder, capsys):
     assert (facts["log"], facts["time"]) == ("b.mcap", 10.0)
     Path("cut.mcap").write_bytes(Path(log).read_bytes()[:-1])
     facts = parsed(capsys, "recover", "cut.mcap", "-o", "whole.mcap")
-    assert (facts["written"], facts["ticks"]) == ("whole.mcap", 1000) and facts["bytes_lost"] > 0
+    assert (facts["written"], facts["ticks"]) == ("whole.mcap", 1000) and facts["bytes_lost"] == 0
     assert parsed(capsys, "view", log, "--foxglove-layout", "a.json") == {"written": "a.json"}
     assert parsed(capsys, "report", log, "-o", "page") == {"written": "page/report.html", "folder": "page"}
     assert "protection" in parsed(capsys, "study", "--list")["studies"]

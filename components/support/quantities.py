@@ -72,22 +72,25 @@ def parse_quantity(text: str, unit: str, at: str | Location = ()) -> float:
 
 
 def to_si(value: Any, unit: str | None, at: Location = ()) -> Any:
-    """Return a value with the texts in it (in lists and tables also) as numbers in SI.
+    """Return a value with the texts in it (in lists and tables also) as numbers in SI; a text without a unit is no number.
 
     Args:
         value: numbers, texts or quantities.
-        unit: the SI unit that they must have; None if it is not known yet: texts become quantities, if they denote one.
+        unit: the SI unit that they must have; None if it is not known yet: texts with a unit become quantities.
         at: location of the value, for messages.
 
     Raises:
         ParameterError: a text is not a quantity with this unit.
     """
     match value:
-        case str() | Quantity() if unit is not None:
-            return parse_quantity(value if isinstance(value, str) else value.text, unit, at)
+        case Quantity() if unit is not None:
+            return parse_quantity(value.text, unit, at)
         case str():
             with suppress(ValueError, OverflowError):
-                return Quantity(value)
+                quantity = Quantity(value)
+                if unit is None or quantity.exponents is None:
+                    return quantity if quantity.exponents else value
+            return value if unit is None else parse_quantity(value, unit, at)
         case dict():
             return {key: to_si(part, unit, (*at, key)) for key, part in value.items()}
         case list():

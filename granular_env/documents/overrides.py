@@ -18,7 +18,7 @@ from .toml_writing import toml_value
 Overrides = Mapping[str, Any] | Iterable[Override]
 
 # A word or a quantity, such as 100us, which need no quotes.
-_BARE_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_./-]*|[+-]?\.?\d[^\"'\[\]{},=]*")
+_BARE_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_./-]*|[+-]?\.?\d[\d.eE+-]*\s*[A-Za-z\u00b5\u03bc\u00b0][^\"'\[\]{},=]*")
 
 
 def parse_assignments(texts: Iterable[str]) -> tuple[Override, ...]:

@@ -60,14 +60,17 @@ class ComponentTable(Table):
 
 def _with_numbers(given: Any, valid: Any) -> Any:
     """Return given parameters, with the numbers of the validated ones where a text denotes a quantity."""
-    match given:
-        case str() if isinstance(valid, float):
+    match given, valid:
+        case str(), float():
             return valid
-        case dict():
-            parts = [getattr(valid, key) for key in given] if isinstance(valid, BaseModel) else valid.values()
-            return {key: _with_numbers(part, inner) for (key, part), inner in zip(given.items(), parts, strict=True)}
-        case list():
-            return [_with_numbers(part, inner) for part, inner in zip(given, valid, strict=True)]
+        case dict(), BaseModel():
+            return {key: _with_numbers(part, getattr(valid, key, None)) for key, part in given.items()}
+        case dict(), [BaseModel() as only]:
+            return _with_numbers(given, only)
+        case dict(), dict():
+            return {key: _with_numbers(part, one) for (key, part), one in zip(given.items(), valid.values(), strict=True)}
+        case list(), list():
+            return [_with_numbers(part, one) for part, one in zip(given, valid, strict=True)]
     return given
 
 
