@@ -47,11 +47,8 @@ def _matching_entries(known: dict[str, dict[str, str]], word: str) -> dict[str, 
     if not any(found.values()):
         from granular_env.documents.files import nearest_name_hint
 
-        names = [name for entries in known.values() for name in entries]
-        hint = nearest_name_hint(
-            word, [*known, *dict.fromkeys(part for name in names for part in (name.partition("/")[0], name))]
-        )
-        raise ParameterError(f"nothing in the list contains {word!r}", hint=hint)
+        names = [part for entries in known.values() for name in entries for part in (name, name.partition("/")[0])]
+        raise ParameterError(f"nothing in the list contains {word!r}", hint=nearest_name_hint(word, [*known, *names]))
     return {kind: entries for kind, entries in found.items() if entries}
 
 

@@ -67,9 +67,9 @@ def _with_numbers(given: Any, valid: Any) -> Any:
             return {key: _with_numbers(part, getattr(valid, key, None)) for key, part in given.items()}
         case dict(), [BaseModel() as only]:
             return _with_numbers(given, only)
-        case dict(), dict():
+        case dict(), dict() if len(given) == len(valid):
             return {key: _with_numbers(part, one) for (key, part), one in zip(given.items(), valid.values(), strict=True)}
-        case list(), list():
+        case list(), list() if len(given) == len(valid):
             return [_with_numbers(part, one) for part, one in zip(given, valid, strict=True)]
     return given
 
