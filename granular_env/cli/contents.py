@@ -112,7 +112,7 @@ def _nested_overrides(overrides: Overrides) -> dict[str, Any]:
 @command("new")
 @click.argument(
     "template",
-    help="Experiment, plan or study to copy, log with the experiment to copy, or component (writes all its parameters).",
+    help="The experiment, plan or study to copy, a log with an experiment, or a component, for a file with all its parameters.",
     type=ANY_KIND,
 )
 @click.option("-o", "--out", metavar="FILE", type=FILE, help="The TOML file to write (default: print it).")

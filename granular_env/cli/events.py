@@ -27,12 +27,12 @@ _MOST = 40
 @command("events")
 @click.argument("log", help="A log.", type=FILE)
 @click.option("--kind", metavar="KIND", help="Only events of this kind.")
-@click.option("--index", metavar="N", type=int, help="Only events of this link, cell, ...")
+@click.option("--index", metavar="N", type=int, help="Only events of this link, cell or other element.")
 @click.option(
     "--nearest",
     "near",
     is_flag=True,
-    help="Run the log again and print the nearest misses: the largest ratios to a limit without an event (KIND, N).",
+    help="Run the log again and print, for each kind of event, the place that came closest to its limit.",
 )
 @click.option("--all", "every", is_flag=True, help=f"List all events, not only {_MOST}.")
 @json_option()

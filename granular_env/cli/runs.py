@@ -35,7 +35,7 @@ from granular_env.output_files import valid_file_name
     help="A name from `granular-env list`, or a TOML file.",
     type=ShippedName("experiments"),
 )
-@set_option("Override any key, such as component.grains=500 or start.velocity.0=3.")
+@set_option("Override any key, such as component.radius=3mm or start.velocity.0=3.")
 @click.option("--log", "-o", metavar="PATH", type=FILE, help="The log to write (default: a new file in logs/).")
 @click.option(
     "--resume",
