@@ -7,9 +7,9 @@ from pathlib import Path
 
 import click
 
-from granular_env.cli.command import Status, command
+from granular_env.cli.command import Status, command, print_json
 from granular_env.cli.logs import log_argument
-from granular_env.cli.options import FILE, FOLDER, TIME, allow_large_option, exclusive_options
+from granular_env.cli.options import FILE, FOLDER, TIME, allow_large_option, exclusive_options, json_option
 from granular_env.components.errors import ParameterError
 
 
@@ -21,10 +21,14 @@ from granular_env.components.errors import ParameterError
 @click.option("--foxglove-layout", metavar="JSON", type=FILE, help="Write a layout for Foxglove instead, to import there.")
 @click.option("--exaggerate", metavar="F", type=float, help="Draw displacements F times larger (default: visibly large).")
 @click.option(
-    "--at", metavar="T", type=TIME, help="Time of the screenshot [s] (default: the end of a run with events, else two thirds)."
+    "--at",
+    metavar="T",
+    type=TIME,
+    help="Time of the screenshot, such as 100us (default: the end of a run with events, else two thirds).",
 )
 @click.option("--colour", metavar="NAME", help="Colour by this recorded output, such as surface_plastic_strain.")
 @allow_large_option()
+@json_option()
 @exclusive_options("web", "save", "screenshot", "foxglove_layout")
 def view(
     log: str,
@@ -36,6 +40,7 @@ def view(
     at: float | None,
     colour: str | None,
     allow_large: bool,
+    as_json: bool,
 ) -> int:
     """Show a log in rerun, or write a file for rerun or Foxglove."""
     from granular_env import viewing
@@ -46,7 +51,7 @@ def view(
     opened = open_log(log, allow_large=allow_large)
     try:
         if save:
-            written = viewing.save_rrd(opened, save, exaggerate=exaggerate, progress=True, colour=colour)
+            written = viewing.save_rrd(opened, save, exaggerate=exaggerate, progress=not as_json, colour=colour)
         elif screenshot:
             written = viewing.screenshot(opened, screenshot, at=at, exaggerate=exaggerate, colour=colour)
         elif foxglove_layout:
@@ -56,7 +61,7 @@ def view(
             return Status.DONE
     except ParameterError as error:
         raise error.with_argument("path", "save" if save else "screenshot" if screenshot else "foxglove_layout") from None
-    print(f"written: {written}")
+    print_json({"written": written}) if as_json else print(f"written: {written}")
     return Status.DONE
 
 
@@ -65,8 +70,11 @@ def view(
 @click.option("-o", "--out", metavar="FOLDER", type=FOLDER, help="Folder of the report (default: next to the log).")
 @click.option("--variables", metavar="NAME", multiple=True, help="Recorded output to show, repeatable (default: all).")
 @click.option("--indices", metavar="I", type=int, multiple=True, help="Element of the histories, repeatable (default: five).")
-@click.option("--times", metavar="T", type=TIME, multiple=True, help="Time of the profiles [s], repeatable (default: four).")
+@click.option(
+    "--times", metavar="T", type=TIME, multiple=True, help="Time of the profiles, such as 100us, repeatable (default: four)."
+)
 @allow_large_option()
+@json_option()
 def report(
     log: str,
     out: str | None,
@@ -74,6 +82,7 @@ def report(
     indices: tuple[int, ...],
     times: tuple[float, ...],
     allow_large: bool,
+    as_json: bool,
 ) -> int:
     """Write a page with figures of a log."""
     from granular_env import viewing
@@ -85,7 +94,10 @@ def report(
         raise ParameterError(f"got {out!r}", expected=f"a folder, such as {str(folder.with_suffix(''))!r}", hint=hint, at="out")
     with open_log(log, allow_large=allow_large) as opened:
         chosen = {"variables": variables or None, "indices": indices or None, "times": times or None}
-        page = viewing.report(opened, folder, **chosen, progress=True)
+        page = viewing.report(opened, folder, **chosen, progress=not as_json)
+    if as_json:
+        print_json({"written": page, "folder": folder})
+    else:
         print(f"written: {page}, with its figures in {folder}{os.sep}")
     return Status.DONE
 
