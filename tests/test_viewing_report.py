@@ -133,7 +133,7 @@ def test_figures_are_returned_for_scripts_and_notebooks(log):
     times, values = log.series("contact_force")
     np.testing.assert_array_equal(forces.axes[0].lines[0].get_ydata(), values[:, 4])
     assert forces.axes[0].get_ylabel() == "contact force [N]"
-    profile = plot(log, "velocity", "profiles", times=[float(times[10])])
+    profile = plot(log, "velocity", "profiles", at=float(times[10]))
     np.testing.assert_array_equal(profile.axes[0].lines[0].get_ydata(), log.series("velocity")[1][10])
     assert plot(log, "velocity").axes[0].get_xlabel() == "grain (0 is the left end)"
     np.testing.assert_array_equal(plot(log, "kinetic_energy").axes[0].lines[0].get_ydata(), log.series("kinetic_energy")[1])
@@ -150,7 +150,7 @@ def test_a_field_along_a_curve_stands_over_its_coordinate(tmp_path):
         assert field.ends == pytest.approx((0.0, 0.4))
         diagram = plot(opened, "pressure").axes[0]
         assert diagram.get_xlabel() == "x [m]" and diagram.get_xlim() == pytest.approx((0.0, 0.4))
-        profile = plot(opened, "pressure", "profiles", times=[float(field.times[-1])]).axes[0]
+        profile = plot(opened, "pressure", "profiles", at=float(field.times[-1])).axes[0]
         np.testing.assert_array_equal(profile.lines[0].get_xdata(), field.coordinates)
         assert plot(opened, "pressure", "histories", indices=[7]).axes[0].get_legend().get_texts()[0].get_text() == (
             "cell 7, x = 0.075 m"
