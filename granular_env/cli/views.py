@@ -11,7 +11,7 @@ import click
 
 from granular_env.cli.command import Status, command
 from granular_env.cli.logs import log_argument
-from granular_env.cli.options import FILE, FOLDER, allow_large_option, exclusive_options
+from granular_env.cli.options import FILE, FOLDER, TIME, allow_large_option, exclusive_options
 from granular_env.components.errors import ParameterError
 
 
@@ -36,12 +36,12 @@ class PictureSize(click.ParamType):
 @click.option("--foxglove-layout", metavar="JSON", type=FILE, help="Write a layout for Foxglove instead, to import there.")
 @click.option("--exaggerate", metavar="F", type=float, help="Draw displacements F times larger (default: visibly large).")
 @click.option(
-    "--at", metavar="T", type=float, help="Time of the screenshot [s] (default: the end if a body broke, else two thirds)."
+    "--at", metavar="T", type=TIME, help="Time of the screenshot [s] (default: the end if a body broke, else two thirds)."
 )
 @click.option("--colour", metavar="NAME", help="Colour by this recorded output, such as surface_plastic_strain.")
 @click.option("--show", metavar="NAME", multiple=True, help="Draw arrows, stresses or link forces over a film, repeatable.")
 @click.option("--frame-rate", metavar="R", type=float, help="Pictures per second of a film (default: 20).")
-@click.option("--duration", metavar="S", type=float, help="Duration of a film [s] (default: 10).")
+@click.option("--duration", metavar="S", type=TIME, help="Duration of a film [s] (default: 10).")
 @click.option(
     "--size", metavar="WxH", type=PictureSize(), help="Width and height of a film [pixels] (default: up to 1080 wide)."
 )
@@ -84,7 +84,7 @@ def view(
             viewing.view(opened, web=web, exaggerate=exaggerate, colour=colour)
             return Status.DONE
     except ParameterError as error:
-        raise error.with_argument("path", next(name for name in outputs if outputs[name])) from None
+        raise error.with_argument("path", next((name for name in outputs if outputs[name]), "path")) from None
     print(f"written: {written}")
     return Status.DONE
 
@@ -94,7 +94,7 @@ def view(
 @click.option("-o", "--out", metavar="FOLDER", type=FOLDER, help="Folder of the report (default: next to the log).")
 @click.option("--variables", metavar="NAME", multiple=True, help="Recorded output to show, repeatable (default: all).")
 @click.option("--indices", metavar="I", type=int, multiple=True, help="Element of the histories, repeatable (default: five).")
-@click.option("--times", metavar="T", type=float, multiple=True, help="Time of the profiles [s], repeatable (default: four).")
+@click.option("--times", metavar="T", type=TIME, multiple=True, help="Time of the profiles [s], repeatable (default: four).")
 @allow_large_option()
 def report(
     log: str,
