@@ -164,15 +164,16 @@ class PrincipalStresses(Overlay):
         reach = 0.5 * _CROSS_LENGTH * self.spacing * np.minimum(np.abs(stresses) / self.limit, 1.0)
         middle = self.places(plane, frame)[self.thinned][:, None]
         ends = reach[..., None] * directions
-        lines = np.stack([middle - ends, middle + ends], axis=2).reshape(-1, 2, 2)
-        colours = np.where(stresses.ravel() > 0.0, _TENSION, _COMPRESSION).tolist()
+        order = np.argsort(stresses, axis=None)  # tension last
+        lines = np.stack([middle - ends, middle + ends], axis=2).reshape(-1, 2, 2)[order]
+        colours = np.where(stresses.ravel()[order] > 0.0, _TENSION, _COMPRESSION).tolist()
         axes.add_collection(LineCollection(list(lines), colors=colours, linewidths=_CROSS_WIDTH, zorder=3))
 
     def key(self) -> list[tuple[Artist, str]]:
         """Return a line for tension and one for compression, of the length of the limit."""
         ends = [0.0, _CROSS_LENGTH * self.spacing], [0.0, 0.0]
         return [
-            (Line2D(*ends, color=colour, linewidth=_CROSS_WIDTH), self.label(f"principal {words}"))
+            (Line2D(*ends, color=colour, linewidth=_CROSS_WIDTH), self.label(words))
             for words, colour in (("tension", _TENSION), ("compression", _COMPRESSION))
         ]
 

@@ -271,11 +271,11 @@ def _draw_links(axes: Axes, plane: Plane, motion: Motion, links: LinkFrames, fra
     if len(links.pairs) <= MOST_LINES:
         _add_lines(axes, places[links.pairs[state != 0.0]], _LINK, _LINK_WIDTH)
     cracks = crack_lines(places, motion.reference[:, :2], links.pairs, state)
-    _add_lines(axes, cracks, _CRACK, max(4.0 * width, _CRACK_WIDTH))
+    _add_lines(axes, cracks, _CRACK, max(4.0 * width, _CRACK_WIDTH), zorder=4)  # above overlays
 
 
-def _add_lines(axes: Axes, lines: FloatArray, colour: str, width: float) -> None:
-    shapes = LineCollection(list(lines), colors=colour, linewidths=width, capstyle="round")
+def _add_lines(axes: Axes, lines: FloatArray, colour: str, width: float, zorder: int = 2) -> None:
+    shapes = LineCollection(list(lines), colors=colour, linewidths=width, capstyle="round", zorder=zorder)
     shapes.set_rasterized(len(lines) > _MOST_SHAPES)
     axes.add_collection(shapes)
 
