@@ -1,4 +1,5 @@
 from .figures.plot import plot
+from .figures.video import video
 from .foxglove import save_foxglove_layout
 from .reports.page import report
 from .rerun.live import LiveViewer
@@ -11,5 +12,6 @@ __all__ = [
     "save_foxglove_layout",
     "save_rrd",
     "screenshot",
+    "video",
     "view",
 ]
