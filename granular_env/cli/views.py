@@ -9,7 +9,7 @@ import click
 
 from granular_env.cli.command import Status, command
 from granular_env.cli.logs import log_argument
-from granular_env.cli.options import FILE, FOLDER, allow_large_option, exclusive_options
+from granular_env.cli.options import FILE, FOLDER, allow_large_option, exclusive_options, format_option
 from granular_env.components.errors import ParameterError
 
 
@@ -66,6 +66,7 @@ def view(
 @click.option("--variables", metavar="NAME", multiple=True, help="Recorded output to show, repeatable (default: all).")
 @click.option("--indices", metavar="I", type=int, multiple=True, help="Element of the histories, repeatable (default: five).")
 @click.option("--times", metavar="T", type=float, multiple=True, help="Time of the profiles [s], repeatable (default: four).")
+@format_option()
 @allow_large_option()
 def report(
     log: str,
@@ -73,6 +74,7 @@ def report(
     variables: tuple[str, ...],
     indices: tuple[int, ...],
     times: tuple[float, ...],
+    file_format: str,
     allow_large: bool,
 ) -> int:
     """Write a page with figures of a log."""
@@ -85,7 +87,7 @@ def report(
         raise ParameterError(f"got {out!r}", expected=f"a folder, such as {str(folder.with_suffix(''))!r}", hint=hint, at="out")
     with open_log(log, allow_large=allow_large) as opened:
         chosen = {"variables": variables or None, "indices": indices or None, "times": times or None}
-        page = viewing.report(opened, folder, **chosen, progress=True)
+        page = viewing.report(opened, folder, **chosen, progress=True, file_format=file_format)
         print(f"written: {page}, with its figures in {folder}{os.sep}")
     return Status.DONE
 
