@@ -1,4 +1,4 @@
-from .figures.run_figures import plot
+from .figures.plot import plot
 from .foxglove import save_foxglove_layout
 from .reports.comparison_page import compare
 from .reports.page import report
