@@ -1,4 +1,5 @@
 from .figures.plot import plot
+from .figures.video import video
 from .foxglove import save_foxglove_layout
 from .reports.comparison_page import compare
 from .reports.page import report
@@ -13,5 +14,6 @@ __all__ = [
     "save_foxglove_layout",
     "save_rrd",
     "screenshot",
+    "video",
     "view",
 ]

@@ -19,7 +19,6 @@ from granular_env.components.variables import Variable
 from granular_env.recording.preview.displacement_scale import common_exaggeration
 
 from .scene_data import Motion, SceneData, drawn_positions
-from .unit_labels import label_with_unit
 
 # In a plane, a few values that exceed nearly all others by this factor do not set the limit of the colours; otherwise those at
 # the place of a point load would leave the wave nearly without colour.
@@ -46,11 +45,6 @@ class ColourScale:
     limit: float
     has_sign: bool
     is_exceeded: bool = False
-
-    @property
-    def label(self) -> str:
-        """The names and the unit as a label."""
-        return label_with_unit(", ".join(self.names), self.unit)
 
 
 def colour_scales(shown: Iterable[tuple[Variable, FloatArray]], is_plane: bool = False) -> tuple[ColourScale, ...]:
