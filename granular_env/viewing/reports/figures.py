@@ -119,7 +119,7 @@ def _scene_pictures(log: Any, scene_data: SceneData, choice: ReportChoice, zero:
         other = plane.load_plane(log, scene_data, choice.times, name) if is_new else None
         if other is not None:
             words = f"The same, coloured by {log.variables[name].description}."
-            drawn[f"plane-{name}"] = CaptionedFigure(_figure_title(name), plane.draw_plane(other), words)
+            drawn[f"plane-{name}"] = CaptionedFigure(figure_title(name), plane.draw_plane(other), words)
     return drawn
 
 
@@ -149,7 +149,7 @@ def _array_figures(log: Any, scene_data: SceneData, name: str, choice: ReportCho
     fields = load_fields(log, name, run_figures.FRAMES)
     field, is_vector = fields[0], len(log.variables[name].shape) > 1
     is_main, is_asked = name == _main_array(scene_data), choice.times is not None or choice.variables is not None
-    title, drawn = _figure_title(name), {}
+    title, drawn = figure_title(name), {}
     stem = "" if is_main else f"{name}-"
     across = _axis_text(field)
     # An image of a few columns shows less than their curves.
@@ -191,7 +191,7 @@ def _balance_figures(scene_data: SceneData) -> dict[str, CaptionedFigure]:
     for balance in scene_data.balances:
         if (figure := run_figures.draw_balance(scene_data, balance.quantity)) is not None:
             residual = "; below, the residual, which is the numerical error" if len(figure.axes) > 1 else ""
-            words = f"{_figure_title(balance.quantity)} since the reset{residual}."
+            words = f"{figure_title(balance.quantity)} since the reset{residual}."
             drawn[f"balance-{balance.quantity}"] = CaptionedFigure("Balances", figure, words)
     return drawn
 
@@ -217,7 +217,7 @@ def _input_figures(log: Any, scene_data: SceneData) -> dict[str, CaptionedFigure
         drawn[f"inputs-{name}"] = CaptionedFigure("Inputs", run_figures.draw_curve_panels(moving), _input_text(acted))
         if acted.is_summary and not is_plane_filling(log.drawables, acted.variable.shape[0]):
             fields = [one for one in load_fields(log, name, run_figures.FRAMES) if one.values.any()]
-            words = f"{_figure_title(name)} {_axis_text(fields[0])} (horizontal) over time (vertical)."
+            words = f"{figure_title(name)} {_axis_text(fields[0])} (horizontal) over time (vertical)."
             drawn[f"inputs-{name}-space-time"] = CaptionedFigure("Inputs", run_figures.draw_fields(fields, "space-time"), words)
     return drawn
 
@@ -225,7 +225,7 @@ def _input_figures(log: Any, scene_data: SceneData) -> dict[str, CaptionedFigure
 def _input_text(acted: InputCurves) -> str:
     """Return the caption of an array input's figure: its description, what its indices count, and which elements are drawn."""
     variable = acted.variable
-    words = f"{_figure_title(variable.name)} in time: {variable.description}."
+    words = f"{figure_title(variable.name)} in time: {variable.description}."
     if variable.axes:
         numbers = ", ".join(f"{number} is {axis}" for number, axis in enumerate("xyz"[: variable.shape[-1]]))
         counted = (axis.replace("_", " ") + (f" ({numbers})" if axis == "direction" else "") for axis in variable.axes)
@@ -241,5 +241,6 @@ def _input_text(acted: InputCurves) -> str:
     return f"{words} {acted.acting} of {size} elements act; {shown}."
 
 
-def _figure_title(name: str) -> str:
+def figure_title(name: str) -> str:
+    """Return the name of a variable as a heading."""
     return name.replace("_", " ").capitalize()

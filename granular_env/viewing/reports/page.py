@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 from markupsafe import Markup
-from matplotlib.figure import Figure
 
 from granular_env.components.errors import ParameterError
 from granular_env.output_files import count_text, require_writable, size_text, valid_file_name, write_files
@@ -24,7 +23,8 @@ from ..scene_data import SceneData
 from . import tables
 from .figures import CaptionedFigure, ReportChoice, draw_report
 
-FORMATS = ("png", "svg", "pdf")
+# Formats of figures, each with the entry of its metadata that is omitted: the date or the program.
+FORMATS = {"png": "Software", "svg": "Date", "pdf": "CreationDate"}
 _FILM_WORDS = "Film of the run: choose an instant on the time axis below (arrow keys step through the instants), or play."
 
 
@@ -87,42 +87,37 @@ def require_page(target: Path, file_format: str) -> None:
 
 def write_page(target: Path, page: Page, drawn: Mapping[str, CaptionedFigure], file_format: str) -> None:
     """Write a page and its figures as files next to it, and delete further figures of an earlier page at the same path."""
-    # Names of figures contain names from the log, which may contain any characters.
-    named = {f"{valid_file_name(name, 'figure')}.{file_format}": one.figure for name, one in drawn.items()}
-    html = render_page(page, list(named))
+    contents = {}
+    for name, one in drawn.items():
+        buffer = io.BytesIO()
+        one.figure.savefig(buffer, format=file_format, dpi=130, metadata={FORMATS[file_format]: None})
+        # Names of figures contain names from the log, which may contain any characters.
+        contents[f"{valid_file_name(name, 'figure')}.{file_format}"] = buffer.getvalue()
     before = target.read_text("utf-8", "replace") if target.exists() else ""
-    listed = re.search(r'<meta name="figures" content="([^"]*)">', before)
-    contents = {target.parent / name: _figure_bytes(figure, file_format) for name, figure in named.items()}
-    write_files({**contents, target: html.encode("utf-8", "replace")})
-    for name in {*listed[1].split()} - {*named} if listed else ():
-        if re.fullmatch(rf"[A-Za-z0-9._-]+\.({'|'.join(FORMATS)})", name):
+    html = render_page(page, list(contents)).encode("utf-8", "replace")
+    write_files({**{target.parent / name: data for name, data in contents.items()}, target: html})
+    for name in re.findall(r"[^ /]+", "".join(re.findall(r'<meta name="figures" content="(.*?)">', before)[:1])):
+        if name not in contents and Path(name).suffix[1:] in FORMATS:
             (target.parent / name).unlink(missing_ok=True)
 
 
-def _figure_bytes(figure: Figure, file_format: str) -> bytes:
-    """Return the bytes of a figure's file, without a date, so that equal figures give equal files."""
-    if file_format == "png":
-        return drawing.to_png(figure)
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format=file_format, metadata={"Date" if file_format == "svg" else "CreationDate": None})
-    return buffer.getvalue()
-
-
-def figure_sections(drawn: Mapping[str, CaptionedFigure]) -> list[tuple[str, Markup]]:
-    """Return the heading and HTML of each figure."""
-    return [(one.heading, parts.picture(drawing.to_svg(one.figure, name), one.words)) for name, one in drawn.items()]
+def figure_sections(drawn: Mapping[str, CaptionedFigure]) -> dict[str, Markup]:
+    """Return the HTML of the figures by heading."""
+    found: dict[str, Markup] = {}
+    for name, one in drawn.items():
+        picture = parts.picture(drawing.to_svg(one.figure, name), one.words)
+        found[one.heading] = found.get(one.heading, Markup()) + picture
+    return found
 
 
 def _sections(
     log: Any, scene_data: SceneData, drawn: Mapping[str, CaptionedFigure], omissions: Sequence[str]
 ) -> list[tuple[str, Markup]]:
     """Return the heading and HTML of each section."""
-    shown = dict(zip(drawn, figure_sections(drawn), strict=True))
-    balances = Markup().join(shown.pop(name)[1] for name in list(shown) if name.startswith("balance-"))
-    inputs = Markup().join(shown.pop(name)[1] for name in list(shown) if shown[name][0] == "Inputs")
-    happened = shown.pop("events")[1] if "events" in shown else Markup()
+    shown = figure_sections(drawn)
+    inputs, balances, happened = (shown.pop(heading, Markup()) for heading in ("Inputs", "Balances", "Events"))
     sections = [
-        *shown.values(),
+        *shown.items(),
         ("Outputs without a figure", Markup().join(map(parts.paragraph, omissions))),
         ("Inputs", inputs),
         ("Balances", tables.balance_table(scene_data) + balances),
