@@ -84,8 +84,10 @@ class LogComparison:
         """The first difference, or what is identical, as text."""
         if self.differences:
             return f"first difference: {self.differences[0]}"
+        if not self.frames:
+            return "nothing was compared: the logs have no output with a common time"
         outputs, times = count_text(len(self.compared), "output"), count_text(self.frames, "common time")
-        return f"{self.outcome}: {outputs} at {times} from {self.span[0]:.9g} s to {self.span[1]:.9g} s, inputs and events"
+        return f"identical: {outputs} at {times} from {self.span[0]:.9g} s to {self.span[1]:.9g} s, inputs and events"
 
 
 def compare_logs(first: Log, second: Log) -> LogComparison:

@@ -72,12 +72,10 @@ def compare(
         lead = parts.paragraph(f"{found.message[0].upper()}{found.message[1:]}.")
         lead += parts.bullets([*files, *filter(None, [found.relation])], "dim")
         settings = [[name, *map(short_value, values)] for name, *values in found.settings]
-        tables = {
-            "First differences": _difference_table(found),
-            "Settings that differ": parts.table(["setting", *_NAMES], settings),
-        }
+        sections = {"First differences": _difference_table(found)}
+        sections |= {"Settings that differ": parts.table(["setting", *_NAMES], settings)} if settings else {}
         title = f"Comparison: {' and '.join(log.path.name for log in logs)}"
-        write_page(target, Page(title, lead, list({**tables, **figure_sections(drawn)}.items())), drawn, file_format)
+        write_page(target, Page(title, lead, list((sections | figure_sections(drawn)).items())), drawn, file_format)
         bar.update(1.0)
     return found
 
