@@ -24,6 +24,7 @@ from granular_env.components.errors import (
 from granular_env.components.inputs import Held
 from granular_env.components.profiles import Profile
 from granular_env.components.stepping import Observer
+from granular_env.components.support.html_summary import html_summary
 from granular_env.components.support.memory_limits import refuse_excess_memory
 from granular_env.components.support.validation import finite_number
 from granular_env.documents import Overrides
@@ -77,6 +78,11 @@ class RunResult:
     cautions: list[str]
     warnings: list[str]
     start: int = 0
+
+    def _repr_html_(self) -> str:
+        names = ("log", "ticks", "seconds", "stopped_by", "interrupted", "conclusions", "cautions", "warnings")
+        facts = {name.replace("_", " "): getattr(self, name) for name in names}
+        return html_summary(f"run of {self.component!r}", facts, ("validity", "value"), self.report.items())
 
 
 def run(

@@ -69,7 +69,5 @@ def element_label(variable: Variable, index: tuple[int, ...], positions: FloatAr
         words, index = f"{words} {AXES[index[-1]]}", index[:-1]
     if not index:
         return words
-    place = axes[0].replace("_", " ") if axes else "element"
-    if len(index) > 1:
-        return f"{words}, {place} {index[0]}, {', '.join(map(str, index[1:]))}"
-    return f"{words}, {place_name(place, index[0], positions)}"
+    place, (number, *others) = axes[0].replace("_", " ") if axes else "element", index
+    return ", ".join([words, place_name(place, number, positions), *map(str, others)])

@@ -188,9 +188,9 @@ class Field:
         """The factor of the coordinates along the places, and the label of their axis with its unit."""
         return (1.0, self.axis) if self.coordinate is None else scaled_label("x", "m", float(np.abs(self.coordinate).max()))
 
-    def place_name(self, column: int) -> str:
-        """Return the name of the place in a column of the values, after the name of the run if there are several."""
-        name = place_name(self.place, column * self.every, self.positions)
+    def place_name(self, number: int) -> str:
+        """Return the name of a place, after the name of the run if there are several."""
+        name = place_name(self.place, number, self.positions)
         return f"{self.run}: {name}" if self.run else name
 
     @property

@@ -45,6 +45,7 @@ NOT_SAMPLED = "#8b9096"
 _STYLE: Any = {
     "font.size": 11.0, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.alpha": 0.25,
     "axes.titlelocation": "left", "axes.formatter.useoffset": False, "legend.frameon": False, "lines.linewidth": 1.7,
+    "text.parse_math": False,
 }  # fmt: skip
 # For each colour of a figure in a file, the colour from the style sheet that replaces it in an HTML page.
 _PAGE_COLOURS = {
@@ -239,11 +240,11 @@ def line_style(place: int) -> dict[str, Any]:
     return {"color": PALETTE[place % len(PALETTE)], "linestyle": _LINE_STYLES[place % len(_LINE_STYLES)]}
 
 
-def run_style(place: int, run: int, runs: int) -> dict[str, Any]:
-    """Return the style of line number `place`; with several runs, a colour for each element and dashes for each run."""
+def run_style(place: int, runs: int) -> dict[str, Any]:
+    """Return the style of line number `place`; with several runs, each element has a colour and each run has dashes."""
     if runs == 1:
         return line_style(place)
-    return {"color": PALETTE[place // runs % len(PALETTE)], "linestyle": _LINE_STYLES[run % len(_LINE_STYLES)]}
+    return {**line_style(place // runs), "linestyle": _LINE_STYLES[place % runs % len(_LINE_STYLES)]}
 
 
 def add_legend(axes: Axes) -> None:

@@ -104,14 +104,14 @@ def _draw_histories(figure: FigureBase, fields: Sequence[Field], indices: Sequen
     scale, unit = time_unit(max(float(field.times[-1]) for field in fields))
     axes = figure.subplots()
     chosen = default_indices(fields[0]) if indices is None else indices
-    runs = len(fields) if len(chosen) > 1 else 1
-    columns = [(number, field, place_column(field, index)) for index in chosen for number, field in enumerate(fields)]
-    factor, label = value_scale(
-        fields[0].variable.name, fields[0].variable.unit, *(field.values[:, column] for _, field, column in columns)
-    )
-    for place, (run, field, column) in enumerate(columns):
-        times, values = insert_gaps(field.times * scale, factor * field.values[:, column], field.cuts)
-        axes.plot(times, values, label=field.place_name(column), **run_style(place, run, runs))
+    lines = [(field, find_place(field, index) // field.every) for index in chosen for field in fields]
+    variable, values = fields[0].variable, [field.values[:, column] for field, column in lines]
+    factor, label = value_scale(variable.name, variable.unit, *values)
+    for place, ((field, column), own) in enumerate(zip(lines, values, strict=True)):
+        style = run_style(place, len(fields) if len(chosen) > 1 else 1)
+        axes.plot(
+            *insert_gaps(field.times * scale, factor * own, field.cuts), label=field.place_name(column * field.every), **style
+        )
     axes.set(xlabel=f"time [{unit}]", ylabel=label)
     axes.margins(x=0.0)
     mark_end_of_validity(axes, valid_until * scale)
@@ -130,13 +130,13 @@ def default_indices(field: Field) -> list[int]:
     return (columns * field.every).tolist()
 
 
-def place_column(field: Field, index: int) -> int:
-    """Return the column of a field with the place number `index` (negative: from the end); `ParameterError` without it."""
+def find_place(field: Field, index: int) -> int:
+    """Return the number of the place with an index, which may count from the end; `ParameterError` if there is none."""
     if not isinstance(index, int) or not -field.total <= index < field.total:
         raise ParameterError(
             f"got {index!r}", expected=f"a whole number from {-field.total} to {field.total - 1}", at="indices"
         )
-    return (index % field.total) // field.every
+    return index % field.total
 
 
 @use_style

@@ -7,6 +7,7 @@ from math import prod
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
@@ -27,60 +28,49 @@ _CURVE_POINTS, _HEADROOM = 401, 1.15
 Curves = Callable[[FloatArray], dict[str, FloatArray]] | None
 
 
-class Element(NamedTuple):
-    """An element of a recorded variable, whose spectrum is drawn.
+class Spectrum(NamedTuple):
+    """The one-sided amplitude spectrum of an element: frequencies [Hz] and amplitudes in `unit`, both shape (frequencies,)."""
 
-    Attributes:
-        log: an open log.
-        name, number: the variable, and the index of the element in its flat array.
-        label: text for the legend.
-        run: number of the log among several.
-        quantity: the variable or the component of vectors, to each of which a panel belongs.
-    """
-
-    log: Any
-    name: str
-    number: int
-    label: str
-    run: int
     quantity: str
+    unit: str
+    label: str
+    frequencies: npt.NDArray[Any]
+    amplitudes: FloatArray
 
 
-@use_style
-def draw_spectra(elements: Sequence[Element], runs: int) -> Figure:
-    """Draw the one-sided amplitude spectra of elements of one unit, in one panel for each quantity.
+def load_spectrum(log: Any, name: str, number: int, quantity: str, label: str) -> Spectrum:
+    """Return the spectrum of the element with this number in the flat array of a recorded variable.
 
     A sine of amplitude A that has a whole number of periods in the log gives a line of the height A.
 
     Raises:
-        ParameterError: the frames of a log are not evenly spaced in time.
+        ParameterError: the frames are not evenly spaced in time.
     """
-    spectra = [_amplitudes(*evenly_spaced_series(one.log, one.name, [one.number])) for one in elements]
-    scale, unit = scaled_unit("Hz", max(float(frequencies[-1]) for frequencies, _ in spectra))
-    quantities = list(dict.fromkeys(one.quantity for one in elements))
+    interval, values = evenly_spaced_series(log, name, [number])
+    count = len(values)
+    amplitudes = np.abs(np.fft.rfft(values[:, 0])) * 2.0 / count
+    # Frequency 0 and, for an even count, the highest one have no counterpart of negative frequency.
+    amplitudes[0 :: count // 2 if count % 2 == 0 else count] *= 0.5
+    return Spectrum(quantity, log.variables[name].unit, label, np.fft.rfftfreq(count, interval), amplitudes)
+
+
+@use_style
+def draw_spectra(spectra: Sequence[Spectrum], runs: int) -> Figure:
+    """Draw spectra in one panel for each quantity; those of equal elements of several runs follow each other."""
+    scale, unit = scaled_unit("Hz", max(float(one.frequencies[-1]) for one in spectra))
+    quantities = list(dict.fromkeys(one.quantity for one in spectra))
     figure = new_figure(_WIDTH, _HEIGHT * len(quantities))
     for axes, quantity in zip(figure.subplots(len(quantities), 1, squeeze=False).flat, quantities, strict=True):
-        shown = [(one, spectrum) for one, spectrum in zip(elements, spectra, strict=True) if one.quantity == quantity]
-        unit_name = elements[0].log.variables[elements[0].name].unit
-        factor, label = value_scale(f"amplitude of {quantity}", unit_name, *(amplitude for _, (_, amplitude) in shown))
-        for place, (one, (frequencies, amplitude)) in enumerate(shown):
-            style = run_style(place, one.run, runs if len(shown) > runs else 1)
-            axes.plot(scale * frequencies, factor * amplitude, label=one.label, **style)
+        shown = [one for one in spectra if one.quantity == quantity]
+        factor, label = value_scale(f"amplitude of {quantity}", shown[0].unit, *(one.amplitudes for one in shown))
+        for place, one in enumerate(shown):
+            style = run_style(place, runs if len(shown) > runs else 1)
+            axes.plot(scale * one.frequencies, factor * one.amplitudes, label=one.label.replace("_", " "), **style)
         axes.set(xlabel=f"frequency [{unit}]", ylabel=label)
-        axes.set_ylim(bottom=0.0)
         axes.margins(x=0.0)
+        axes.set_ylim(bottom=0.0)
         add_legend(axes)
     return figure
-
-
-def _amplitudes(interval: float, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the frequencies [Hz] and the one-sided amplitude spectrum of a series, shape (frames, 1), both (frequencies,)."""
-    count = len(values)
-    amplitude = np.abs(np.fft.rfft(values[:, 0])) * 2.0 / count
-    amplitude[0] *= 0.5
-    if count % 2 == 0:
-        amplitude[-1] *= 0.5
-    return np.fft.rfftfreq(count, interval), amplitude
 
 
 @use_style
@@ -118,7 +108,7 @@ def draw_dispersion(log: Any, name: str, components: Sequence[str], curves: Curv
     return figure
 
 
-def _transform(interval: float, values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _transform(interval: float, values: FloatArray) -> tuple[npt.NDArray[Any], npt.NDArray[Any], FloatArray]:
     """Return the transform of values, shape (frames, n): frequencies [Hz], phases per element (n,) [rad], magnitude [dB]."""
     frames, places = values.shape
     window = np.hanning(frames)[:, None] * np.hanning(places)
