@@ -54,6 +54,16 @@ def test_two_linked_discs_swing_at_their_own_frequency() -> None:
     assert discs.get("displacement")[1, 0] == pytest.approx(0.01 / math.sqrt(2.0 * 1e4 / 0.01), rel=1e-5)
 
 
+def test_link_forces_push_pressed_discs_apart() -> None:
+    discs = Discs(rows=1, columns=3, stiffness=1e4, breaking_strain=0.01)
+    discs.reset(displacement={0: (-0.001, 0.0), 2: (-0.0003, 0.0)})  # the first link is too long, the second is pressed
+    discs.step(discs.step_size)
+    assert discs.get("linked").tolist() == [0.0, 1.0]
+    assert discs.get("link_force") == pytest.approx([0.0, 3.0], abs=1e-3)
+    discs.reset(displacement={0: (0.0001, 0.0)})
+    assert discs.get("link_force") == pytest.approx([1.0, 0.0])
+
+
 def test_a_disc_bounces_off_the_wall() -> None:
     disc = Discs(rows=1, columns=1, clearance=0.001)
     disc.reset(velocity=(1.0, 0.5))

@@ -42,9 +42,7 @@ def crack_lines(
     return np.stack([middle - reach, middle + reach], axis=1)
 
 
-def corner_pieces(
-    rest: FloatArray, displacement: FloatArray, connectivity: npt.NDArray[np.int64]
-) -> FloatArray:
+def corner_pieces(rest: FloatArray, displacement: FloatArray, connectivity: npt.NDArray[np.int64]) -> FloatArray:
     """Return the quadrilaterals into which broken cells fall, one for each corner, which move with their nodes.
 
     A piece has the corner's node, the middles of the two adjacent edges, and the middle of the cell in the initial state.

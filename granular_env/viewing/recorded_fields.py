@@ -37,6 +37,12 @@ def validity_limit(log: Any) -> tuple[float, str]:
     return np.inf, ""
 
 
+def located_events(log: Any) -> list[Any]:
+    """Return the events located at a drawn element, such as a broken link."""
+    details = log.event_details
+    return [event for event in log.events() if event.kind in details and details[event.kind].counts]
+
+
 def recorded_outputs(log: Any) -> dict[str, Variable]:
     """Return the outputs with recorded frames, by name."""
     return {name: one for name, one in log.variables.items() if one.causality == "output" and len(log.times(name))}

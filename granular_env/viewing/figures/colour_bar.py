@@ -30,7 +30,9 @@ def add_colour_bar(figure: FigureBase, scale: ColourScale, **where: Any) -> None
     """
     factor, label = scaled_label(", ".join(scale.names), scale.unit, scale.limit)
     anchors, low = (DIVERGING, -scale.limit) if scale.has_sign else (DIVERGING[len(DIVERGING) // 2 :], 0.0)
-    shades = ScalarMappable(Normalize(factor * low, factor * scale.limit), LinearSegmentedColormap.from_list("granular", anchors))
+    shades = ScalarMappable(
+        Normalize(factor * low, factor * scale.limit), LinearSegmentedColormap.from_list("granular", anchors)
+    )
     beyond = "both" if scale.has_sign else "max"
     figure.colorbar(
         shades, orientation="horizontal", label=label, extend=beyond if scale.is_exceeded else "neither",

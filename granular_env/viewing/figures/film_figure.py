@@ -6,7 +6,6 @@ import matplotlib
 import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
-from matplotlib.figure import SubFigure
 from matplotlib.lines import Line2D
 
 from granular_env.colours import PALETTE
@@ -61,7 +60,10 @@ class FilmFigure:
         for axes in panels[:-1]:
             axes.set_xlabel("")
             axes.tick_params(labelbottom=False)
-        self._title, self._heading = title, upper.suptitle(" ", x=0.01, horizontalalignment="left", fontsize=11) if title else None
+        self._title, self._heading = (
+            title,
+            upper.suptitle(" ", x=0.01, horizontalalignment="left", fontsize=11) if title else None,
+        )
         if self._is_page:
             self._figure.patch.set_alpha(0.0)
             self._axes.patch.set_alpha(0.0)

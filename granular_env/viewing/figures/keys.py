@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 # Largest length of the scale bar, as a fraction of the picture's width.
 _LENGTH_PART = 0.25
-# Heights of a row of keys and of a colour bar with its label [inch]; gaps between keys, and between a sample and its label [point].
+# Heights of a row of keys and of a labelled colour bar [inch]; gaps between keys, and between a sample and its label [point].
 _ROW, _BAR, _GAP, _SEPARATION = 0.27, 0.72, 18.0, 5.0
 _FONT_SIZE = 10.0
 
@@ -45,7 +45,7 @@ def draw_keys(figure: Figure | SubFigure, axes: Axes, plane: Plane, bars: bool =
         fill_with_colour_bars(below, scales)
     rows = [HPacker(children=_first_row(axes, plane), align="center", pad=0.0, sep=_GAP)]
     for overlay in plane.overlays:
-        samples = [_labelled_sample(axes, sample, label) for sample, label in overlay.key(plane)]
+        samples = [_labelled_sample(axes, sample, label) for sample, label in overlay.key()]
         rows.append(HPacker(children=samples, align="center", pad=0.0, sep=_GAP))
     box = VPacker(children=rows, align="left", pad=0.0, sep=3.0)
     place = {"bbox_to_anchor": (0.01, 1.0), "bbox_transform": figure.transSubfigure}

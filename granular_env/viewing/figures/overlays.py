@@ -4,24 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.lines import Line2D
-from matplotlib.patches import FancyArrowPatch
+from matplotlib.patches import FancyArrowPatch, Rectangle
+from scipy.spatial import KDTree
 
-from granular_env.colours import DIVERGING
+from granular_env.colours import DIVERGING, symmetric_limit
 from granular_env.components.drawables import Cells, Drawable, Links, Points, to_three_columns
 from granular_env.components.errors import ParameterError
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.variables import Variable
 
 from ..recorded_fields import nearest_frame, recorded_outputs, sample_frames
-from ..scene_scales import colour_scales
 from ..unit_labels import scaled_unit
 from ..visible_drawables import has_elements, visible_cells, visible_points
 
@@ -30,14 +31,12 @@ if TYPE_CHECKING:
 
 # Tension is positive in the blue-to-red colour map of stresses, so it is red here too.
 _COMPRESSION, _TENSION, _ARROW = DIVERGING[0], DIVERGING[-1], "#1a1c1f"
-# Width of a line at the limit: at most this [point], and this part of the distance between points.
-_WIDEST, _WIDTH_PART = 4.0, 0.45
-# Arrows and crosses along the longer side of the picture; length of the longest, relative to their spacing.
-_MOST_ALONG, _ARROW_LENGTH, _CROSS_LENGTH = 32, 1.8, 0.95
-# Forces and vectors below this fraction of the limit are not drawn.
-_LEAST = 0.03
-# Width of the lines of crosses, and of the arrows' shafts [point].
-_CROSS_WIDTH, _SHAFT_WIDTH = 1.1, 0.9
+# Most arrows or crosses along a body; lengths of the longest and width of a shaft, relative to their spacing.
+_MOST_ALONG, _ARROW_LENGTH, _SHAFT, _CROSS_LENGTH = 40, 1.7, 0.09, 0.95
+# Width of the widest force line, relative to the distance between its points; width of the lines of crosses [point].
+_CHAIN_WIDTH, _CROSS_WIDTH = 0.4, 1.2
+# This part of all magnitudes is below the limit; forces and vectors below this fraction of the limit are not drawn.
+_USUAL, _LEAST = 0.97, 0.03
 # Columns xx, yy, xy of stresses with three and with four entries per element.
 _IN_PLANE = {3: (0, 1, 2), 4: (0, 1, 3)}
 
@@ -64,7 +63,7 @@ class Overlay:
         """Draw one frame."""
         raise NotImplementedError
 
-    def key(self, plane: Plane) -> list[tuple[Artist, str]]:
+    def key(self) -> list[tuple[Artist, str]]:
         """Return samples of the lines, in data coordinates, with their labels."""
         raise NotImplementedError
 
@@ -75,19 +74,24 @@ class Overlay:
     def label(self, words: str = "") -> str:
         """Return the limit with its unit, after the output's name or other words."""
         factor, unit = scaled_unit(self.variable.unit, self.limit)
-        return f"{words or self.variable.name.replace('_', ' ')} {self.limit * factor:.3g} {unit}"
+        return f"{words or self.variable.name.replace('_', ' ')} \u2265 {self.limit * factor:.3g} {unit}"
 
-    def spacing(self, plane: Plane) -> float:
-        """Return the distance between drawn arrows or crosses [m]: that of the elements or, if these are many, a larger one."""
-        low, high = plane.bounding_box
-        area = float(np.ptp((self.rest @ plane.eye_axes)[:, :2], axis=0).prod())
-        return max(float((high - low).max()) / _MOST_ALONG, float(np.sqrt(area / len(self.rest))))
+    @cached_property
+    def distance(self) -> float:
+        """The usual distance between neighbouring elements [m]."""
+        return float(np.median(KDTree(self.rest).query(self.rest, 2)[0][:, 1]))
 
-    def thinned(self, plane: Plane) -> npt.NDArray[np.int64]:
-        """Return the indices of the drawn elements: one in each square of the size `spacing` in the initial state."""
-        seen = (self.rest @ plane.eye_axes)[:, :2]
-        squares = np.floor((seen - seen.min(axis=0)) / self.spacing(plane) + 1e-9)
-        return np.unique(squares, axis=0, return_index=True)[1]
+    @cached_property
+    def spacing(self) -> float:
+        """The distance between drawn arrows or crosses [m]: a multiple of the elements' distance."""
+        along = float(np.ptp(self.rest, axis=0).max()) / _MOST_ALONG
+        return self.distance * max(1.0, float(np.ceil(along / self.distance - 1e-6)))
+
+    @cached_property
+    def thinned(self) -> npt.NDArray[np.int64]:
+        """The indices of the drawn elements: one in each cube of the size `spacing` in the initial state."""
+        cubes = np.floor((self.rest - self.rest.min(axis=0) + 0.5 * self.distance) / self.spacing)
+        return np.unique(cubes, axis=0, return_index=True)[1]
 
 
 @dataclass(frozen=True)
@@ -106,17 +110,25 @@ class ForceChains(Overlay):
         strength = np.minimum(np.abs(forces) / self.limit, 1.0)
         drawn = np.flatnonzero(strength > _LEAST)
         drawn = drawn[np.argsort(strength[drawn], kind="stable")]
-        along = self.rest[self.pairs[:, 1]] - self.rest[self.pairs[:, 0]]
-        distance = float(np.median(np.sqrt((along * along).sum(axis=1))))
-        widest = min(_WIDEST, _WIDTH_PART * distance * plane.points_per_metre(axes))
+        ends = self.places(plane, frame)[self.pairs[drawn]]
+        along = ends[:, 1] - ends[:, 0]
+        across = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.maximum(np.hypot(*along.T), 1e-300)[:, None]
+        reach = 0.5 * self.width * strength[drawn, None] * across
+        corners = np.stack([ends[:, 0] - reach, ends[:, 0] + reach, ends[:, 1] + reach, ends[:, 1] - reach], axis=1)
         colours = np.where(forces[drawn] > 0.0, _COMPRESSION, _TENSION).tolist()
-        _add_lines(axes, self.places(plane, frame)[self.pairs[drawn]], colours, widest * strength[drawn])
+        axes.add_collection(PolyCollection(list(corners), facecolor=colours, linewidth=0.0, zorder=3))
 
-    def key(self, plane: Plane) -> list[tuple[Artist, str]]:
+    @property
+    def width(self) -> float:
+        """The width of the widest line [m]."""
+        along = self.rest[self.pairs[:, 1]] - self.rest[self.pairs[:, 0]]
+        return _CHAIN_WIDTH * float(np.median(np.sqrt((along * along).sum(axis=1))))
+
+    def key(self) -> list[tuple[Artist, str]]:
         """Return a line for compression and, if any force is negative, one for tension."""
-        length = _CROSS_LENGTH * self.spacing(plane)
         kinds = [("compression", _COMPRESSION), *([("tension", _TENSION)] if self.values.min(initial=0.0) < 0.0 else [])]
-        return [(_sample(length, colour, _WIDEST), self.label(f"{words} force")) for words, colour in kinds]
+        size = 3.0 * self.width, self.width
+        return [(Rectangle((0.0, 0.0), *size, facecolor=colour), self.label(words)) for words, colour in kinds]
 
 
 @dataclass(frozen=True)
@@ -125,21 +137,21 @@ class Arrows(Overlay):
 
     def draw(self, axes: Axes, plane: Plane, frame: int) -> None:
         """Draw one frame."""
-        drawn = self.thinned(plane)
-        vectors = (to_three_columns(self.values[frame])[drawn] @ plane.eye_axes)[:, :2] / self.limit
+        vectors = (to_three_columns(self.values[frame])[self.thinned] @ plane.eye_axes)[:, :2] / self.limit
         lengths = np.sqrt((vectors * vectors).sum(axis=1))
-        drawn, vectors, lengths = drawn[lengths > _LEAST], vectors[lengths > _LEAST], lengths[lengths > _LEAST]
-        along, up = (_ARROW_LENGTH * self.spacing(plane) * vectors / np.maximum(lengths, 1.0)[:, None]).T
-        width = _SHAFT_WIDTH / plane.points_per_metre(axes)
+        large = lengths > _LEAST
+        arrows = _ARROW_LENGTH * self.spacing * vectors[large] / np.maximum(lengths[large], 1.0)[:, None]
         axes.quiver(
-            *self.places(plane, frame)[drawn].T, along, up, angles="xy", scale_units="xy", scale=1.0, units="xy", width=width,
-            color=_ARROW, headwidth=4.5, headlength=5.0, headaxislength=4.5, minlength=0.8, zorder=3,
+            *self.places(plane, frame)[self.thinned[large]].T, *arrows.T, angles="xy", scale_units="xy", scale=1.0, units="xy",
+            width=_SHAFT * self.spacing, color=_ARROW, headwidth=4.0, headlength=4.5, headaxislength=4.0, zorder=3,
         )  # fmt: skip
 
-    def key(self, plane: Plane) -> list[tuple[Artist, str]]:
+    def key(self) -> list[tuple[Artist, str]]:
         """Return an arrow of the length of the limit."""
-        end = (_ARROW_LENGTH * self.spacing(plane), 0.0)
-        return [(FancyArrowPatch((0.0, 0.0), end, arrowstyle="-|>", mutation_scale=7.0, shrinkA=0.0, shrinkB=0.0), self.label())]
+        end = (_ARROW_LENGTH * self.spacing, 0.0)
+        return [
+            (FancyArrowPatch((0.0, 0.0), end, arrowstyle="-|>", mutation_scale=7.0, shrinkA=0.0, shrinkB=0.0), self.label())
+        ]
 
 
 @dataclass(frozen=True)
@@ -148,20 +160,20 @@ class PrincipalStresses(Overlay):
 
     def draw(self, axes: Axes, plane: Plane, frame: int) -> None:
         """Draw one frame."""
-        drawn = self.thinned(plane)
-        stresses, directions = principal_stresses(self.values[frame][drawn])
-        reach = 0.5 * _CROSS_LENGTH * self.spacing(plane) * np.minimum(np.abs(stresses) / self.limit, 1.0)
-        middle = self.places(plane, frame)[drawn][:, None]
+        stresses, directions = principal_stresses(self.values[frame][self.thinned])
+        reach = 0.5 * _CROSS_LENGTH * self.spacing * np.minimum(np.abs(stresses) / self.limit, 1.0)
+        middle = self.places(plane, frame)[self.thinned][:, None]
         ends = reach[..., None] * directions
-        lines = np.stack([middle - ends, middle + ends], axis=2).reshape(-1, 2, 2)
-        colours = np.where(stresses.ravel() > 0.0, _TENSION, _COMPRESSION).tolist()
-        _add_lines(axes, lines, colours, np.full(len(lines), _CROSS_WIDTH))
+        order = np.argsort(stresses, axis=None)  # tension last
+        lines = np.stack([middle - ends, middle + ends], axis=2).reshape(-1, 2, 2)[order]
+        colours = np.where(stresses.ravel()[order] > 0.0, _TENSION, _COMPRESSION).tolist()
+        axes.add_collection(LineCollection(list(lines), colors=colours, linewidths=_CROSS_WIDTH, zorder=3))
 
-    def key(self, plane: Plane) -> list[tuple[Artist, str]]:
+    def key(self) -> list[tuple[Artist, str]]:
         """Return a line for tension and one for compression, of the length of the limit."""
-        length = _CROSS_LENGTH * self.spacing(plane)
+        ends = [0.0, _CROSS_LENGTH * self.spacing], [0.0, 0.0]
         return [
-            (_sample(length, colour, _CROSS_WIDTH), self.label(f"principal {words}"))
+            (Line2D(*ends, color=colour, linewidth=_CROSS_WIDTH), self.label(words))
             for words, colour in (("tension", _TENSION), ("compression", _COMPRESSION))
         ]
 
@@ -205,17 +217,20 @@ def overlay_drawables(log: Any) -> dict[str, Drawable]:
     bodies = [*visible_points(log.drawables), *visible_cells(log.drawables)]
     found: dict[str, Drawable] = {}
     for name, one in recorded.items():
-        if len(one.shape) == 2 and (one.axes[-1:] == ("direction",) or (one.unit == "Pa" and one.shape[1] in _IN_PLANE)):
-            found |= {name: body for body in bodies if has_elements(body, recorded, name)}
+        is_stress = one.unit == "Pa" and one.shape[1:] in [(count,) for count in _IN_PLANE]
+        owner = next((body for body in bodies if has_elements(body, recorded, name)), None)
+        if owner is not None and (is_stress or one.axes[1:] == ("direction",)):
+            found[name] = owner
     for links in log.drawables:
-        if isinstance(links, Links) and getattr(links,"force","") in recorded:
-            found[getattr(links,"force","")] = links
+        if isinstance(links, Links) and links.force in recorded:
+            found[links.force] = links
     return found
 
 
 def _read_overlay(log: Any, drawable: Drawable, variable: Variable, times: FloatArray) -> Overlay:
     values = _read_frames(log, variable.name, times)
-    limit = colour_scales([(variable, _magnitudes(variable, values))], is_plane=True)[0].limit
+    magnitudes = np.abs(_magnitudes(variable, values))
+    limit = symmetric_limit(np.quantile(magnitudes[magnitudes > 0.0], _USUAL) if magnitudes.any() else 0.0)
     if isinstance(drawable, Links):
         points = next(one for one in log.drawables if isinstance(one, Points) and one.name == drawable.points)
         inside = points.is_unwrapped(drawable.pairs)
@@ -249,11 +264,3 @@ def _read_frames(log: Any, name: str, times: FloatArray) -> FloatArray:
     """Return the frames of an output nearest to given times."""
     clock = np.asarray(log.times(name), dtype=np.float64)
     return sample_frames(log, name, np.array([nearest_frame(clock, float(time)) for time in times]))[1]
-
-
-def _add_lines(axes: Axes, lines: FloatArray, colours: Sequence[str], widths: FloatArray) -> None:
-    axes.add_collection(LineCollection(list(lines), colors=colours, linewidths=widths, capstyle="round", zorder=3))
-
-
-def _sample(length: float, colour: str, width: float) -> Artist:
-    return Line2D([0.0, length], [0.0, 0.0], color=colour, linewidth=width, solid_capstyle="round")

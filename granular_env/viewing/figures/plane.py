@@ -17,6 +17,7 @@ from granular_env.components.variables import Variable
 
 from ..cracks import MOST_LINES, corner_pieces, crack_lines
 from ..picture_sentences import picture_sentences
+from ..recorded_fields import located_events
 from ..scene_builder import load_shapes
 from ..scene_data import LinkFrames, MeshFrames, Motion, SceneData, drawn_positions
 from ..scene_scales import ColourScale, Scales, make_scales
@@ -29,7 +30,7 @@ from .overlays import Arrows, Overlay, load_overlays
 _MOST_SHAPES = 400
 _WIDTH, _TWO_ABREAST, _LARGEST_HEIGHT = 8.0, 2.5, 4.5  # inch, width over height, inch
 # Colours of edges, links, cracks, spokes, and of bodies below force chains or crosses. Intact links are thin, cracks thick.
-_EDGE, _LINK, _CRACK, _SPOKE, _PALE = "#737373", "#5b6068", "#101214", "#808080", (0.87, 0.88, 0.89)
+_EDGE, _LINK, _CRACK, _SPOKE, _PALE, _PALE_EDGE = "#737373", "#5b6068", "#101214", "#808080", (0.9, 0.91, 0.92), "#c4c8cc"
 _LINK_WIDTH, _CRACK_WIDTH = 0.7, 1.1  # point
 _WIDEST_EDGE, _EDGE_PART, _LEAST_EDGED = 0.6, 1.0 / 16.0, 3.0  # largest width [point], part of the size, smallest size [point]
 # Smallest cell drawn with edges [point]: cells touch, and the edges of smaller cells would hide the colours.
@@ -60,7 +61,9 @@ class Plane:
     def points_per_metre(self, axes: Axes) -> float:
         """Return the scale of a picture [point/m]."""
         low, high = self.bounding_box
-        return 72.0 / axes.get_figure(root=True).dpi * float((np.array([axes.bbox.width, axes.bbox.height]) / (high - low)).min())
+        return (
+            72.0 / axes.get_figure(root=True).dpi * float((np.array([axes.bbox.width, axes.bbox.height]) / (high - low)).min())
+        )
 
     def fill_colours(self, variable: Variable, values: FloatArray | None, count: int) -> FloatArray:
         """Return the colours of `count` points or cells with the values of an output, shape (count, 3)."""
@@ -137,8 +140,7 @@ def is_pale(overlays: Sequence[Overlay], colour: str | None) -> bool:
 
 def visible_events(log: Any) -> Sequence[Any]:
     """Return the events located at a drawn shape, or all events if there are none (for example ignition in a tube)."""
-    happened, details = log.events(), log.event_details
-    return [event for event in happened if event.kind in details and details[event.kind].counts] or happened
+    return located_events(log) or log.events()
 
 
 def _choose_instants(log: Any, clock: FloatArray) -> list[float]:
@@ -206,13 +208,14 @@ def _draw_points(axes: Axes, plane: Plane, motion: Motion, frame: int) -> None:
     places, size = plane.picture_coordinates(motion, frame)[:, :2], 2.0 * motion.radius
     width = _edge_width(axes, plane, float(np.median(size)))
     values = None if motion.colour is None else motion.colour[frame]
+    fill, edge = plane.fill_colours(motion.colour_variable, values, len(size)), _PALE_EDGE if plane.is_pale else _EDGE
     discs = EllipseCollection(
-        size, size, np.zeros(len(size)), units="xy", offsets=places, offset_transform=axes.transData, edgecolor=_EDGE,
-        linewidth=width, facecolor=plane.fill_colours(motion.colour_variable, values, len(size)),
+        size, size, np.zeros(len(size)), units="xy", offsets=places, offset_transform=axes.transData, edgecolor=edge,
+        linewidth=width, facecolor=fill,
     )  # fmt: skip
     discs.set_rasterized(len(size) > _MOST_SHAPES)
     axes.add_collection(discs)
-    if width and motion.rotation is not None:
+    if width and motion.rotation is not None and not plane.is_pale:
         angle = motion.rotation[frame]
         along = motion.radius[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
         _add_lines(axes, np.stack([places, places + along], axis=1), _SPOKE, 2.0 * width)
@@ -268,11 +271,11 @@ def _draw_links(axes: Axes, plane: Plane, motion: Motion, links: LinkFrames, fra
     if len(links.pairs) <= MOST_LINES:
         _add_lines(axes, places[links.pairs[state != 0.0]], _LINK, _LINK_WIDTH)
     cracks = crack_lines(places, motion.reference[:, :2], links.pairs, state)
-    _add_lines(axes, cracks, _CRACK, max(4.0 * width, _CRACK_WIDTH))
+    _add_lines(axes, cracks, _CRACK, max(4.0 * width, _CRACK_WIDTH), zorder=4)  # above overlays
 
 
-def _add_lines(axes: Axes, lines: FloatArray, colour: str, width: float) -> None:
-    shapes = LineCollection(list(lines), colors=colour, linewidths=width, capstyle="round")
+def _add_lines(axes: Axes, lines: FloatArray, colour: str, width: float, zorder: int = 2) -> None:
+    shapes = LineCollection(list(lines), colors=colour, linewidths=width, capstyle="round", zorder=zorder)
     shapes.set_rasterized(len(lines) > _MOST_SHAPES)
     axes.add_collection(shapes)
 

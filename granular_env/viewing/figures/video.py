@@ -15,7 +15,7 @@ from PIL import Image
 from granular_env.components.drawables import Cells, drawn_outputs, element_count
 from granular_env.components.errors import GranularError, ParameterError
 from granular_env.components.support.float_arrays import FloatArray
-from granular_env.components.support.validation import positive_number, whole_number
+from granular_env.components.support.validation import positive_number
 from granular_env.optional_packages import import_optional
 from granular_env.output_files import replace_file, require_writable
 from granular_env.progress import Progress, progress_bar
@@ -81,7 +81,13 @@ def video(
     if (write := writers.get(target.suffix.lower())) is None:
         raise ParameterError(f"got {os.fspath(path)!r}", expected="the name of a file that ends in .mp4 or .gif", at="path")
     rate, seconds = positive_number("frame_rate", frame_rate), positive_number("duration", duration)
-    count = whole_number("duration", max(2, round(min(rate * seconds, 1e9))), most=_MOST_PICTURES)
+    if rate * seconds > _MOST_PICTURES:
+        raise ParameterError(
+            f"got {seconds:g} s at {rate:g} pictures per second", expected=f"at most {_MOST_PICTURES} pictures", at="duration"
+        )
+    if write is _write_mp4:
+        import_optional("imageio_ffmpeg", "an MP4 film")
+    count = max(2, round(rate * seconds))
     plane = _load_film(log, count, colour, show, exaggerate)
     figure = FilmFigure(plane, plane.scene.title, _DOTS_PER_INCH, _checked_size(size))
     instants = np.linspace(plane.times[0], plane.times[-1], count)
@@ -110,7 +116,9 @@ def _load_film(log: Any, count: int, colour: str | None, show: Sequence[str], ex
     factor = None if exaggerate is None else positive_number("exaggerate", exaggerate)
     if (scales := make_scales(scene, factor)) is None:
         raise ParameterError(
-            "this log contains no body to draw", hint="record displacements, or an output that colours particles or cells", at="log"
+            "this log contains no body to draw",
+            hint="record displacements, or an output that colours particles or cells",
+            at="log",
         )
     overlays = load_overlays(log, scene.shapes[0].times, show)
     return Plane(scene, scales, overlays, is_pale(overlays, colour))
@@ -126,7 +134,8 @@ def _checked_size(size: tuple[int, int] | None) -> tuple[int, int] | None:
 
 def _write_mp4(path: Path, pictures: Iterator[Pixels], rate: float) -> None:
     """Encode pictures as H.264; `GranularError` if the encoder fails."""
-    encoder = import_optional("imageio_ffmpeg", "an MP4 film")
+    import imageio_ffmpeg as encoder
+
     count, first = 1, next(pictures)
     options = {"fps": rate, "codec": "libx264", "quality": _QUALITY, "macro_block_size": 2, "ffmpeg_log_level": "quiet"}
     writer = encoder.write_frames(path, first.shape[1::-1], output_params=["-f", "mp4"], **options)
