@@ -11,7 +11,7 @@ import click
 
 from granular_env.cli.command import Status, command, print_json
 from granular_env.cli.logs import log_argument
-from granular_env.cli.options import FILE, FOLDER, TIME, allow_large_option, exclusive_options, json_option
+from granular_env.cli.options import FILE, FOLDER, TIME, allow_large_option, exclusive_options, format_option, json_option
 from granular_env.components.errors import ParameterError
 
 
@@ -102,6 +102,7 @@ def view(
 @click.option(
     "--times", metavar="T", type=TIME, multiple=True, help="Time of the profiles, such as 100us, repeatable (default: four)."
 )
+@format_option()
 @allow_large_option()
 @json_option()
 def report(
@@ -110,6 +111,7 @@ def report(
     variables: tuple[str, ...],
     indices: tuple[int, ...],
     times: tuple[float, ...],
+    file_format: str,
     allow_large: bool,
     as_json: bool,
 ) -> int:
@@ -123,7 +125,7 @@ def report(
         raise ParameterError(f"got {out!r}", expected=f"a folder, such as {str(folder.with_suffix(''))!r}", hint=hint, at="out")
     with open_log(log, allow_large=allow_large) as opened:
         chosen = {"variables": variables or None, "indices": indices or None, "times": times or None}
-        page = viewing.report(opened, folder, **chosen, progress=not as_json)
+        page = viewing.report(opened, folder, **chosen, progress=not as_json, file_format=file_format)
     if as_json:
         print_json({"written": page, "folder": folder})
     else:

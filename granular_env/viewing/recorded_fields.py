@@ -14,9 +14,10 @@ from granular_env.components.drawables import Curve, Drawable, main_points
 from granular_env.components.errors import ParameterError
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.variables import Variable
+from granular_env.recording.steps import sample_intervals
 
 from . import curves
-from .curves import acting_intervals, component_names, pick_with_extremes, sample_intervals
+from .curves import acting_intervals, component_names, pick_with_extremes
 from .places import AXES, element_positions, is_vector, place_name
 from .scene_data import MAXIMUM_POINTS, MAXIMUM_SHOWN_PARTICLES, Motion
 from .unit_labels import scaled_label
