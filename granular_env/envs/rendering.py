@@ -12,7 +12,7 @@ import numpy.typing as npt
 from PIL import Image, ImageDraw
 
 from granular_env.colours import diverging_colours
-from granular_env.viewing.visible_drawables import visible_points
+from granular_env.recording.preview.visible_drawables import visible_points
 
 from ..components.component import Component
 from ..components.drawables import Cells, Points, main_points

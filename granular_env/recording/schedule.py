@@ -12,7 +12,8 @@ from ..components.drawables import drawn_outputs
 from ..components.errors import ParameterError, one_line, spelling_hint
 from ..components.support.round_numbers import round_down_to_125, round_up_to_125
 from ..components.support.validation import whole_number
-from .preview.film import COUNTED, MOST_FRAMES, MOST_PICTURES, MOST_PLACES
+from .preview.clouds import COUNTED, MOST_PLACES
+from .preview.film import MOST_FRAMES, MOST_PICTURES
 from .records import damage_error
 
 # Default interval between hashes of the state [ticks]; they cost less than 1 % of a run for all shipped components.

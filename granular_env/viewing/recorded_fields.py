@@ -14,12 +14,17 @@ from granular_env.components.drawables import Curve, Drawable, main_points
 from granular_env.components.errors import ParameterError
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.variables import Variable
+from granular_env.recording.preview.visible_drawables import (
+    colouring_outputs,
+    is_hidden,
+    with_colour,
+    with_recorded_colour,
+)
 
 from . import curves
 from .curves import acting_intervals, component_names, pick_with_extremes, sample_intervals
 from .scene_data import MAXIMUM_POINTS, MAXIMUM_SHOWN_PARTICLES, Motion
 from .unit_labels import label_with_unit
-from .visible_drawables import colour_name, colouring_outputs, is_hidden, with_colour
 
 # Recorded series with more numbers than this are read frame by frame.
 _READ_AT_ONCE = 50_000_000
@@ -58,12 +63,8 @@ def coloured_drawables(log: Any, colour: str | None) -> tuple[Drawable, ...]:
         )  # fmt: skip
     found: list[Drawable] = []
     for one in log.drawables:
-        own, others = colour_name(one), colouring_outputs([one], recorded)
-        if colour in others:
-            one = with_colour(one, colour)
-        elif own and own not in recorded and (others := [name for name in others if name != getattr(one, "state", "")]):
-            one = with_colour(one, others[0])
-        found.append(one)
+        is_chosen = colour in colouring_outputs([one], recorded)
+        found.append(with_colour(one, colour or "") if is_chosen else with_recorded_colour(one, recorded))
     return tuple(found)
 
 

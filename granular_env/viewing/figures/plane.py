@@ -16,13 +16,13 @@ from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar
 
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.round_numbers import round_down_to_125
+from granular_env.recording.preview.visible_drawables import area_vectors
 
 from ..cracks import MOST_LINES, crack_lines
 from ..picture_sentences import picture_sentences
 from ..scene_builder import load_shapes
 from ..scene_data import LinkFrames, MeshFrames, Motion, SceneData, drawn_positions
 from ..scene_scales import Scales, make_scales
-from ..visible_drawables import area_vectors
 from .colour_bar import add_colour_bar
 from .drawing import new_figure, time_unit, use_style
 
