@@ -29,8 +29,8 @@ _SHOWN_SECONDS = 10.0
 _SINGLE_DIGITS = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
 # Limits on the numbers of frames with numbers, of drawn frames, of their bytes, and of numbers of a plotted array.
 MOST_FRAMES, MOST_PICTURES, _MOST_BYTES, _MOST_ELEMENTS = 400, 100, 8 << 20, 4
-# A number that changes by less than this part of its magnitude is a constant.
-_CONSTANT = 1e-9
+# A number that changes by less than this part of its magnitude is constant; see `_group_numbers` for small numbers.
+_CONSTANT, _SMALL = 1e-9, 0.02
 ABOUT_TOPIC = "/about"
 # Quantities of numbers that belong to no balance, by unit.
 _QUANTITIES = {
@@ -76,7 +76,7 @@ class Preview:
     def __init__(
         self, title: str, drawables: Sequence[Drawable], variables: Mapping[str, Variable], quantities: Mapping[str, str]
     ) -> None:
-        self._title, self._variables = title, variables
+        self._title, self._variables, self._quantities = title, variables, quantities
         self._drawables = shown_drawables(drawables, variables)
         self._topics = number_topics(variables, quantities)
         self._plotted = list(dict.fromkeys(one.name for one in self._topics.values()))
@@ -107,7 +107,7 @@ class Preview:
             return []
         start = self._rows[0][0]
         unit = _clock_unit(max(self._rows[-1][0], self._pictures[-1][0]) - start)
-        text = [self._title, "", f"1 s of playback is {_time_text(unit)} of simulated time (message_publish_time)."]
+        text = [self._title, f"1 s of playback is {_time_text(unit)} of simulated time."]
         found = [*self._draw(text), *self._plot(text)]
         about = Topic(ABOUT_TOPIC, encoding.TEXT_NAME, "ros2msg", encoding.TEXT.encode())
         shown = [PreviewMessage(topic, round((time - start) / unit * 1e9), time, data) for topic, time, data in found]
@@ -120,9 +120,8 @@ class Preview:
             return
         clouds = Clouds(self._drawables, self._variables, self._pictures)
         if any(getattr(one, "displacement", "") for one in self._drawables):
-            text.append(
-                f"Displacements are drawn {clouds.factor:g} times larger." if clouds.factor != 1.0 else "True to scale."
-            )
+            larger = f"Displacements are {clouds.factor:g} times larger."
+            text.append(larger if clouds.factor != 1.0 else "Displacements are true to scale.")
         for scale in clouds.scales:
             full = f"{scale.limit:g} {_unit_text(scale.unit)}".strip()
             low = f"-{full} (blue) over 0" if scale.has_sign else "0"
@@ -137,17 +136,18 @@ class Preview:
     def _plot(self, text: list[str]) -> Iterator[tuple[Topic, int, bytes]]:
         """Yield topic, time and content of the numbers that change; add units and constants to the text of ``/about``."""
         rows = np.array([row for _, row in self._rows])
-        plotted, constant = _changing_and_constant(dict(zip(self._topics, rows.T, strict=True)))
+        groups = {name: self._quantities.get(one.name, one.name) for name, one in self._topics.items()}
+        plotted, constant, omits = _group_numbers(dict(zip(self._topics, rows.T, strict=True)), groups)
         units = {topic_quantity(name): self._topics[name].unit for name in plotted}
-        named = [f"{name} in {unit}" for name, unit in units.items() if unit != "1"]
+        named = [f"{name} {unit}" for name, unit in units.items() if unit != "1"]
         text += [f"Units: {', '.join(named)}."] if named else []
-        kept = [
-            f"{name.rpartition('/')[2]} {value:.4g} {_unit_text(self._topics[name].unit)}" for name, value in constant.items()
-        ]
-        text += [f"Constant: {', '.join(map(str.strip, kept))}."] if kept else []
+        facts = {name.rpartition("/")[2]: (value, _unit_text(self._topics[name].unit)) for name, value in constant.items()}
+        kept = [f"{name} {value:.4g} {unit}".strip() for name, (value, unit) in facts.items()]
+        text += [f"Constant: {', '.join(kept)}."] if kept else []
+        text += [f"Not plotted: numbers below {_SMALL:.0%} of the largest in their balance or array."] if omits else []
         for name, column in plotted.items():
-            facts = {"unit": self._topics[name].unit, "description": self._topics[name].description}
-            topic = Topic(name, encoding.NUMBERS_NAME, "ros2msg", encoding.NUMBERS.encode(), facts)
+            texts = {"unit": self._topics[name].unit, "description": self._topics[name].description}
+            topic = Topic(name, encoding.NUMBERS_NAME, "ros2msg", encoding.NUMBERS.encode(), texts)
             for (time, _), data in zip(self._rows, encoding.encode_numbers(column), strict=True):
                 yield topic, time, data
 
@@ -177,23 +177,33 @@ def _unit_text(unit: str) -> str:
     return "" if unit == "1" else unit
 
 
-def _changing_and_constant(numbers: Mapping[str, np.ndarray]) -> tuple[dict[str, np.ndarray], dict[str, float]]:
-    """Return topic -> values for the numbers that change, and topic -> value for constants other than 0.
+def _group_numbers(
+    numbers: Mapping[str, np.ndarray], groups: Mapping[str, str]
+) -> tuple[dict[str, np.ndarray], dict[str, float], bool]:
+    """Return topic -> values of the numbers to plot, topic -> value of the constants, and whether small numbers are omitted.
 
-    A residual is omitted, with its balance, if it is as large as the entries of the balance: all are rounding errors then. It
-    is also omitted if no other entry changes.
+    Small numbers of a group (a balance or an array) are omitted: they are below `_SMALL` times the largest of the group. So is
+    a balance whose residual is as large as its entries, which are rounding errors then.
+
+    Args:
+        numbers: topic -> values, shape (frames,).
+        groups: topic -> group.
     """
-    sizes = {name: np.abs(values).max() for name, values in numbers.items()}
-    changing = {name for name, values in numbers.items() if np.ptp(values) > _CONSTANT * sizes[name]}
-    kept = {name for name, size in sizes.items() if size}
-    for residual in [name for name in numbers if name.endswith("_residual")]:
-        entries = {name for name in numbers if topic_quantity(name) == topic_quantity(residual)} - {residual}
-        if 2.0 * sizes[residual] > max((sizes[name] for name in entries), default=0.0):
-            kept -= entries | {residual}
-        elif not entries & changing:
-            kept.discard(residual)
-    plotted = {name: values for name, values in numbers.items() if name in kept & changing}
-    return plotted, {name: float(values[0]) for name, values in numbers.items() if name in kept - changing}
+    plotted, constant, omits = dict[str, np.ndarray](), dict[str, float](), False
+    sizes = {name: float(np.abs(values).max()) for name, values in numbers.items()}
+    for name, values in numbers.items():
+        own = {one: sizes[one] for one in numbers if groups[one] == groups[name]}
+        residual = max((size for one, size in own.items() if one.endswith("_residual")), default=0.0)
+        largest = max((size for one, size in own.items() if not one.endswith("_residual")), default=0.0)
+        if not sizes[name] or 2.0 * residual > largest:
+            continue
+        if sizes[name] < _SMALL * largest:
+            omits = True
+        elif np.ptp(values) > _CONSTANT * sizes[name]:
+            plotted[name] = values
+        else:
+            constant[name] = float(values[0])
+    return plotted, constant, omits
 
 
 def _clock_unit(nanoseconds: int) -> float:
