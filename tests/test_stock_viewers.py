@@ -165,7 +165,7 @@ def test_numbers_are_named_and_grouped_by_quantity(log: Path) -> None:
         assert channels[topic].metadata["unit"] == {"energy": "J", "momentum": "kg m/s", "velocity": "m/s"}[topic.split("/")[1]]
         assert len({message.data[0] for _, _, message in messages[topic]}) > 1
     assert messages["/energy/kinetic_energy"][-1][2].data[0] == open_log(log).series("kinetic_energy")[1][-1]
-    assert "Units: velocity m/s, energy J, momentum kg m/s." in messages["/about"][0][2].data
+    assert "Units: energy J, momentum kg m/s, velocity m/s." in messages["/about"][0][2].data
 
 
 def test_broken_links_are_bright_dots_and_intact_ones_absent(tmp_path: Path) -> None:
@@ -235,7 +235,7 @@ def test_the_foxglove_layout_shows_what_is_in_the_log(log: Path, tmp_path: Path)
     assert camera["near"] < 0.5 * camera["distance"] and np.ptp(points[:, 2]) < seen and np.ptp(points[:, 0]) < 2 * seen
     assert np.abs(camera["targetOffset"][0] - points[:, 0].mean()) < 0.2 * np.ptp(points[:, 0])
     plots = [panel for name, panel in panels.items() if name.startswith("Plot")]
-    assert [panel["foxglovePanelTitle"] for panel in plots] == ["velocity [m/s]", "energy [J]", "momentum [kg m/s]"]
+    assert [panel["foxglovePanelTitle"] for panel in plots] == ["energy [J]", "momentum [kg m/s]", "velocity [m/s]"]
     paths = [path for panel in plots for path in panel["paths"]]
     assert {path["value"].removesuffix(".data[0]") for path in paths} == NUMBERS <= messages.keys()
     assert all(path["value"].endswith(f"/{path['label']}.data[0]") for path in paths)

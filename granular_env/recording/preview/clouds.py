@@ -36,12 +36,13 @@ Picture = tuple[int, dict[str, np.ndarray]]
 
 
 class CloudScale(NamedTuple):
-    """The colour scale of outputs with one unit: value at its end, and whether any value is negative."""
+    """The colour scale of outputs with one unit: value at its end, whether any value is negative, or drawn as a height."""
 
     names: tuple[str, ...]
     unit: str
     limit: float
     has_sign: bool
+    is_height: bool
 
 
 class Clouds:
@@ -205,7 +206,8 @@ def _colour_scales(
         values = np.concatenate([drawn[name].ravel() for _, drawn in pictures for name in names])
         values, unit = values[np.isfinite(values)], variables[names[0]].unit
         limit, has_sign = colour_limit(values, clips=in_plane and unit != "1"), bool(values.min(initial=0.0) < 0.0)
-        found.append(CloudScale(tuple(names), unit, limit, has_sign))
+        is_height = any(_value_height(one) for one in drawables if _coloured_by(one) in names)
+        found.append(CloudScale(tuple(names), unit, limit, has_sign, is_height))
     return found
 
 

@@ -125,7 +125,8 @@ class Preview:
         for scale in clouds.scales:
             full = f"{scale.limit:g} {_unit_text(scale.unit)}".strip()
             low = f"-{full} (blue) over 0" if scale.has_sign else "0"
-            text.append(f"Colour: {', '.join(scale.names)} from {low} (grey) to {full} (red).")
+            shown = "Colour and height" if scale.is_height else "Colour"
+            text.append(f"{shown}: {', '.join(scale.names)} from {low} (grey) to {full} (red).")
         if any(isinstance(one, Links) for one in self._drawables):
             text.append("Violet dots: broken links.")
         for time, drawn in self._pictures:
