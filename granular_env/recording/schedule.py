@@ -33,8 +33,8 @@ _FRAMES = 400
 _HUGE_FRAME, _TICKS_A_FRAME, _FEWEST_FRAMES = 1_000_000, 500, 10
 # Without a known duration: pairs (size, frames): if a frame has more numbers than size, the interval doubles every `frames`.
 _FRAMES_A_DOUBLING = ((_HUGE_FRAME, 4), (8192, 16), (-1, 64))
-# Sizes of a log without data, of one element in a picture of the preview, and of a preview number with its name [bytes].
-_LOG_BYTES, _PLACE_BYTES, _NUMBER_BYTES = 20_000, 16, 30
+# Sizes of a log without data, of one element in a picture of the preview, and of a message with a number [bytes].
+_LOG_BYTES, _PLACE_BYTES, _NUMBER_BYTES = 20_000, 16, 75
 
 
 @dataclass(frozen=True, slots=True)

@@ -75,7 +75,7 @@ def _plotted_numbers(log: Log) -> dict[str, Variable]:
     for chunk in reversed(range(len(container.places))):
         found |= {topic for topic, _ in container.messages(chunk)}
         if ABOUT_TOPIC in found:
-            return {topic: variable for topic, variable in known.items() if topic in found}
+            return {topic: variable for topic, (variable, _) in known.items() if topic in found}
     raise LogError(
         "the log has no preview for stock viewers: it was not closed, or an older version wrote it",
         hint="`granular-env recover` writes a log with a preview",

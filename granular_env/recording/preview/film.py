@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...components.drawables import Drawable, Links, drawn_outputs
+from ...components.drawables import Curve, Drawable, Links, drawn_outputs
 from ...components.variables import Variable
 from . import encoding
 from .clouds import Clouds, Picture, shown_drawables
@@ -27,10 +27,13 @@ from .clouds import Clouds, Picture, shown_drawables
 # Approximate length of the whole run on the slow clock [s].
 _SHOWN_SECONDS = 10.0
 _SINGLE_DIGITS = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
-# Limits on the numbers of frames with numbers, of drawn frames, of their bytes, and of numbers of a plotted array.
-MOST_FRAMES, MOST_PICTURES, _MOST_BYTES, _MOST_ELEMENTS = 400, 100, 8 << 20, 4
+# Limits on the numbers of frames with numbers, of drawn frames, and of their bytes.
+MOST_FRAMES, MOST_PICTURES, _MOST_BYTES = 400, 100, 8 << 20
+# Limits on the numbers of plotted balances (energy and momentum are the first) and of elements of a plotted array, because
+# rerun 0.41 gives each number a view, and at most eight views at first.
+_MOST_BALANCES, _MOST_ELEMENTS = 2, 4
 # A number that changes by less than this part of its magnitude is constant; see `_group_numbers` for small numbers.
-_CONSTANT, _SMALL = 1e-9, 0.02
+_CONSTANT, _SMALL = 1e-9, 0.05
 ABOUT_TOPIC = "/about"
 # Quantities of numbers that belong to no balance, by unit.
 _QUANTITIES = {
@@ -79,19 +82,19 @@ class Preview:
         self._title, self._variables, self._quantities = title, variables, quantities
         self._drawables = shown_drawables(drawables, variables)
         self._topics = number_topics(variables, quantities)
-        self._plotted = list(dict.fromkeys(one.name for one in self._topics.values()))
         self._drawn = drawn_outputs(self._drawables)
         size = sum(4 * math.prod(variables[name].shape) for name in self._drawn)
         self._most_pictures = max(8, min(MOST_PICTURES, _MOST_BYTES // max(size, 1)))
         self._count, self._row_stride, self._picture_stride = 0, 1, 1
-        self._rows: list[tuple[int, np.ndarray]] = []
+        self._rows: list[tuple[int, list[float]]] = []
         self._pictures: list[Picture] = []
 
     def add_frame(self, nanoseconds: int, values: Mapping[str, Any]) -> None:
         """Add the next frame: its time since the start of the log, and the recorded values by name."""
         if self._count % self._row_stride == 0:
-            numbers = [np.ravel(values[name]) for name in self._plotted]
-            self._rows.append((nanoseconds, np.concatenate([np.zeros(0), *numbers])))
+            self._rows.append(
+                (nanoseconds, [float(np.asarray(values[one.name])[place]) for one, place in self._topics.values()])
+            )
         if self._count % self._picture_stride == 0:
             drawn = {name: np.array(values[name], dtype=np.float32) for name in self._drawn}
             self._pictures.append((nanoseconds, drawn))
@@ -123,12 +126,13 @@ class Preview:
             larger = f"Displacements are {clouds.factor:g} times larger."
             text.append(larger if clouds.factor != 1.0 else "Displacements are true to scale.")
         for scale in clouds.scales:
-            full = f"{scale.limit:g} {_unit_text(scale.unit)}".strip()
+            full = f"{scale.limit:g} {'' if scale.unit == '1' else scale.unit}".strip()
             low = f"-{full} (blue) over 0" if scale.has_sign else "0"
             shown = "Colour and height" if scale.is_height else "Colour"
             text.append(f"{shown}: {', '.join(scale.names)} from {low} (grey) to {full} (red).")
-        if any(isinstance(one, Links) for one in self._drawables):
-            text.append("Violet dots: broken links.")
+        curves = [one.name for one in self._drawables if isinstance(one, Curve)]
+        text += [f"Curves from the top: {', '.join(curves)}."] if len(curves) > 1 else []
+        text += ["Violet dots: broken links."] if any(isinstance(one, Links) for one in self._drawables) else []
         for time, drawn in self._pictures:
             for name, places, colours in clouds.messages(drawn):
                 topic = Topic(name, "foxglove.PointCloud", "protobuf", encoding.point_cloud_schema())
@@ -136,36 +140,39 @@ class Preview:
 
     def _plot(self, text: list[str]) -> Iterator[tuple[Topic, int, bytes]]:
         """Yield topic, time and content of the numbers that change; add units and constants to the text of ``/about``."""
-        rows = np.array([row for _, row in self._rows])
-        groups = {name: self._quantities.get(one.name, one.name) for name, one in self._topics.items()}
-        plotted, constant, omits = _group_numbers(dict(zip(self._topics, rows.T, strict=True)), groups)
-        units = {topic_quantity(name): self._topics[name].unit for name in plotted}
+        columns = np.array([row for _, row in self._rows]).T
+        groups = {topic: self._quantities.get(one.name, one.name) for topic, (one, _) in self._topics.items()}
+        plotted, constant, omits = _group_numbers(dict(zip(self._topics, columns, strict=True)), groups)
+        units = {topic_quantity(topic): self._topics[topic][0].unit for topic in plotted}
         named = [f"{name} {unit}" for name, unit in units.items() if unit != "1"]
         text += [f"Units: {', '.join(named)}."] if named else []
-        facts = {name.rpartition("/")[2]: (value, _unit_text(self._topics[name].unit)) for name, value in constant.items()}
-        kept = [f"{name} {value:.4g} {unit}".strip() for name, (value, unit) in facts.items()]
+        kept = [_value_text(topic.rpartition("/")[2], value, self._topics[topic][0]) for topic, value in constant.items()]
         text += [f"Constant: {', '.join(kept)}."] if kept else []
         text += [f"Not plotted: numbers below {_SMALL:.0%} of the largest in their balance or array."] if omits else []
         for name, column in plotted.items():
-            texts = {"unit": self._topics[name].unit, "description": self._topics[name].description}
+            one, _ = self._topics[name]
+            texts = {"unit": one.unit, "description": one.description}
             topic = Topic(name, encoding.NUMBERS_NAME, "ros2msg", encoding.NUMBERS.encode(), texts)
             for (time, _), data in zip(self._rows, encoding.encode_numbers(column), strict=True):
                 yield topic, time, data
 
 
-def number_topics(variables: Mapping[str, Variable], quantities: Mapping[str, str]) -> dict[str, Variable]:
-    """Return topic -> variable for each number that viewers plot: scalars, and the elements of short arrays.
+def number_topics(
+    variables: Mapping[str, Variable], quantities: Mapping[str, str]
+) -> dict[str, tuple[Variable, tuple[int, ...]]]:
+    """Return topic -> variable and index of each number that viewers can plot: scalars, and the elements of short arrays.
 
-    The elements of a variable are in C order. Vectors of a balance are omitted.
+    Vectors of a balance are omitted, and so are all but the first balances.
     """
-    found: dict[str, Variable] = {}
+    found, balances = dict[str, tuple[Variable, tuple[int, ...]]](), list(dict.fromkeys(quantities.values()))[:_MOST_BALANCES]
     for name, one in variables.items():
-        if one.shape == () or (math.prod(one.shape) <= _MOST_ELEMENTS and name not in quantities):
-            quantity = quantities.get(name) or _QUANTITIES.get(one.unit, "other")
-            for place in np.ndindex(one.shape):
-                axes = zip(place, one.axes or [""] * len(place), strict=True)
-                ends = ["xyz"[number] if axis == "direction" else str(number) for number, axis in axes]
-                found[f"/{quantity}/{'_'.join([name, *ends])}"] = one
+        quantity = quantities.get(name)
+        if math.prod(one.shape) > _MOST_ELEMENTS or (quantity is not None and (one.shape or quantity not in balances)):
+            continue
+        for place in np.ndindex(one.shape):
+            axes = zip(place, [*one.axes, *[""] * len(place)], strict=False)
+            ends = ["xyz"[number] if axis == "direction" and number < 3 else str(number) for number, axis in axes]
+            found[f"/{quantity or _QUANTITIES.get(one.unit, 'other')}/{'_'.join([name, *ends])}"] = (one, place)
     return found
 
 
@@ -174,8 +181,8 @@ def topic_quantity(topic: str) -> str:
     return topic.split("/")[1]
 
 
-def _unit_text(unit: str) -> str:
-    return "" if unit == "1" else unit
+def _value_text(name: str, value: float, variable: Variable) -> str:
+    return f"{name} {value:.4g} {'' if variable.unit == '1' else variable.unit}".strip()
 
 
 def _group_numbers(
@@ -191,7 +198,8 @@ def _group_numbers(
         groups: topic -> group.
     """
     plotted, constant, omits = dict[str, np.ndarray](), dict[str, float](), False
-    sizes = {name: float(np.abs(values).max()) for name, values in numbers.items()}
+    finite = {name: values[np.isfinite(values)] for name, values in numbers.items()}
+    sizes = {name: float(np.abs(values).max(initial=0.0)) for name, values in finite.items()}
     for name, values in numbers.items():
         own = {one: sizes[one] for one in numbers if groups[one] == groups[name]}
         residual = max((size for one, size in own.items() if one.endswith("_residual")), default=0.0)
@@ -200,10 +208,10 @@ def _group_numbers(
             continue
         if sizes[name] < _SMALL * largest:
             omits = True
-        elif np.ptp(values) > _CONSTANT * sizes[name]:
+        elif np.ptp(finite[name]) > _CONSTANT * sizes[name]:
             plotted[name] = values
         else:
-            constant[name] = float(values[0])
+            constant[name] = float(finite[name][0])
     return plotted, constant, omits
 
 
@@ -218,7 +226,6 @@ def _clock_unit(nanoseconds: int) -> float:
 
 def _time_text(nanoseconds: float) -> str:
     """Return a time in s, ms, us or ns."""
-    size, name = next(
-        ((size, name) for size, name in ((1e9, "s"), (1e6, "ms"), (1e3, "us")) if nanoseconds >= size), (1.0, "ns")
-    )
-    return f"{nanoseconds / size:g} {name}"
+    sizes = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1.0}
+    name = next((name for name, size in sizes.items() if nanoseconds >= size), "ns")
+    return f"{nanoseconds / sizes[name]:g} {name}"
