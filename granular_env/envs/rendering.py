@@ -12,7 +12,7 @@ import numpy.typing as npt
 from PIL import Image, ImageDraw
 
 from granular_env.colours import diverging_colours
-from granular_env.viewing.visible_drawables import colour_name, visible_points
+from granular_env.recording.preview.visible_drawables import colour_name, visible_points
 
 from ..components.component import Component
 from ..components.drawables import Cells, Links, Points, element_count, main_points
