@@ -80,12 +80,14 @@ class Links(_Geometry):
         points: the name of the `Points`.
         pairs: indices of the points, shape (m, 2), int64.
         state: the output that is 0 for unlinked pairs, shape (m,); its value colours the others.
+        force: the output with the force along the line of centres, compression positive, shape (m,) [N]; empty for none.
     """
 
     name: str
     points: str
     pairs: npt.NDArray[np.int64]
     state: str
+    force: str = ""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, repr=False)
@@ -128,7 +130,7 @@ class Curve(_Geometry):
 Drawable = Points | Links | Cells | Curve
 
 # Fields of drawables that contain the name of an output, or "".
-OUTPUT_FIELDS = ("displacement", "colour", "rotation", "state", "field")
+OUTPUT_FIELDS = ("displacement", "colour", "rotation", "state", "field", "force")
 
 
 def element_count(drawable: Drawable) -> int:
@@ -145,8 +147,8 @@ def element_count(drawable: Drawable) -> int:
 
 
 def drawn_outputs(drawables: Iterable[Drawable]) -> list[str]:
-    """Return the names of the outputs that drawables use, each once."""
-    names = (getattr(drawable, name, "") for drawable in drawables for name in OUTPUT_FIELDS)
+    """Return the names of the outputs that drawables use, each once; without forces, which a log has on request only."""
+    names = (getattr(drawable, name, "") for drawable in drawables for name in OUTPUT_FIELDS if name != "force")
     return list(dict.fromkeys(name for name in names if name))
 
 

@@ -5,7 +5,7 @@ An array input with a profile is a time factor times one array, so its curves ne
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from math import prod
 from typing import Any
@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.components.inputs import Held, input_value
+from granular_env.components.inputs import Held
 from granular_env.components.profiles import CompiledProfile
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.variables import Element, Variable
@@ -134,15 +134,6 @@ def component_names(variable: Variable) -> list[str]:
     if is_vector(variable.shape[1:], variable.axes[1:]):
         return [f"{variable.name}_{axis}" for axis in AXES[:count]]
     return [f"{variable.name}[:,{','.join(map(str, index))}]" for index in np.ndindex(variable.shape[1:])]
-
-
-def sample_intervals(intervals: Sequence[InputInterval], ticks: Iterable[int]) -> Iterator[Any]:
-    """Yield the values of an input at the given ascending ticks of the log; at a jump, the value after the jump."""
-    place = 0
-    for tick in ticks:
-        while place + 1 < len(intervals) and intervals[place + 1].begin + intervals[place + 1].shift <= tick:
-            place += 1
-        yield input_value(intervals[place].value, tick - intervals[place].shift)
 
 
 Drawer = Callable[[str, Callable[[FloatArray], float]], Curve]

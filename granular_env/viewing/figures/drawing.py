@@ -83,7 +83,7 @@ def new_figure(width: float, height: float) -> Figure:
     return ShownFigure(figsize=(width, height), layout="constrained")
 
 
-def render_canvas(figure: Figure, dots_per_inch: int) -> FigureCanvasAgg:
+def render_canvas(figure: Figure, dots_per_inch: float) -> FigureCanvasAgg:
     """Draw the figure into pixels, and return matplotlib's canvas with them."""
     figure.set_dpi(dots_per_inch)
     drawn = FigureCanvasAgg(figure)
