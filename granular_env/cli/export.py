@@ -54,7 +54,8 @@ def export(
         size = f"{count_text(done.frames, 'frame')} of {count_text(len(done.variables), 'variable')}"
         print(printable_text(f"written: {done.path}, {size}"))
         if done.left_out:
-            print(wrap_text(printable_text(f"left out: {', '.join(done.left_out)}; choose variables with --variables")))
+            where = "request them with --variables" if to == "csv" else "the formats csv, netcdf and hdf5 contain them"
+            print(wrap_text(printable_text(f"left out: {', '.join(done.left_out)}; {where}")))
     if done.missing:
         print(printable_text(f"granular-env export: {done.missing}"), file=sys.stderr)
     return Status.DIFFERENT if done.missing else Status.DONE

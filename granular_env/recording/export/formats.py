@@ -150,6 +150,10 @@ def _refuse_target(target: Path, is_folder: bool, overwrite: bool, log: Log) -> 
         require_writable(target, LogError)
     if not os.path.lexists(target):
         return
+    if is_folder and not os.path.isdir(target):
+        raise ParameterError(
+            f"{str(target)!r} is a file", expected="a folder, which holds a file per frame or set of points", at="path"
+        )
     if os.path.exists(target) and os.path.samefile(target, log.path):
         raise ParameterError("this file is the log", hint="choose another name", at="path")
     if not overwrite:

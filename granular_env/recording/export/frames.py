@@ -46,7 +46,9 @@ class Block(NamedTuple):
 
 
 class Frames:
-    """The selected frames of some variables; iterate once.
+    """The selected frames of some variables in blocks; iterate once.
+
+    The first block is read at once, so a log without a readable frame in the time range is refused before anything is written.
 
     Attributes:
         log: the log.
@@ -56,6 +58,12 @@ class Frames:
     """
 
     def __init__(self, log: Log, names: Sequence[str], selection: Selection, bar: Bar) -> None:
+        """Read the first block.
+
+        Raises:
+            LogError: the log is damaged before its first frame.
+            ParameterError: the time range is invalid or contains no frame.
+        """
         self.log, self.names, self.count, self.missing = log, tuple(names), 0, ""
         self._bar = bar
         start, end, every = (_ticks(name, value, log.step_size) for name, value in selection._asdict().items())
@@ -67,13 +75,15 @@ class Frames:
         # The first selected tick, and the number of the interval of length `every` that contains the last one.
         self._origin, self._interval = None, -1.0
 
-    def __iter__(self) -> Iterator[Block]:
-        """Yield the frames in blocks.
+        self._blocks = self._selected_blocks()
+        self._head = next(self._blocks)
 
-        Raises:
-            LogError: the log is damaged before its first frame.
-            ParameterError: there is no frame in the time range.
-        """
+    def __iter__(self) -> Iterator[Block]:
+        """Yield the frames in blocks."""
+        yield self._head
+        yield from self._blocks
+
+    def _selected_blocks(self) -> Iterator[Block]:
         log, end = self.log, self._first
         try:
             for ticks, values in self._read_blocks():

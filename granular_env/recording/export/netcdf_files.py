@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from math import prod
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,7 @@ import numpy as np
 
 from ...components.errors import LogError
 from ...optional_packages import import_optional
+from ...terminal_text import printable_text
 from ..dataset import assemble_dataset
 from .frames import Frames
 
@@ -22,7 +22,7 @@ def write_netcdf(frames: Frames, path: Path) -> None:
     """Write the coordinates, units and attributes of `Log.to_xarray`, and the frames, compressed without loss."""
     h5py, _ = import_optional("h5py", "export to NetCDF"), import_optional("h5netcdf", "export to NetCDF")
     dataset = assemble_dataset(frames.log, frames.names, np.zeros(0), {})
-    names = {name: re.sub(r"[/\x00-\x1f\x7f]", "_", str(name)) for name in (*dataset.variables, *dataset.dims)}
+    names = {name: printable_text(name).replace("/", "_") for name in (*dataset.variables, *dataset.dims)}
     dataset = dataset.rename({old: new for old, new in names.items() if old != new})
     try:
         growing = {name: _chunks(one) for name, one in dataset.variables.items() if one.dims[:1] == ("time",)}

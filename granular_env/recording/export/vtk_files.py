@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 from xml.sax.saxutils import escape
@@ -74,8 +75,10 @@ def drawn_once(log: Log) -> list[Drawable]:
     """Return the drawables with elements; curves along the same coordinate count once, because they share their arrays."""
     found: dict[Any, Drawable] = {}
     for place, one in enumerate(log.drawables):
-        if len(getattr(one, "pairs", ())) or point_count(one):
-            found.setdefault(one.coordinate.tobytes() if isinstance(one, Curve) else place, one)
+        if isinstance(one, Curve):
+            found.setdefault(one.coordinate.tobytes(), replace(one, name="curves"))
+        elif len(getattr(one, "pairs", ())) or point_count(one):
+            found[place] = one
     return list(found.values())
 
 
