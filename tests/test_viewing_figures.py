@@ -16,6 +16,7 @@ from granular_env.viewing import report
 from granular_env.viewing.figures import drawing, run_figures
 from granular_env.viewing.recorded_fields import to_field
 from granular_env.viewing.scene_builder import load_scene, make_scene
+from granular_env.viewing.unit_labels import scaled_unit
 
 HOSTILE = "<script>alert(1)</script><img src=https://example.org/x.png onerror=\"x\"> & 'more'"
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -201,3 +202,18 @@ except ge.GranularError as error:
 def test_missing_matplotlib_says_what_to_install():
     told = subprocess.run([sys.executable, "-c", WITHOUT_MATPLOTLIB], capture_output=True, text=True, check=True).stdout
     assert told.startswith("MissingExtraError") and "pip install" in told
+
+
+@pytest.mark.parametrize(
+    ("unit", "largest", "factor", "text"),
+    [
+        ("s", 1e-4, 1e6, "\u00b5s"), ("s", 0.001 * (1 - 1e-12), 1e3, "ms"), ("s", 0.5, 1.0, "s"), ("m", 2e-6, 1e6, "\u00b5m"),
+        ("Pa", 3.4e6, 1e-6, "MPa"), ("N", 2e4, 1e-3, "kN"), ("m/s", 0.02, 1e3, "mm/s"), ("m/s", 1500.0, 1.0, "m/s"),
+        ("m^2", 1e-4, 1e6, "mm\u00b2"), ("kg m/s", 2e-6, 1e6, "10\u207b\u2076 kg m/s"), ("1", 2e-3, 1e3, "10\u207b\u00b3"),
+        ("K", 3e4, 1e-3, "10\u00b3 K"), ("m/s^2", 2e6, 1e-6, "10\u2076 m/s\u00b2"),
+        ("N/m^1.5", 2e10, 1e-9, "GN/m\u00b9\u00b7\u2075"),
+        ("1", 0.0, 1.0, ""), ("Pa", np.nan, 1.0, "Pa"), ("J", 5e-324, 1e300, "10\u207b\u00b3\u2070\u2070 J"),
+    ],
+)  # fmt: skip
+def test_units_have_the_prefix_that_suits_the_values(unit, largest, factor, text):
+    assert scaled_unit(unit, largest) == (factor, text)

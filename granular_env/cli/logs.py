@@ -13,6 +13,7 @@ import click
 from granular_env.cli.command import Status, command
 from granular_env.cli.options import (
     FILE,
+    TIME,
     Overrides,
     allow_large_option,
     component_option,
@@ -71,9 +72,9 @@ def _verify_log(log: str, as_json: bool, allow_large: bool, components: dict[str
 
 @command("branch")
 @log_argument
-@click.option("--at", metavar="T", type=float, required=True, help="Start time of the branch [s].")
+@click.option("--at", metavar="T", type=TIME, required=True, help="Start time of the branch [s].")
 @set_option("An input from this time on, such as input.left_force=100; other inputs continue as in the log.")
-@click.option("--until", metavar="T", type=float, help="End time [s] (default: the end of the log).")
+@click.option("--until", metavar="T", type=TIME, help="End time [s] (default: the end of the log).")
 @click.option("--log", "-o", "out", metavar="PATH", type=FILE, help="The log to write (default: a new file in logs/).")
 @overwrite_option("Replace the branch's log if it exists.")
 @quiet_option("log")

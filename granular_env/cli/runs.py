@@ -14,6 +14,7 @@ from granular_env.cli.command import command
 from granular_env.cli.kinds import refuse_other_kinds
 from granular_env.cli.options import (
     FILE,
+    TIME,
     Overrides,
     ShippedName,
     allow_large_option,
@@ -50,7 +51,7 @@ from granular_env.output_files import valid_file_name
 @click.option(
     "--pace",
     metavar="SECONDS",
-    type=float,
+    type=TIME,
     help="With --live: least wall time of the run (default: 10; 0: as fast as possible).",
 )
 @allow_large_option("With --resume: lift the limits on sizes that a log may declare.")

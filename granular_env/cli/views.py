@@ -9,7 +9,7 @@ import click
 
 from granular_env.cli.command import Status, command
 from granular_env.cli.logs import log_argument
-from granular_env.cli.options import FILE, FOLDER, allow_large_option, exclusive_options
+from granular_env.cli.options import FILE, FOLDER, TIME, allow_large_option, exclusive_options
 from granular_env.components.errors import ParameterError
 
 
@@ -21,7 +21,7 @@ from granular_env.components.errors import ParameterError
 @click.option("--foxglove-layout", metavar="JSON", type=FILE, help="Write a layout for Foxglove instead, to import there.")
 @click.option("--exaggerate", metavar="F", type=float, help="Draw displacements F times larger (default: visibly large).")
 @click.option(
-    "--at", metavar="T", type=float, help="Time of the screenshot [s] (default: the end of a run with events, else two thirds)."
+    "--at", metavar="T", type=TIME, help="Time of the screenshot [s] (default: the end of a run with events, else two thirds)."
 )
 @click.option("--colour", metavar="NAME", help="Colour by this recorded output, such as surface_plastic_strain.")
 @allow_large_option()
@@ -65,7 +65,7 @@ def view(
 @click.option("-o", "--out", metavar="FOLDER", type=FOLDER, help="Folder of the report (default: next to the log).")
 @click.option("--variables", metavar="NAME", multiple=True, help="Recorded output to show, repeatable (default: all).")
 @click.option("--indices", metavar="I", type=int, multiple=True, help="Element of the histories, repeatable (default: five).")
-@click.option("--times", metavar="T", type=float, multiple=True, help="Time of the profiles [s], repeatable (default: four).")
+@click.option("--times", metavar="T", type=TIME, multiple=True, help="Time of the profiles [s], repeatable (default: four).")
 @allow_large_option()
 def report(
     log: str,

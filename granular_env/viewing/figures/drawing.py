@@ -24,6 +24,7 @@ from granular_env.components.support.float_arrays import FloatArray
 
 from ..curves import Curve
 from ..recorded_fields import Field
+from ..unit_labels import scaled_unit
 
 # Ignore matplotlib's warnings on missing glyphs, which would print raw characters from a log on the terminal.
 warnings.filterwarnings("ignore", r"Glyph \d+")
@@ -240,7 +241,4 @@ def place_name(field: Field, column: int) -> str:
 
 def time_unit(duration: float) -> tuple[float, str]:
     """Return a suitable unit for times up to a duration [s]: the factor from seconds, and the unit's name."""
-    for factor, unit, least in ((1.0, "s", 1.0), (1e3, "ms", 1e-3), (1e6, "\u00b5s", 1e-6)):
-        if duration >= least:
-            return factor, unit
-    return 1e9, "ns"
+    return scaled_unit("s", duration)
