@@ -9,7 +9,7 @@ import click
 
 from granular_env.cli.command import Status, command
 from granular_env.cli.logs import log_argument
-from granular_env.cli.options import FILE, allow_large_option, json_option, overwrite_option
+from granular_env.cli.options import FILE, TIME, allow_large_option, json_option, overwrite_option
 from granular_env.output_files import count_text
 from granular_env.terminal_text import printable_text, wrap_text
 
@@ -18,9 +18,9 @@ from granular_env.terminal_text import printable_text, wrap_text
 @log_argument
 @click.option("--to", type=click.Choice(["vtk", "xyz", "csv", "netcdf", "hdf5"]), required=True, help="Format.")
 @click.option("-o", "--out", metavar="PATH", type=FILE, help="File or, for vtk, folder to write (default: next to the log).")
-@click.option("--every", metavar="T", type=float, help="Least time between frames [s] (default: all frames).")
-@click.option("--from", "start", metavar="T", type=float, help="Time of the first frame [s].")
-@click.option("--to-time", "end", metavar="T", type=float, help="Time of the last frame [s].")
+@click.option("--every", metavar="T", type=TIME, help="Least time between frames [s] (default: all frames).")
+@click.option("--from", "start", metavar="T", type=TIME, help="Time of the first frame [s].")
+@click.option("--to-time", "end", metavar="T", type=TIME, help="Time of the last frame [s].")
 @click.option("--variables", metavar="NAME", multiple=True, help="Recorded variable, repeatable.")
 @overwrite_option("Replace PATH if it exists.")
 @json_option("No progress bar; print the result as JSON.")

@@ -1,14 +1,14 @@
-"""NetCDF-4 files, which are HDF5 files: xarray writes their structure, and h5py appends the frames."""
+"""NetCDF-4 files, which are HDF5 files: xarray writes their structure, and h5netcdf appends the frames."""
 
 from __future__ import annotations
 
+import io
 from math import prod
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ...components.errors import LogError
 from ...optional_packages import import_optional
 from ...terminal_text import printable_text
 from ..dataset import assemble_dataset
@@ -20,27 +20,58 @@ _CHUNK_BYTES = 1 << 18
 
 def write_netcdf(frames: Frames, path: Path) -> None:
     """Write the coordinates, units and attributes of `Log.to_xarray`, and the frames, compressed without loss."""
-    h5py, _ = import_optional("h5py", "export to NetCDF"), import_optional("h5netcdf", "export to NetCDF")
+    h5netcdf, xarray = import_optional("h5netcdf", "export to NetCDF"), import_optional("xarray", "export to NetCDF")
     dataset = assemble_dataset(frames.log, frames.names, np.zeros(0), {})
     names = {name: printable_text(name).replace("/", "_") for name in (*dataset.variables, *dataset.dims)}
     dataset = dataset.rename({old: new for old, new in names.items() if old != new})
-    try:
-        growing = {name: _chunks(one) for name, one in dataset.variables.items() if one.dims[:1] == ("time",)}
-        dataset.to_netcdf(path, engine="h5netcdf", unlimited_dims=["time"], encoding=growing)
-        with h5py.File(path, "r+") as file:
+    for variable in dataset.variables.values():
+        if variable.dims[:1] == ("time",):
+            variable.encoding = _chunks(variable.shape[1:])
+    with _SteadyFile(path, "w+b") as steady:
+        with h5netcdf.File(steady, "w") as file:
+            dataset.dump_to_store(xarray.backends.H5NetCDFStore(file), unlimited_dims=["time"])
             written = 0
             for block in frames:
+                begin, written = written, written + len(block.times)
+                file.resize_dimension("time", written)
                 for name, values in {"time": block.times, **block.values}.items():
-                    table = file[names[name]]
-                    table.resize(written + len(values), axis=0)
-                    table[written:] = values
-                written += len(block.times)
-    except RuntimeError as error:  # HDF5 reports a full disk on closing as this
-        raise LogError(f"{str(path)!r} cannot be written: {error}") from error
+                    file.variables[names[name]][begin:written] = values
+                if steady.failure is not None:
+                    break
+        if steady.failure is not None:
+            raise steady.failure
 
 
-def _chunks(variable: Any) -> dict[str, Any]:
-    """Return xarray's encoding of a variable that grows in time."""
-    shape = tuple(max(size, 1) for size in variable.shape[1:])
-    frames = max(1, min(1024, _CHUNK_BYTES // (8 * prod(shape))))
-    return {"chunksizes": (frames, *shape), "zlib": True, "complevel": 1, "shuffle": True, "_FillValue": None}
+class _SteadyFile(io.FileIO):
+    """A file for HDF5 that keeps the first error of a write, such as a full disk, instead of raising it.
+
+    HDF5 cannot close a file after a failed write, and ends the process with a segmentation fault.
+    """
+
+    failure: OSError | None = None
+
+    def write(self, data: Any, /) -> int:
+        """Write all of `data` unless a write has failed."""
+        view = memoryview(data).cast("B")
+        try:
+            begin = 0
+            while self.failure is None and begin < len(view):
+                begin += super().write(view[begin:])
+        except OSError as error:
+            self.failure = error
+        return len(view)
+
+    def truncate(self, size: int | None = None, /) -> int:
+        """Set the size of the file unless a write has failed."""
+        try:
+            return super().truncate(size) if self.failure is None else 0
+        except OSError as error:
+            self.failure = error
+            return 0
+
+
+def _chunks(shape: tuple[int, ...]) -> dict[str, Any]:
+    """Return xarray's encoding of a variable that grows in time, for the shape of a frame."""
+    extents = tuple(max(size, 1) for size in shape)
+    frames = max(1, min(1024, _CHUNK_BYTES // (8 * prod(extents))))
+    return {"chunksizes": (frames, *extents), "zlib": True, "complevel": 1, "shuffle": True, "_FillValue": None}

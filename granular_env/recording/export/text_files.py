@@ -22,7 +22,7 @@ from .frames import Frames
 if TYPE_CHECKING:
     from ..log import Log
 
-# Rows of an XYZ file that are formatted together.
+# The chemical symbol of particles that are no atoms is X. Rows of an XYZ file that are formatted together.
 _ROWS = 10_000
 
 
@@ -108,8 +108,10 @@ class _Particles(NamedTuple):
             columns.append((_word(name), 3 if size == 2 else size, variables[name].unit))
         properties = ":".join(["species:S:1", *(f"{name}:R:{width}" for name, width, _ in columns)])
         units = ", ".join(f"{name} {_word(unit, '/^-')}" for name, _, unit in columns)
-        row = " ".join([_word(points.name), *["%.17g"] * sum(width for _, width, _ in columns)])
-        return cls(points, f'{_cell(points)}Properties={properties} units="{units}"', f"{row}\n", names)
+        row = " ".join(["X", *["%.17g"] * sum(width for _, width, _ in columns)])
+        return cls(
+            points, f'{_cell(points)}name="{_word(points.name)}" Properties={properties} units="{units}"', f"{row}\n", names
+        )
 
     def write(self, file: TextIO, time: float, values: Mapping[str, FloatArray]) -> None:
         """Write one frame."""
