@@ -55,7 +55,7 @@ def log(request):
 
 def test_csv_has_the_bits_of_every_number(log, tmp_path):
     pandas = pytest.importorskip("pandas")
-    log.export(tmp_path / "a.csv", variables=list(log.variables))
+    log.export("csv", tmp_path / "a.csv", variables=list(log.variables))
     table = pandas.read_csv(tmp_path / "a.csv")
     columns = 1
     assert bits(table["time [s]"]) == bits(log.times(next(iter(log.variables))))
@@ -69,15 +69,15 @@ def test_csv_has_the_bits_of_every_number(log, tmp_path):
 
 
 def test_csv_contains_histories_unless_variables_are_requested(tmp_path):
-    done = ge.open_log(GOLDEN / "discs.mcap").export(tmp_path / "a.csv", variables=["momentum", "speed"])
+    done = ge.open_log(GOLDEN / "discs.mcap").export("csv", tmp_path / "a.csv", variables=["momentum", "speed"])
     assert (tmp_path / "a.csv").read_text().startswith("time [s],speed[0] [m/s],speed[1] [m/s]") and done.left_out == ()
-    done = ge.open_log(GOLDEN / "grid-edges.mcap").export(tmp_path / "b.csv")
+    done = ge.open_log(GOLDEN / "grid-edges.mcap").export("csv", tmp_path / "b.csv")
     assert "kinetic_energy" in done.variables and done.left_out == ("displacement", "velocity", "stress", "speed")
 
 
 def test_netcdf_equals_the_dataset_of_the_log(log, tmp_path):
     xarray = pytest.importorskip("xarray")
-    log.export(tmp_path / "a.nc")
+    log.export("netcdf", tmp_path / "a.nc")
     with xarray.open_dataset(tmp_path / "a.nc", engine="h5netcdf") as found:
         expected = log.to_xarray()
         xarray.testing.assert_identical(found.load(), expected)
@@ -88,7 +88,7 @@ def test_netcdf_equals_the_dataset_of_the_log(log, tmp_path):
 def test_hdf5_is_readable_by_h5py_alone(tmp_path):
     h5py = pytest.importorskip("h5py")
     log = ge.open_log(GOLDEN / "coupled-cracking.mcap")
-    log.export(tmp_path / "a.h5")
+    log.export("hdf5", tmp_path / "a.h5")
     with h5py.File(tmp_path / "a.h5") as file:
         assert bits(file["grid_stress"]) == bits(log.series("grid_stress")[1])
         assert bits(file["node_x"]) == bits(log.drawables[0].nodes[:, 0])
@@ -126,7 +126,7 @@ def vtk_arrays(data: Any) -> dict[str, np.ndarray]:
 @pytest.mark.extra
 def test_vtk_reads_frames_times_and_warped_positions(log, tmp_path):
     vtk = pytest.importorskip("vtk")
-    done = log.export(tmp_path / "a", "vtk")
+    done = log.export("vtk", tmp_path / "a")
     names = [re.sub(r"[^A-Za-z0-9._-]+", "-", one.name) for one in log.drawables]
     found = set()
     for name, drawable in zip(names, log.drawables, strict=True):
@@ -167,12 +167,12 @@ def drawable_displacement(drawable: Any) -> str:
 @pytest.mark.extra
 def test_vtk_has_curves_links_and_events(tmp_path):
     gas, automata = ge.open_log(GOLDEN / "detonation-nozzle.mcap"), ge.open_log(GOLDEN / "automata-cracking.mcap")
-    gas.export(tmp_path / "gas", "vtk")
+    gas.export("vtk", tmp_path / "gas")
     line = read_vtk(tmp_path / "gas" / "curves" / "000004.vtu")
     assert line.GetNumberOfCells() == 1
     assert bits(vtk_arrays(line.GetPointData())["temperature [K]"]) == bits(gas.series("temperature")[1][4])
 
-    automata.export(tmp_path / "automata", "vtk")
+    automata.export("vtk", tmp_path / "automata")
     points, links = automata.drawables
     assert isinstance(points, Points) and isinstance(links, Links)
     first = read_vtk(tmp_path / "automata" / "links" / "000006.vtu")
@@ -193,9 +193,9 @@ def test_ase_reads_extended_xyz(log, tmp_path):
     sets = [one for one in log.drawables if isinstance(one, Points)]
     if not sets:
         with pytest.raises(LogError, match="no recorded output of points, which the format xyz needs"):
-            log.export(tmp_path / "a.xyz")
+            log.export("xyz", tmp_path / "a.xyz")
         return
-    done = log.export(tmp_path / "a", "xyz")
+    done = log.export("xyz", tmp_path / "a")
     for points in sets:
         frames = reader.read(done.path / f"{points.name}.xyz" if len(sets) > 1 else done.path, ":", format="extxyz")
         assert [one.info["Time"] for one in frames] == log.times(done.variables[0]).tolist()
@@ -218,9 +218,9 @@ def test_periodic_points_have_a_cell_and_links_across_the_edge(tmp_path):
     log = ge.open_log(tmp_path / "a.mcap")
     points, links = log.drawables
     assert isinstance(points, Points) and isinstance(links, Links)
-    frame = reader.read(log.export(tmp_path / "a.xyz").path, 0, format="extxyz")
+    frame = reader.read(log.export("xyz", tmp_path / "a.xyz").path, 0, format="extxyz")
     assert frame.cell[0, 0] == points.period[0] and frame.pbc.tolist() == [True, False, False]
-    log.export(tmp_path / "v", "vtk")
+    log.export("vtk", tmp_path / "v")
     grid = read_vtk(tmp_path / "v" / "links" / "000000.vtu")
     ends = np.array([grid.GetPoint(place) for place in range(grid.GetNumberOfPoints())]).reshape(-1, 2, 3)
     assert np.allclose(np.diff(ends, axis=1)[:, 0, :2], points.shortest_vectors(links.pairs), atol=1e-15)
@@ -234,7 +234,7 @@ def test_times_and_variables_are_selected(tmp_path):
     log = ge.open_log(GOLDEN / "piston.mcap")
     times, step = log.times("velocity"), log.step_size
     for start, end, every in ((times[3], None, None), (None, times[5], None), (times[2], times[20], 3 * (times[1] - times[0]))):
-        done = log.export(tmp_path / "a.csv", start=start, end=end, every=every, variables=["momentum"], overwrite=True)
+        done = log.export("csv", tmp_path / "a.csv", start=start, end=end, every=every, variables=["momentum"], overwrite=True)
         found = np.loadtxt(tmp_path / "a.csv", delimiter=",", skiprows=1)
         inside = times[(times >= (start or 0.0) - 0.1 * step) & (times <= (end or 1.0) + 0.1 * step)]
         assert found[:, 0].tolist() == inside[:: 3 if every else 1].tolist()
@@ -244,7 +244,7 @@ def test_times_and_variables_are_selected(tmp_path):
 def test_every_is_an_interval_also_for_frames_at_uneven_times(tmp_path):
     log = ge.open_log(GOLDEN / "discs.mcap")
     times = log.times("speed")
-    log.export(tmp_path / "a.csv", every=0.4 * float(times[-1] - times[0]))
+    log.export("csv", tmp_path / "a.csv", every=0.4 * float(times[-1] - times[0]))
     kept = np.loadtxt(tmp_path / "a.csv", delimiter=",", skiprows=1)[:, 0]
     assert kept[0] == times[0] and len(kept) == 3
 
@@ -256,7 +256,7 @@ def test_segments_follow_each_other(tmp_path):
             oscillator.reset(velocity=velocity)
             oscillator.step(0.3)
     log = ge.open_log(tmp_path / "a.mcap")
-    log.export(tmp_path / "a.csv", variables=["position"])
+    log.export("csv", tmp_path / "a.csv", variables=["position"])
     assert bits(np.loadtxt(tmp_path / "a.csv", delimiter=",", skiprows=1)) == bits(np.transpose(log.series("position")))
 
 
@@ -292,10 +292,10 @@ def test_refusals_are_one_message_and_write_nothing(log, arguments, said, tmp_pa
 @pytest.mark.parametrize("to", FORMATS)
 def test_an_existing_export_is_replaced_only_on_request(to, tmp_path):
     log = ge.open_log(GOLDEN / "coupled-cracking.mcap")
-    path = log.export(tmp_path / "a", to).path
+    path = log.export(to, tmp_path / "a").path
     with pytest.raises(ParameterError, match="exists already; choose another name, or pass overwrite=True"):
-        log.export(path, to)
-    assert log.export(path, to, every=1.0, overwrite=True).frames == 1
+        log.export(to, path)
+    assert log.export(to, path, every=1.0, overwrite=True).frames == 1
     assert [one.name for one in tmp_path.iterdir()] == ["a"]
 
 
@@ -307,7 +307,7 @@ def test_an_interrupt_leaves_nothing(to, tmp_path):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        ge.open_log(tmp_path / "a.mcap").export(tmp_path / "out", to, progress=interrupt)
+        ge.open_log(tmp_path / "a.mcap").export(to, tmp_path / "out", progress=interrupt)
     assert [one.name for one in tmp_path.iterdir()] == ["a.mcap"]
 
 
@@ -329,7 +329,7 @@ def test_a_full_disk_is_one_message_and_leaves_nothing(to, tmp_path):
 def test_a_read_only_folder_is_one_message(to, tmp_path):
     tmp_path.chmod(0o500)
     with pytest.raises(LogError, match="cannot be written: Permission denied"):
-        ge.open_log(GOLDEN / "piston.mcap").export(tmp_path / "out", to)
+        ge.open_log(GOLDEN / "piston.mcap").export(to, tmp_path / "out")
 
 
 @pytest.mark.parametrize("to", FORMATS)
@@ -368,7 +368,7 @@ def test_names_may_contain_any_characters(tmp_path):
     rewrite_log(GOLDEN / "piston.mcap", tmp_path / "a.mcap", rename)
     log = ge.open_log(tmp_path / "a.mcap")
     for to in FORMATS:
-        done = log.export(tmp_path / to, to, variables=list(names.values()))
+        done = log.export(to, tmp_path / to, variables=list(names.values()))
         assert set(done.variables) == set(names.values())
     with xarray.open_dataset(tmp_path / "hdf5", engine="h5netcdf") as data:
         assert bits(data['v_"<&>\\n\\x00;, \u00e9:']) == bits(log.series(names["velocity"])[1])
@@ -380,7 +380,7 @@ def test_a_missing_package_is_named(tmp_path, monkeypatch):
     for to, module in (("vtk", "pyevtk.vtk"), ("netcdf", "h5netcdf"), ("hdf5", "h5py")):
         monkeypatch.setitem(sys.modules, module, None)
         with pytest.raises(MissingExtraError, match=r"pip install 'granular-env\[data\]'"):
-            ge.open_log(GOLDEN / "piston.mcap").export(tmp_path / "a", to)
+            ge.open_log(GOLDEN / "piston.mcap").export(to, tmp_path / "a")
         assert not list(tmp_path.iterdir())
 
 

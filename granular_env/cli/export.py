@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from typing import Any
 
 import click
 
@@ -18,33 +19,21 @@ from granular_env.terminal_text import printable_text, wrap_text
 @log_argument
 @click.option("--to", type=click.Choice(["vtk", "xyz", "csv", "netcdf", "hdf5"]), required=True, help="Format.")
 @click.option("-o", "--out", metavar="PATH", type=FILE, help="File or, for vtk, folder to write (default: next to the log).")
-@click.option("--every", metavar="T", type=TIME, help="Least time between frames [s] (default: all frames).")
+@click.option("--every", metavar="T", type=TIME, help="At most one frame per interval T [s] (default: all frames).")
 @click.option("--from", "start", metavar="T", type=TIME, help="Time of the first frame [s].")
 @click.option("--to-time", "end", metavar="T", type=TIME, help="Time of the last frame [s].")
 @click.option("--variables", metavar="NAME", multiple=True, help="Recorded variable, repeatable.")
 @overwrite_option("Replace PATH if it exists.")
 @json_option("No progress bar; print the result as JSON.")
 @allow_large_option()
-def export(
-    log: str,
-    to: str,
-    out: str | None,
-    every: float | None,
-    start: float | None,
-    end: float | None,
-    variables: tuple[str, ...],
-    overwrite: bool,
-    as_json: bool,
-    allow_large: bool,
-) -> int:
+def export(log: str, to: str, out: str | None, as_json: bool, allow_large: bool, **selection: Any) -> int:
     """Write a log for ParaView, OVITO, pandas, xarray, MATLAB or Julia."""
     from granular_env.components.errors import ParameterError
     from granular_env.recording import open_log
 
-    chosen = {"start": start, "end": end, "every": every, "variables": variables, "overwrite": overwrite}
     with open_log(log, allow_large=allow_large) as opened:
         try:
-            done = opened.export(out, to, **chosen, progress=not as_json)
+            done = opened.export(to, out, **selection, progress=not as_json)
         except ParameterError as error:
             raise error.with_argument("path", "out") from None
     if as_json:

@@ -10,35 +10,23 @@ from ..components.variables import Variable
 Variables = Mapping[str, Variable]
 
 
-def point_count(drawable: Drawable) -> int:
-    """Return the number of points of a drawable: centres, nodes of cells, samples of a curve; 0 for links."""
-    match drawable:
-        case Points():
-            return len(drawable.radius)
-        case Cells():
-            return len(drawable.nodes)
-        case Curve():
-            return len(drawable.coordinate)
-        case Links():
-            return 0
-
-
 def point_arrays(drawable: Drawable, variables: Variables) -> list[str]:
-    """Return the names of the variables with one entry per point of a drawable; its own outputs come first."""
-    return _element_arrays(drawable, ("displacement", "rotation", "colour", "field"), point_count(drawable), variables)
+    """Return the variables with one entry per center, node or sample of a drawable; its own outputs come first."""
+    arrays = {Points: "radius", Cells: "nodes", Curve: "coordinate"}
+    count = len(getattr(drawable, arrays.get(type(drawable), ""), ()))
+    return _element_arrays(drawable, ("displacement", "rotation", "colour", "field"), count, variables)
 
 
 def cell_arrays(drawable: Drawable, variables: Variables) -> list[str]:
-    """Return the names of the variables with one entry per cell or link of a drawable; its own outputs come first."""
+    """Return the variables with one entry per cell or link of a drawable; its own outputs come first."""
     count = len(drawable.pairs) if isinstance(drawable, Links) else len(getattr(drawable, "connectivity", ()))
     of_points = point_arrays(drawable, variables)
     return [name for name in _element_arrays(drawable, ("state", "field"), count, variables) if name not in of_points]
 
 
 def _element_arrays(drawable: Drawable, roles: Iterable[str], count: int, variables: Variables) -> list[str]:
-    """Return the variables with `count` entries on the axis of the drawable's own outputs or, if none is recorded, any axis."""
+    """Return the variables with `count` entries along the axis of the drawable's outputs or, if none is recorded, any axis."""
     fitting = {name: one for name, one in variables.items() if count and one.shape[:1] == (count,)}
     own = [name for role in roles if (name := getattr(drawable, role, "")) in fitting]
     axes = {fitting[name].axes[:1] for name in own}
-    others = [name for name, one in fitting.items() if not axes or one.axes[:1] in axes]
-    return list(dict.fromkeys([*own, *others]))
+    return list(dict.fromkeys([*own, *(name for name, one in fitting.items() if not axes or one.axes[:1] in axes)]))

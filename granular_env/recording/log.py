@@ -246,8 +246,8 @@ class Log(RecordReader):
 
     def export(
         self,
+        to: str,
         path: str | os.PathLike[str] | None = None,
-        to: str | None = None,
         *,
         start: float | None = None,
         end: float | None = None,
@@ -256,14 +256,14 @@ class Log(RecordReader):
         overwrite: bool = False,
         progress: Progress = False,
     ) -> Export:
-        """Write frames in the format of another program; the memory does not depend on the number of frames.
+        """Write frames in the format of another program; the memory does not depend on their number.
 
         Args:
+            to: "vtk", "xyz", "csv", "netcdf" or "hdf5".
             path: the file or, for VTK and for XYZ with several sets of points, the folder; by default next to the log.
-            to: "vtk", "xyz", "csv", "netcdf" or "hdf5"; by default the format with the suffix of the path.
             start: time of the first frame [s].
             end: time of the last frame [s].
-            every: least time between frames [s].
+            every: length of the intervals with at most one frame each, from the first frame on [s]; by default all frames.
             variables: names of variables; by default all that the format can contain, and in CSV those with at most 16 values.
             overwrite: whether an existing file or folder may be replaced.
             progress: whether to show a progress bar, or a function to call with the fraction done.
@@ -274,9 +274,8 @@ class Log(RecordReader):
             MissingExtraError: the format needs a package that is not installed.
         """
         from .export.formats import export_log
-        from .export.frames import Selection
 
-        return export_log(self, path, to, Selection(start, end, every), variables, overwrite, progress)
+        return export_log(self, to, path, (start, end, every), variables, overwrite, progress)
 
     def input_intervals(self, name: str) -> Iterator[InputInterval]:
         """Yield the intervals between changes of an input in order, each with the value or profile held in it; not sampled."""

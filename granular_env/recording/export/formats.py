@@ -7,17 +7,16 @@ import secrets
 import shutil
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from math import prod
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from ...components.drawables import Drawable
 from ...components.errors import LogError, ParameterError, one_line, spelling_hint
 from ...output_files import replace_file, require_writable, write_error_hint
 from ...progress import Progress, progress_bar
 from ..element_arrays import cell_arrays, point_arrays
-from .frames import Frames, Selection
+from .frames import Frames
 from .netcdf_files import write_netcdf
 from .text_files import points_of, write_csv, write_xyz
 from .vtk_files import drawn_once, write_vtk
@@ -29,8 +28,7 @@ if TYPE_CHECKING:
 _HISTORY = 16
 
 
-@dataclass(frozen=True, slots=True)
-class Export:
+class Export(NamedTuple):
     """An exported file or folder.
 
     Attributes:
@@ -48,43 +46,22 @@ class Export:
     missing: str
 
 
-@dataclass(frozen=True, slots=True)
-class _Format:
-    """A format.
+class _Format(NamedTuple):
+    """The suffix of files, the function that writes one or fills a folder, and the drawables whose outputs it contains.
 
-    Attributes:
-        suffix: suffix of the file.
-        write: function that writes frames to a file or into an empty folder.
-        is_default: returns whether a variable of this shape is exported if no variables are requested.
-        drawables: returns the drawables whose outputs the format contains; None if it contains any variable.
-        elements: the elements of these drawables.
-        is_folder: returns whether the export of a log is a folder.
+    Without `drawables`, a format contains any variable.
     """
 
     suffix: str
     write: Callable[[Frames, Path], None]
-    is_default: Callable[[tuple[int, ...]], bool] = lambda shape: True
     drawables: Callable[[Log], Sequence[Drawable]] | None = None
-    elements: str = ""
-    is_folder: Callable[[Log], bool] = lambda log: False
-
-    def available(self, log: Log) -> list[str]:
-        """Return the names of the recorded variables that the format can contain."""
-        if self.drawables is None:
-            return list(log.variables)
-        drawables, finders = self.drawables(log), (point_arrays, cell_arrays)
-        return list(dict.fromkeys(name for one in drawables for find in finders for name in find(one, log.variables)))
-
-    def moving(self, log: Log) -> set[str]:
-        """Return the outputs that place the elements in each frame, which are exported in any case."""
-        drawables = self.drawables(log) if self.drawables else ()
-        return {getattr(one, role, "") for one in drawables for role in ("displacement", "rotation")}
+    needs: str = "recorded variable"
 
 
 FORMATS = {
-    "vtk": _Format("", write_vtk, drawables=drawn_once, elements="points, cells, links or curves", is_folder=lambda log: True),
-    "xyz": _Format(".xyz", write_xyz, drawables=points_of, elements="points", is_folder=lambda log: len(points_of(log)) > 1),
-    "csv": _Format(".csv", write_csv, is_default=lambda shape: prod(shape) <= _HISTORY),
+    "vtk": _Format("", write_vtk, drawn_once, "recorded output of points, cells, links or curves"),
+    "xyz": _Format(".xyz", write_xyz, points_of, "recorded output of points"),
+    "csv": _Format(".csv", write_csv),
     "netcdf": _Format(".nc", write_netcdf),
     "hdf5": _Format(".h5", write_netcdf),
 }
@@ -92,76 +69,62 @@ FORMATS = {
 
 def export_log(
     log: Log,
+    to: str,
     path: str | os.PathLike[str] | None,
-    to: str | None,
-    selection: Selection,
+    times: tuple[float | None, float | None, float | None],
     variables: Sequence[str] | None,
     overwrite: bool,
     progress: Progress,
 ) -> Export:
-    """Export a log; see `Log.export`."""
-    name = _format_name(path, to)
-    one = FORMATS[name]
-    names = _choose_variables(log, one, name, variables)
-    is_folder = one.is_folder(log)
-    default = log.path.with_name(f"{log.path.stem}-{name}") if is_folder else log.path.with_suffix(one.suffix)
-    target = Path(default if path is None else path)
+    """Export a log; see `Log.export`. The times are `start`, `end` and `every`."""
+    if to not in FORMATS:
+        raise ParameterError(f"got {one_line(to)}", expected=", ".join(FORMATS), at="to")
+    one, names = FORMATS[to], _choose_variables(log, to, [variables] if isinstance(variables, str) else variables or ())
+    is_folder = to == "vtk" or (to == "xyz" and len(points_of(log)) > 1)
+    default = log.path.with_name(f"{log.path.stem}-{to}") if is_folder else log.path.with_suffix(one.suffix)
+    target = default if path is None else Path(path)
     with progress_bar(f"export of {log.path.name}", show=progress) as bar:
-        frames = Frames(log, names, selection, bar)
+        frames = Frames(log, names, *times, bar)
         _refuse_target(target, is_folder, overwrite, log)
         with _replace_folder(target) if is_folder else replace_file(target, LogError) as part:
             one.write(frames, part)
-    fields = [name for name, variable in log.variables.items() if prod(variable.shape) > _HISTORY and name not in names]
-    return Export(target, frames.count, frames.names, () if variables else tuple(fields), frames.missing)
+    arrays = () if variables else (name for name, field in log.variables.items() if prod(field.shape) > _HISTORY)
+    return Export(target, frames.count, frames.names, tuple(name for name in arrays if name not in names), frames.missing)
 
 
-def _format_name(path: str | os.PathLike[str] | None, to: str | None) -> str:
-    """Return the name of the format: the requested one, or the one whose suffix the path has."""
-    if to is not None:
-        if to not in FORMATS:
-            raise ParameterError(f"got {to!r}", expected=", ".join(FORMATS), hint=spelling_hint(str(to), FORMATS), at="to")
-        return to
-    suffix = Path("" if path is None else path).suffix
-    found = next((name for name, one in FORMATS.items() if one.suffix and one.suffix == suffix), None)
-    if found is None:
-        raise ParameterError("the format is not known", hint=f"give one of {', '.join(FORMATS)}", at="to")
-    return found
-
-
-def _choose_variables(log: Log, one: _Format, name: str, requested: Sequence[str] | None) -> list[str]:
+def _choose_variables(log: Log, to: str, requested: Sequence[str]) -> list[str]:
     """Return the variables to export: those requested and, in formats with geometry, displacements and rotations."""
-    available, others = one.available(log), "the formats csv, netcdf and hdf5 contain every variable"
-    needed = f"recorded output of {one.elements}" if one.elements else "recorded variable"
+    one, others = FORMATS[to], "the formats csv, netcdf and hdf5 contain every variable"
+    drawables = one.drawables(log) if one.drawables else ()
+    drawn = {name: None for one in drawables for find in (point_arrays, cell_arrays) for name in find(one, log.variables)}
+    available = list(drawn if one.drawables else log.variables)
     if not available:
-        raise LogError(f"it has no {needed}, which the format {name} needs", hint=others, source=log.source)
+        raise LogError(f"it has no {one.needs}, which the format {to} needs", hint=others, source=log.source)
+    for name in requested:
+        if name not in available:
+            hint = others if name in log.variables else spelling_hint(str(name), available)
+            raise ParameterError(f"got {one_line(name)}", expected=f"a {one.needs}", hint=hint, at="variables")
     if not requested:
-        return [own for own in available if one.is_default(log.variables[own].shape)] or available
-    requested = [requested] if isinstance(requested, str) else requested
-    for own in requested:
-        if own not in available:
-            hint = others if own in log.variables else spelling_hint(str(own), available)
-            raise ParameterError(f"got {one_line(own)}", expected=f"a {needed}", hint=hint, at="variables")
-    return [own for own in available if own in requested or own in one.moving(log)]
+        histories = [name for name in available if to != "csv" or prod(log.variables[name].shape) <= _HISTORY]
+        return histories or available
+    moving = {getattr(drawable, role, "") for drawable in drawables for role in ("displacement", "rotation")}
+    return [name for name in available if name in requested or name in moving]
 
 
 def _refuse_target(target: Path, is_folder: bool, overwrite: bool, log: Log) -> None:
-    """Raise an error for a target that cannot or must not be written, before the log is read."""
-    if not is_folder or not os.path.isdir(target):
+    """Raise an error for a target that cannot or must not be written."""
+    if not is_folder or not target.is_dir():
         require_writable(target, LogError)
     if not os.path.lexists(target):
         return
-    if is_folder and not os.path.isdir(target):
-        raise ParameterError(
-            f"{str(target)!r} is a file", expected="a folder, which holds a file per frame or set of points", at="path"
-        )
-    if os.path.exists(target) and os.path.samefile(target, log.path):
+    if target.exists() and target.samefile(log.path):
         raise ParameterError("this file is the log", hint="choose another name", at="path")
     if not overwrite:
         hint = "choose another name, or pass overwrite=True (--overwrite)"
         raise ParameterError(f"{str(target)!r} exists already", hint=hint, at="path")
-    if is_folder and not all(os.path.isdir(one) or one.suffix in (".vtu", ".pvd", ".xyz") for one in target.rglob("*")):
-        received = f"{str(target)!r} is not a folder of exported files alone"
-        raise ParameterError(received, hint="nothing is replaced; choose another name", at="path")
+    exported = target.is_dir() and all(one.is_dir() or one.suffix in (".vtu", ".pvd", ".xyz") for one in target.rglob("*"))
+    if is_folder and not exported:
+        raise ParameterError(f"{str(target)!r} is not a folder of exported files alone", hint="choose another name", at="path")
 
 
 @contextmanager

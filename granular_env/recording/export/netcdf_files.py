@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Iterator
+from contextlib import contextmanager
 from math import prod
 from pathlib import Path
 from typing import Any
@@ -26,16 +28,23 @@ def write_netcdf(frames: Frames, path: Path) -> None:
     dataset = dataset.rename({old: new for old, new in names.items() if old != new})
     for variable in dataset.variables.values():
         if variable.dims[:1] == ("time",):
-            variable.encoding = _chunks(variable.shape[1:])
+            extents = tuple(max(size, 1) for size in variable.shape[1:])
+            chunk = max(1, min(1024, _CHUNK_BYTES // (8 * prod(extents))))
+            variable.encoding = {
+                "chunksizes": (chunk, *extents),
+                "zlib": True,
+                "complevel": 1,
+                "shuffle": True,
+                "_FillValue": None,
+            }
     with _SteadyFile(path, "w+b") as steady:
         with h5netcdf.File(steady, "w") as file:
             dataset.dump_to_store(xarray.backends.H5NetCDFStore(file), unlimited_dims=["time"])
-            written = 0
-            for block in frames:
-                begin, written = written, written + len(block.times)
-                file.resize_dimension("time", written)
-                for name, values in {"time": block.times, **block.values}.items():
-                    file.variables[names[name]][begin:written] = values
+            for times, values in frames:
+                begin = file.dimensions["time"].size
+                file.resize_dimension("time", begin + len(times))
+                for name, own in {"time": times, **values}.items():
+                    file.variables[names[name]][begin:] = own
                 if steady.failure is not None:
                     break
         if steady.failure is not None:
@@ -52,26 +61,21 @@ class _SteadyFile(io.FileIO):
 
     def write(self, data: Any, /) -> int:
         """Write all of `data` unless a write has failed."""
-        view = memoryview(data).cast("B")
-        try:
-            begin = 0
+        view, begin = memoryview(data).cast("B"), 0
+        with self._keep_failure():
             while self.failure is None and begin < len(view):
                 begin += super().write(view[begin:])
-        except OSError as error:
-            self.failure = error
         return len(view)
 
     def truncate(self, size: int | None = None, /) -> int:
         """Set the size of the file unless a write has failed."""
-        try:
+        with self._keep_failure():
             return super().truncate(size) if self.failure is None else 0
+        return 0
+
+    @contextmanager
+    def _keep_failure(self) -> Iterator[None]:
+        try:
+            yield
         except OSError as error:
             self.failure = error
-            return 0
-
-
-def _chunks(shape: tuple[int, ...]) -> dict[str, Any]:
-    """Return xarray's encoding of a variable that grows in time, for the shape of a frame."""
-    extents = tuple(max(size, 1) for size in shape)
-    frames = max(1, min(1024, _CHUNK_BYTES // (8 * prod(extents))))
-    return {"chunksizes": (frames, *extents), "zlib": True, "complevel": 1, "shuffle": True, "_FillValue": None}
