@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import click
 from click.shell_completion import shell_complete
 
-from granular_env.cli import check, contents, events, export, logs, runs, studies, sweeps, views
+from granular_env.cli import check, compare, contents, events, export, logs, runs, studies, sweeps, views
 from granular_env.cli.command import EXIT_STATUS, Command, Status
 from granular_env.cli.failures import discard_output, report_failure, report_misuse
 
@@ -29,6 +29,7 @@ COMMANDS: tuple[Command, ...] = (
     views.view,
     views.report,
     export.export,
+    compare.compare,
     sweeps.sweep,
     studies.study,
 )

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from granular_env.components.drawables import Cells, Drawable, Links, Points, element_count
-from granular_env.components.support.float_arrays import FloatArray
-from granular_env.components.variables import Variable
+from ...components.drawables import Cells, Drawable, Links, Points, element_count
+from ...components.support.float_arrays import FloatArray
+from ...components.variables import Variable
 
 
 def is_hidden(drawable: Drawable, others: Sequence[Drawable]) -> bool:
@@ -63,6 +63,13 @@ def with_colour(drawable: Drawable, name: str) -> Drawable:
     return dataclasses.replace(drawable, **{"field" if isinstance(drawable, Cells) else "colour": name})
 
 
+def with_recorded_colour(drawable: Drawable, recorded: Mapping[str, Variable]) -> Drawable:
+    """Return the drawable with the first recorded output that can colour it if the output that colours it was not recorded."""
+    own = colour_name(drawable)
+    others = [name for name in colouring_outputs([drawable], recorded) if name != getattr(drawable, "state", "")]
+    return with_colour(drawable, others[0]) if own and own not in recorded and others else drawable
+
+
 def colouring_outputs(drawables: Sequence[Drawable], variables: Mapping[str, Variable]) -> list[str]:
     """Return the names of the outputs that can colour any of the drawables."""
     return [name for name in variables if any(_can_colour(one, variables, name) for one in drawables)]
@@ -70,14 +77,19 @@ def colouring_outputs(drawables: Sequence[Drawable], variables: Mapping[str, Var
 
 def _can_colour(drawable: Drawable, variables: Mapping[str, Variable], name: str) -> bool:
     """Return whether an output can colour a drawable: it has one value per node, cell or point, in the drawable's order."""
-    if not isinstance(drawable, Points | Cells):
+    return len(variables[name].shape) == 1 and has_elements(drawable, variables, name)
+
+
+def has_elements(drawable: Drawable, variables: Mapping[str, Variable], name: str) -> bool:
+    """Return whether an output has one row per node, cell or point of a drawable, in the drawable's order."""
+    one = variables[name]
+    if not isinstance(drawable, Points | Cells) or one.causality != "output" or not one.shape:
         return False
     counts = {element_count(drawable), len(drawable.nodes) if isinstance(drawable, Cells) else 0}
-    one = variables[name]
-    if one.causality != "output" or len(one.shape) != 1 or one.shape[0] not in counts:
-        return False
     known = (variables.get(colour_name(drawable)), variables.get(drawable.displacement))
-    return all(one.axes == other.axes[:1] or one.shape != other.shape[:1] for other in known if other is not None)
+    return one.shape[0] in counts and all(
+        one.axes[:1] == other.axes[:1] or one.shape[:1] != other.shape[:1] for other in known if other is not None
+    )
 
 
 def visible_points(drawables: Sequence[Drawable]) -> list[Points]:
