@@ -21,7 +21,7 @@ def cell_arrays(drawable: Drawable, variables: Variables) -> list[str]:
     """Return the variables with one entry per cell or link of a drawable; its own outputs come first."""
     count = len(drawable.pairs) if isinstance(drawable, Links) else len(getattr(drawable, "connectivity", ()))
     of_points = point_arrays(drawable, variables)
-    return [name for name in _element_arrays(drawable, ("state", "field"), count, variables) if name not in of_points]
+    return [name for name in _element_arrays(drawable, ("state", "field", "force"), count, variables) if name not in of_points]
 
 
 def _element_arrays(drawable: Drawable, roles: Iterable[str], count: int, variables: Variables) -> list[str]:
