@@ -52,7 +52,7 @@ class FilmFigure:
         # The small addend keeps rounding errors from taking off a pixel.
         self._figure = new_figure(*((pixels + 1e-3) / dots_per_inch for pixels in size))
         with matplotlib.rc_context({"text.color": _PAGE_TEXT} if self._is_page else {}):
-            upper, keys = self._figure.subfigures(2, 1, height_ratios=[above, below])
+            upper, keys = self._figure.subfigures(2, 1, squeeze=False, height_ratios=[above, below]).flat
             ratios = [body, *(_PROFILE for _ in self._profiles)]
             self._axes, *panels = upper.subplots(len(ratios), 1, height_ratios=ratios, squeeze=False)[:, 0]
             draw_keys(keys, self._axes, plane, bars=not self._is_page)
@@ -98,11 +98,12 @@ def _draw_profile(axes: Axes, profile: ProfileFrames, plane: Plane) -> tuple[Lin
     """Draw the first frame with the limits of all frames; return the curve, and its values in the unit of the axis."""
     low, high = float(profile.values.min(initial=0.0)), float(profile.values.max(initial=0.0))
     factor, label = scaled_label(profile.variable.name, profile.variable.unit, max(-low, high))
-    ends = np.array([plane.bounding_box[0][0], plane.bounding_box[1][0]])
-    length, name = scaled_label("x", "m", float(np.abs(ends).max()))
+    # Align the curve with the picture, except a body in space, whose picture is not along x.
+    across = profile.coordinate[[0, -1]] if plane.scene.is_solid else np.array(plane.bounding_box)[:, 0]
+    length, name = scaled_label("x", "m", float(np.abs(across).max()))
     [line] = axes.plot(length * profile.coordinate, factor * profile.values[0], color=PALETTE[0])
     room = 0.05 * (high - low) or 1.0
-    axes.set(xlim=length * ends, ylim=(factor * (low - room * (low < 0.0)), factor * (high + room)))
+    axes.set(xlim=length * across, ylim=(factor * (low - room * (low < 0.0)), factor * (high + room)))
     axes.set_xlabel(name, fontsize=10)
     axes.set_ylabel(label.replace(" [", "\n["), fontsize=10)
     return line, factor * profile.values

@@ -146,7 +146,7 @@ def _write_mp4(path: Path, pictures: Iterator[Pixels], rate: float) -> None:
             for picture in pictures:
                 writer.send(picture)
                 count += 1
-        # The encoder does not report a full disk, so count what it wrote.
+        # The encoder does not report a full disk, so count the written pictures.
         complete = encoder.count_frames_and_secs(path)[0] == count
     except (OSError, RuntimeError):
         complete = False
