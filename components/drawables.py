@@ -16,6 +16,13 @@ class _Geometry:
 
     __slots__ = ()
 
+    def __repr__(self) -> str:
+        values = ((name, getattr(self, name)) for name in self.__slots__)
+        texts = (
+            f"{name}=<array {value.shape}>" if isinstance(value, np.ndarray) else f"{name}={value!r}" for name, value in values
+        )
+        return f"{type(self).__name__}({', '.join(texts)})"
+
     def __post_init__(self) -> None:
         for name in ("reference", "radius", "pairs", "nodes", "connectivity", "coordinate", "period"):
             if hasattr(self, name):
@@ -26,7 +33,7 @@ class _Geometry:
                 object.__setattr__(self, name, copied)
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@dataclasses.dataclass(frozen=True, slots=True, repr=False)
 class Points(_Geometry):
     """Bodies with a centre: grains, discs, automata, integration points.
 
@@ -64,7 +71,7 @@ class Points(_Geometry):
         return np.logical_not(np.any(across, axis=1))
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@dataclasses.dataclass(frozen=True, slots=True, repr=False)
 class Links(_Geometry):
     """Pairs of points that are linked until they break.
 
@@ -83,7 +90,7 @@ class Links(_Geometry):
     force: str = ""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@dataclasses.dataclass(frozen=True, slots=True, repr=False)
 class Cells(_Geometry):
     """Elements of a continuum.
 
@@ -105,7 +112,7 @@ class Cells(_Geometry):
     state: str = ""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@dataclasses.dataclass(frozen=True, slots=True, repr=False)
 class Curve(_Geometry):
     """A field along a line, such as the pressure along a tube.
 

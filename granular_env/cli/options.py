@@ -116,6 +116,12 @@ def allow_large_option(text: str = "Lift the limits on sizes that a log may decl
     return click.option("--allow-large", is_flag=True, help=text)
 
 
+def format_option() -> Decorator:
+    """Add the option --format to a command, as the argument `file_format`."""
+    formats = click.Choice(["png", "svg", "pdf"])
+    return click.option("--format", "file_format", type=formats, default="png", help="Format of the files of figures.")
+
+
 def component_option() -> Decorator:
     """Add the option --component to a command, as the argument `components`."""
     text = "Allow the component NAME of another installed package; a log alone never loads such code."
