@@ -92,4 +92,6 @@ def _write_figure(figure: Figure, path: Path, dots_per_inch: int, colours: int |
     if colours is None:
         path.write_bytes(data)
     else:
-        Image.open(io.BytesIO(data)).convert("RGB").quantize(colours, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE).save(path, optimize=True)
+        Image.open(io.BytesIO(data)).convert("RGB").quantize(
+            colours, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE
+        ).save(path, optimize=True)

@@ -3,13 +3,17 @@
 import io
 import sys
 import tempfile
+import time
+from datetime import UTC, datetime
 from pathlib import Path
 
 from PIL import Image
+from rerun.experimental import ViewerClient
 
 import granular_env as ge
 from granular_env import viewing
 from granular_env.recording.log import Log
+from granular_env.viewing.rerun.process import RerunProcess
 
 DOCS = Path(__file__).parent
 IMAGES = DOCS / "images"
@@ -18,6 +22,10 @@ EXPERIMENT = "nesterenko-1983/3.4-piston"
 CRACKING, CRACKED_AT = "psakhie-2003/uniaxial-compression", 2.85e-4
 # A tube with a notch, and an instant after the detonation has torn it open [s].
 TORN, TORN_AT = "gato-shie-2010/notch-1-inch", 8.6e-4
+# The logs in stock rerun: name of the picture, experiment, second of playback.
+STOCK = (("disc", "psakhie-2003/brazilian-disc", 8.0), ("coupled", "psakhie-2003/lamb-symmetric", 4.0))
+# Time in which rerun loads and draws a log [s]; it reports neither.
+LOADING = 8.0
 
 sys.path.insert(0, str(DOCS.parent / "tests"))
 
@@ -72,6 +80,19 @@ def take_report(log: Log, folder: Path) -> None:
     shrink_picture(buffer.getvalue(), 1200).save(IMAGES / "report.png", optimize=True)
 
 
+def take_stock(name: str, experiment: str, second: float, folder: Path) -> None:
+    """Take stock rerun, which opens the log without our layout."""
+    result = ge.run(experiment, log=folder / f"{name}.mcap")
+    with RerunProcess("--headless", "--window-size", "1400x840", str(result.log)) as viewer:
+        viewer.wait_for_ports()
+        client = ViewerClient.connect(viewer.url)
+        time.sleep(LOADING)
+        client.set_time("message_log_time", timestamp=datetime.fromtimestamp(second, UTC), play_state="paused")
+        time.sleep(LOADING)
+        picture = client.take_screenshot()
+    shrink_picture(picture, 1200).save(IMAGES / f"stock-{name}.png", optimize=True)
+
+
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as name:
         chosen = {"record.variables": ["displacement", "velocity", "contact_force"]}
@@ -82,3 +103,5 @@ if __name__ == "__main__":
             take_report(opened, Path(name))
         take_cracks(Path(name))
         take_tube(Path(name))
+        for picture, experiment, second in STOCK:
+            take_stock(picture, experiment, second, Path(name))

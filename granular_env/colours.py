@@ -16,6 +16,8 @@ SEQUENTIAL = ("#3b4a6b", "#666970", "#958f78", "#c8b866", "#fee838")
 PALETTE = (
     "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#960f3c", "#006969", "#a5b4a5", "#4b0fe1",
 )  # fmt: skip
+# Values that exceed this quantile of the magnitudes by this factor are outstanding; see `colour_limit`.
+_NEARLY_ALL, _OUTSTANDING = 0.995, 2.5
 
 
 def parse_rgb(text: str) -> tuple[int, int, int]:
@@ -46,6 +48,20 @@ def diverging_colours(values: npt.NDArray[np.float64], limit: float, zero: str |
 def sequential_colours(values: npt.NDArray[np.float64], limit: float) -> npt.NDArray[np.uint8]:
     """Return the colours of values from 0 (dark) to limit (yellow); shape (*values.shape, 3)."""
     return _interpolate_colours(np.asarray(values) / limit, SEQUENTIAL)
+
+
+def colour_limit(values: npt.NDArray[np.float64], clips: bool) -> float:
+    """Return the limit of the colours of finite values of any shape, as `symmetric_limit`.
+
+    With `clips`, a few values that exceed nearly all others by far do not set the limit; otherwise those at the place of a
+    point load would leave the wave in a plane nearly without colour.
+    """
+    magnitudes = np.abs(values)
+    largest = float(magnitudes.max(initial=0.0))
+    if clips and largest > 0.0:
+        nearly_all = float(np.quantile(magnitudes[magnitudes > 0.0], _NEARLY_ALL))
+        largest = nearly_all if largest > _OUTSTANDING * nearly_all else largest
+    return symmetric_limit([largest])
 
 
 def symmetric_limit(values: npt.ArrayLike) -> float:

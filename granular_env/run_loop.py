@@ -59,6 +59,7 @@ class RunResult:
         ticks: number of internal steps (ticks) made.
         seconds: wall time of the stepping [s].
         stopped_by: the stop rule that ended the run, as text, or None.
+        unmet_stops: the stop rules of a run that ended without them, as texts.
         interrupted: whether Ctrl-C ended the run; the log is complete up to this point.
         report: numbers that show whether the model's assumptions hold, by name with unit.
         conclusions: sentences on the state of the component at the end.
@@ -78,6 +79,7 @@ class RunResult:
     cautions: list[str]
     warnings: list[str]
     start: int = 0
+    unmet_stops: list[str] = dataclasses.field(default_factory=list)
 
     def _repr_html_(self) -> str:
         names = ("log", "ticks", "seconds", "stopped_by", "interrupted", "conclusions", "cautions", "warnings")
@@ -131,9 +133,10 @@ def run(
             duration = ready.ticks * ready.component.step_size
             stack.enter_context(LiveViewer(ready.component, title=loaded.name, duration=duration, pace=seconds))
         if log is not None:
-            from granular_env.experiments.cost import announce_log_size
+            from granular_env.experiments.cost import announce_log_size, refuse_oversized_log
             from granular_env.recording import record
 
+            refuse_oversized_log(ready, Path(log))
             announce_log_size(ready, progress is True)
             refuse_unrecordable(ready.component)
             options = {"overwrite": overwrite, "experiment": loaded.to_dict(), **loaded.record.model_dump()}
@@ -208,6 +211,7 @@ def advance_component(
         conclusions=component.conclusions(),
         cautions=component.cautions(),
         warnings=issued_warnings if issued_warnings is not None else [],
+        unmet_stops=stops.sentences if stops is not None and stopped_by is None and not interrupted else [],
     )
 
 

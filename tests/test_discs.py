@@ -222,6 +222,18 @@ def test_a_wrong_link_costs_a_whole_return() -> None:
     assert info["wrong_links"] >= 1.0 and value == pytest.approx(info["closeness"] - info["wrong_links"], rel=1e-9)
 
 
+def test_the_picture_shows_the_tension_of_links_and_no_broken_link() -> None:
+    env = gymnasium.make("granular_env/Splitting-v1", target=2, render_mode="rgb_array")
+    env.reset()
+    at_rest = np.asarray(env.render())
+    played(env, env.unwrapped.task.baselines()["theory"])
+    split = np.asarray(env.render())
+    middles = [[picture[200, 40 + 44 + 88 * link + 44] for link in range(9)] for picture in (at_rest, split)]
+    assert all(colour.tolist() == [225, 225, 228] for colour in middles[0])
+    # Tension is red beside the broken link; at its place are the grey rims of two discs.
+    assert np.ptp(middles[1][2]) < 4 and int(middles[1][1][0]) > 2 * int(middles[1][1][2])
+
+
 def test_two_discs_at_one_place_are_refused_by_name_and_nothing_has_moved() -> None:
     discs = ge.make("discs")
     discs.step(1e-4, force=np.ones((8, 2)))

@@ -1,9 +1,8 @@
-"""A log in independent programs: contents as read by rerun, Foxglove and the `mcap` package; a visible wave."""
+"""A log in stock viewers: contents as read by rerun, Foxglove and the `mcap` package; a visible wave."""
 
 from __future__ import annotations
 
 import json
-import re
 from collections import defaultdict
 from pathlib import Path
 from typing import Any
@@ -13,12 +12,20 @@ import pytest
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
+from support.coupled_tools import layers
 
 import granular_env as ge
 from granular_env.cli import main
 from granular_env.recording import open_log, recover
+from granular_env.recording.preview import clouds
+from granular_env.viewing.scene_builder import load_scene
+from granular_env.viewing.scene_scales import make_scales
 
 GRAINS, DURATION = 30, 2.5e-4
+# The numbers of the log that are plotted.
+NUMBERS = {f"/energy/{name}" for name in ("kinetic_energy", "potential_energy", "input_work")} | {
+    "/momentum/momentum", "/momentum/impulse", "/velocity/left_velocity",
+}  # fmt: skip
 
 
 def make_chain(**parameters: Any) -> ge.Component:
@@ -80,7 +87,7 @@ def points_of(cloud: Any) -> tuple[np.ndarray, np.ndarray]:
 
 def test_the_slow_clock_lasts_about_ten_seconds_and_simulated_time_stands_beside_it(log: Path) -> None:
     messages = decoded(log)
-    for topic in ("/points/grains", "/energy[J]"):
+    for topic in ("/points/grains", "/energy/kinetic_energy"):
         slow, simulated = (np.array([entry[place] for entry in messages[topic]]) for place in (0, 1))
         assert slow[0] == 0 and 8e9 <= slow[-1] <= 12.5e9
         assert simulated[-1] == pytest.approx((DURATION + 20 * make_chain().step_size) * 1e9, rel=1e-3)
@@ -129,7 +136,7 @@ def test_a_recovered_log_has_its_preview(log: Path, tmp_path: Path) -> None:
     (tmp_path / "a.mcap").write_bytes(content[: content.index(b"/about")])
     assert not open_log(tmp_path / "a.mcap").complete
     recover(tmp_path / "a.mcap", tmp_path / "b.mcap")
-    assert {"/points/grains", "/energy[J]", "/about"} <= decoded(tmp_path / "b.mcap").keys()
+    assert {"/points/grains", "/energy/kinetic_energy", "/about"} <= decoded(tmp_path / "b.mcap").keys()
 
 
 def test_colours_follow_the_velocity(log: Path) -> None:
@@ -147,20 +154,53 @@ def test_colours_follow_the_velocity(log: Path) -> None:
     assert [offsets[name] - offsets["rgba"] for name in ("blue", "green", "red", "alpha")] == [0, 1, 2, 3]
 
 
-def test_scalars_are_grouped_by_unit_with_names_and_none_is_empty(log: Path) -> None:
-    messages, chain = decoded(log), make_chain()
-    topics = {topic for topic in messages if topic.startswith("/")}
-    assert {"/energy[J]", "/velocity[m\u00b7s\u207b\u00b9]", "/momentum[kg\u00b7m\u00b7s\u207b\u00b9]"} <= topics
-    assert not any(" " in topic for topic in topics)
-    for topic in topics:
-        if "[" in topic:
-            names = messages[topic][0][2].layout.dim[0].label.split(", ")
-            numbers = np.array([list(message.data) for _, _, message in messages[topic]])
-            assert numbers.shape[1] == len(names) and (numbers != 0.0).any(axis=0).all()
-            assert len({chain.variables[name].unit for name in names}) == 1
-    _, energy = open_log(log).series("kinetic_energy")
-    assert messages["/energy[J]"][0][2].layout.dim[0].label.split(", ")[0] == "kinetic_energy"
-    assert messages["/energy[J]"][-1][2].data[0] == energy[-1]
+def test_numbers_are_named_and_grouped_by_quantity(log: Path) -> None:
+    """Each number that changes is a topic with its unit; zeros, constants and small numbers are not plotted."""
+    messages = decoded(log)
+    with log.open("rb") as file:
+        channels = {one.topic: one for one in make_reader(file).get_summary().channels.values()}  # type: ignore[union-attr]
+    numbers = {topic for topic in messages if topic.count("/") == 2 and topic.startswith("/")} - {"/points/grains"}
+    assert numbers == NUMBERS
+    for topic in numbers:
+        assert channels[topic].metadata["unit"] == {"energy": "J", "momentum": "kg m/s", "velocity": "m/s"}[topic.split("/")[1]]
+        assert len({message.data[0] for _, _, message in messages[topic]}) > 1
+    assert messages["/energy/kinetic_energy"][-1][2].data[0] == open_log(log).series("kinetic_energy")[1][-1]
+    assert "Units: energy J, momentum kg m/s, velocity m/s." in messages["/about"][0][2].data
+
+
+def test_broken_links_are_bright_dots_and_intact_ones_absent(tmp_path: Path) -> None:
+    """Two halves of a row of discs move apart; the link between them breaks while their ends are close."""
+    discs = ge.make("discs", rows=1, columns=4, clearance=0.01, breaking_strain=1e-3)
+    with ge.record(discs, tmp_path / "a.mcap", every=discs.step_size, variables=["displacement", "speed", "linked"]):
+        discs.reset(velocity=np.array([[-1.0, 0.0], [-1.0, 0.0], [1.0, 0.0], [1.0, 0.0]]))
+        discs.step(40 * discs.step_size)
+    messages = decoded(tmp_path / "a.mcap")
+    dots = [points_of(cloud) for _, _, cloud in messages["/links/links"]]
+    assert len(dots[0][0]) == 0 and max(len(places) for places, _ in dots) == 1
+    assert next(colours[0] for _, colours in dots if len(colours)).tolist() == [255, 0, 190, 255]
+    text = messages["/about"][0][2].data
+    assert "Violet dots: broken links." in text and "speed from 0 (grey) to" in text, "a speed has no negative half"
+
+
+def test_bodies_in_a_plane_stand_upright_with_the_scales_of_our_viewer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A grid and automata have one colour scale. The factor follows from all particles, even if few are drawn."""
+    monkeypatch.setattr(clouds, "MOST_PLACES", 20)
+    coupled = layers()
+    names = [f"{part}_{name}" for part in ("grid", "automata") for name in ("speed", "displacement")]
+    with ge.record(coupled, tmp_path / "a.mcap", every=5 * coupled.step_size, variables=names):
+        coupled.reset(grid_velocity=1e-3 * np.random.default_rng(1).standard_normal(coupled.variables["grid_velocity"].shape))
+        coupled.step(100 * coupled.step_size)
+    messages = decoded(tmp_path / "a.mcap")
+    assert "/points/nodes" not in messages, "cells show the nodes"
+    for topic in ("/cells/grid", "/points/automata"):
+        places, colours = points_of(messages[topic][-1][2])
+        assert not places[:, 1].any() and np.ptp(places[:, 2]) > 0.0 and len(np.unique(colours, axis=0)) > 1
+    with open_log(tmp_path / "a.mcap") as log:
+        scales = make_scales(load_scene(log))
+    assert scales is not None
+    text = messages["/about"][0][2].data
+    assert f"Displacements are {scales.exaggeration:g} times larger." in text
+    assert f"grid_speed, automata_speed from 0 (grey) to {scales.colour_limit:g} m/s (red)" in text
 
 
 def test_messages_lie_in_the_order_of_time_in_each_chunk(tmp_path: Path) -> None:
@@ -194,20 +234,18 @@ def test_the_foxglove_layout_shows_what_is_in_the_log(log: Path, tmp_path: Path)
     seen = 2 * camera["distance"] * np.tan(np.radians(camera["fovy"] / 2))
     assert camera["near"] < 0.5 * camera["distance"] and np.ptp(points[:, 2]) < seen and np.ptp(points[:, 0]) < 2 * seen
     assert np.abs(camera["targetOffset"][0] - points[:, 0].mean()) < 0.2 * np.ptp(points[:, 0])
-    paths = [path for name, panel in panels.items() if name.startswith("Plot") for path in panel["paths"]]
-    for path in paths:
-        topic, _, place = path["value"].partition(".data[")
-        topic = json.loads(topic)
-        names = messages[topic][0][2].layout.dim[0].label.split(", ")
-        assert names[int(place[:-1])] == path["label"]
-    assert {path["label"] for path in paths} >= {"kinetic_energy", "left_velocity", "momentum"}
+    plots = [panel for name, panel in panels.items() if name.startswith("Plot")]
+    assert [panel["foxglovePanelTitle"] for panel in plots] == ["energy [J]", "momentum [kg m/s]", "velocity [m/s]"]
+    paths = [path for panel in plots for path in panel["paths"]]
+    assert {path["value"].removesuffix(".data[0]") for path in paths} == NUMBERS <= messages.keys()
+    assert all(path["value"].endswith(f"/{path['label']}.data[0]") for path in paths)
 
 
 def leaves(mosaic: Any) -> list[str]:
     return [mosaic] if isinstance(mosaic, str) else leaves(mosaic["first"]) + leaves(mosaic["second"])
 
 
-def test_stock_rerun_draws_points_text_and_a_plot_for_each_unit(log: Path) -> None:
+def test_stock_rerun_draws_points_text_and_a_plot_for_each_number(log: Path) -> None:
     chunk = pytest.importorskip("rerun.chunk")
     columns: dict[str, set[str]] = {}
     points = []
@@ -218,13 +256,7 @@ def test_stock_rerun_draws_points_text_and_a_plot_for_each_unit(log: Path) -> No
             points += batch.column("Points3D:positions").to_pylist()
     drawn = {path for path, names in columns.items() if "Points3D:positions" in names}
     assert drawn == {"/points/grains"} and "Points3D:colors" in columns["/points/grains"]
-    plotted = {unescaped(path) for path, names in columns.items() if "Scalars:scalars" in names}
-    assert plotted == {topic for topic in decoded(log) if "[" in topic}, "no plot is empty"
+    plotted = {path for path, names in columns.items() if "Scalars:scalars" in names}
+    assert plotted == NUMBERS
     assert "TextDocument:text" in columns["/about"] and "granular-env" in columns["/__mcap_metadata"]
     assert len([frame for frame in points if frame]) >= 50 and len(points[-1]) == GRAINS
-
-
-def unescaped(path: str) -> str:
-    """Return the topic name of an entity path, in which rerun escapes all other characters than letters and digits."""
-    path = re.sub(r"\\u\{([0-9A-Fa-f]+)\}", lambda found: chr(int(found[1], 16)), path)
-    return path.replace("\\", "")

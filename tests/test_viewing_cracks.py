@@ -12,10 +12,10 @@ from support.rerun_tools import read_columns
 import granular_env as ge
 from granular_env.components.drawables import Cells, Links, Points
 from granular_env.components.errors import ParameterError
+from granular_env.recording.preview.visible_drawables import visible_cells, visible_points
 from granular_env.viewing import report, save_rrd
 from granular_env.viewing.figures.plane import load_plane, plane_text
 from granular_env.viewing.scene_builder import load_scene, make_scene
-from granular_env.viewing.visible_drawables import visible_cells, visible_points
 
 RECORDED = ["surface_displacement", "surface_stress", "surface_plastic_strain", "surface_cells"]
 ALONG, AROUND = 9, 24

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import shlex
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from granular_env.cli.command import Status, command
+from granular_env.cli.command import Status, command, print_json
 from granular_env.cli.kinds import refuse_other_kinds
 from granular_env.cli.options import FOLDER, TIME, Overrides, ShippedName, allow_large_option, output_options, set_option
 
@@ -80,7 +79,7 @@ def sweep(
             part=part,
         )
     if as_json:
-        print(json.dumps(_sweep_facts(done), indent=2))
+        print_json(_sweep_facts(done))
     else:
         print(
             shlex.quote(str(done.folder / TABLE if part == "0/1" else done.folder))

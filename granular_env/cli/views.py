@@ -9,9 +9,9 @@ from typing import Any
 
 import click
 
-from granular_env.cli.command import Status, command
+from granular_env.cli.command import Status, command, print_json
 from granular_env.cli.logs import log_argument
-from granular_env.cli.options import FILE, FOLDER, TIME, allow_large_option, exclusive_options, format_option
+from granular_env.cli.options import FILE, FOLDER, TIME, allow_large_option, exclusive_options, format_option, json_option
 from granular_env.components.errors import ParameterError
 
 
@@ -36,7 +36,10 @@ class PictureSize(click.ParamType):
 @click.option("--foxglove-layout", metavar="JSON", type=FILE, help="Write a layout for Foxglove instead, to import there.")
 @click.option("--exaggerate", metavar="F", type=float, help="Draw displacements F times larger (default: visibly large).")
 @click.option(
-    "--at", metavar="T", type=TIME, help="Time of the screenshot [s] (default: the end if a body broke, else two thirds)."
+    "--at",
+    metavar="T",
+    type=TIME,
+    help="Time of the screenshot, such as 100us (default: the end if a body broke, else two thirds).",
 )
 @click.option("--colour", metavar="NAME", help="Colour by this recorded output, such as surface_plastic_strain.")
 @click.option("--show", metavar="NAME", multiple=True, help="Draw arrows, stresses or link forces over a film, repeatable.")
@@ -46,6 +49,7 @@ class PictureSize(click.ParamType):
     "--size", metavar="WxH", type=PictureSize(), help="Width and height of a film [pixels] (default: up to 1080 wide)."
 )
 @allow_large_option()
+@json_option()
 @exclusive_options("web", "save", "screenshot", "video", "foxglove_layout")
 def view(
     log: str,
@@ -58,6 +62,7 @@ def view(
     at: float | None,
     colour: str | None,
     allow_large: bool,
+    as_json: bool,
     **film: Any,
 ) -> int:
     """Show a log in rerun, or write a picture, a film, or a file for rerun or Foxglove."""
@@ -73,9 +78,9 @@ def view(
     opened = open_log(log, allow_large=allow_large)
     try:
         if video:
-            written = viewing.video(opened, video, exaggerate=exaggerate, colour=colour, progress=True, **film)
+            written = viewing.video(opened, video, exaggerate=exaggerate, colour=colour, progress=not as_json, **film)
         elif save:
-            written = viewing.save_rrd(opened, save, exaggerate=exaggerate, progress=True, colour=colour)
+            written = viewing.save_rrd(opened, save, exaggerate=exaggerate, progress=not as_json, colour=colour)
         elif screenshot:
             written = viewing.screenshot(opened, screenshot, at=at, exaggerate=exaggerate, colour=colour)
         elif foxglove_layout:
@@ -85,7 +90,7 @@ def view(
             return Status.DONE
     except ParameterError as error:
         raise error.with_argument("path", next((name for name in outputs if outputs[name]), "path")) from None
-    print(f"written: {written}")
+    print_json({"written": written}) if as_json else print(f"written: {written}")
     return Status.DONE
 
 
@@ -94,9 +99,12 @@ def view(
 @click.option("-o", "--out", metavar="FOLDER", type=FOLDER, help="Folder of the report (default: next to the log).")
 @click.option("--variables", metavar="NAME", multiple=True, help="Recorded output to show, repeatable (default: all).")
 @click.option("--indices", metavar="I", type=int, multiple=True, help="Element of the histories, repeatable (default: five).")
-@click.option("--times", metavar="T", type=TIME, multiple=True, help="Time of the profiles [s], repeatable (default: four).")
+@click.option(
+    "--times", metavar="T", type=TIME, multiple=True, help="Time of the profiles, such as 100us, repeatable (default: four)."
+)
 @format_option()
 @allow_large_option()
+@json_option()
 def report(
     log: str,
     out: str | None,
@@ -105,6 +113,7 @@ def report(
     times: tuple[float, ...],
     file_format: str,
     allow_large: bool,
+    as_json: bool,
 ) -> int:
     """Write a page with figures of a log."""
     from granular_env import viewing
@@ -116,7 +125,10 @@ def report(
         raise ParameterError(f"got {out!r}", expected=f"a folder, such as {str(folder.with_suffix(''))!r}", hint=hint, at="out")
     with open_log(log, allow_large=allow_large) as opened:
         chosen = {"variables": variables or None, "indices": indices or None, "times": times or None}
-        page = viewing.report(opened, folder, **chosen, progress=True, file_format=file_format)
+        page = viewing.report(opened, folder, **chosen, progress=not as_json, file_format=file_format)
+    if as_json:
+        print_json({"written": page, "folder": folder})
+    else:
         print(f"written: {page}, with its figures in {folder}{os.sep}")
     return Status.DONE
 

@@ -72,7 +72,7 @@ class Document(Table):
         except ValidationError as error:
             faults = validation_faults(error, content, cls)
         except (ValueError, TypeError, ArithmeticError, RecursionError, LookupError) as error:
-            faults = [Fault(received=f"not usable: {error}")]
+            faults = [Fault(received=f"cannot be used: {error}")]
         raise ExperimentError(*(replace(one, source=fault_source(one.location, origin, overrides)) for one in faults))
 
     def to_dict(self) -> dict[str, Any]:

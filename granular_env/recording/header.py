@@ -157,6 +157,11 @@ def parse_balance_names(facts: Any) -> tuple[BalanceNames, ...]:
     return tuple(found)
 
 
+def balance_quantities(facts: Any) -> dict[str, str]:
+    """Return name of a balance's variable -> quantity of the balance, from JSON values of `balance_facts`."""
+    return {name: one.quantity for one in parse_balance_names(facts) for name in (*one.entries, one.residual)}
+
+
 def balance_facts(balance: Balance) -> dict[str, Any]:
     """Return the names of a balance's variables as JSON values."""
     parts = {name: list(getattr(balance, name)) for name in ("stored", "lost", "supplied")}

@@ -20,7 +20,7 @@ from ..components.component import Component
 from ..components.errors import GranularError, LogError, ParameterError, one_line
 from ..components.inputs import Held
 from .batches import Batch, Place, Profiles, write_batch
-from .header import closing_facts, header_title, make_header, plain_json
+from .header import balance_quantities, closing_facts, header_title, make_header, plain_json
 from .preview.film import Preview
 from .records import END, HEADER, KEY, START, Record, make_hash_row, to_nanoseconds
 from .schedule import Schedule, make_schedule, names_to_record, value_count
@@ -396,7 +396,7 @@ def begin_log(
         header, arrays = make_header(component, names, asdict(schedule), experiment, parent, elapsed)
         writer.add_header(Record(HEADER, 0, 0, 0, 0, 1, 0, header, arrays))
         variables = {name: component.variables[name] for name in names}
-        preview = Preview(header_title(header), component.drawables(), variables)
+        preview = Preview(header_title(header), component.drawables(), variables, balance_quantities(header["balances"]))
     except BaseException:
         writer.abandon()
         raise

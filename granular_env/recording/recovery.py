@@ -18,7 +18,7 @@ from ..components.component import Component
 from ..components.errors import LogError, ParameterError
 from ..components.inputs import Held
 from .batches import Place
-from .header import header_title, versions
+from .header import balance_quantities, header_title, versions
 from .index import FIRST, KIND, LAST, SEGMENT, all_records
 from .log import Log, open_log
 from .preview.film import Preview
@@ -81,7 +81,8 @@ def copy_records(log: Log, writer: LogWriter, count: int) -> None:
 
 def make_preview(log: Log, end: int | None = None) -> Preview:
     """Return the preview made from the frames of a log up to the tick `end` of the log's time; default: all frames."""
-    preview = Preview(header_title(log.header), log.drawables, log.variables)
+    quantities = balance_quantities(log.header.get("balances"))
+    preview = Preview(header_title(log.header), log.drawables, log.variables, quantities)
     for together in zip(*(_log_frames(log, name) for name in log.variables), strict=False):
         tick = together[0][0]
         if end is None or tick <= end:

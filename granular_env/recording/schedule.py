@@ -12,7 +12,8 @@ from ..components.drawables import drawn_outputs
 from ..components.errors import ParameterError, one_line, spelling_hint
 from ..components.support.round_numbers import round_down_to_125, round_up_to_125
 from ..components.support.validation import whole_number
-from .preview.film import COUNTED, MOST_FRAMES, MOST_PICTURES, MOST_PLACES
+from .preview.clouds import COUNTED, MOST_PLACES
+from .preview.film import MOST_FRAMES, MOST_PICTURES
 from .records import damage_error
 
 # Default interval between hashes of the state [ticks]; they cost less than 1 % of a run for all shipped components.
@@ -32,8 +33,8 @@ _FRAMES = 400
 _HUGE_FRAME, _TICKS_A_FRAME, _FEWEST_FRAMES = 1_000_000, 500, 10
 # Without a known duration: pairs (size, frames): if a frame has more numbers than size, the interval doubles every `frames`.
 _FRAMES_A_DOUBLING = ((_HUGE_FRAME, 4), (8192, 16), (-1, 64))
-# Sizes of a log without data, of one element in a picture of the preview, and of a preview number with its name [bytes].
-_LOG_BYTES, _PLACE_BYTES, _NUMBER_BYTES = 20_000, 16, 30
+# Sizes of a log without data, of one element in a picture of the preview, and of a message with a number [bytes].
+_LOG_BYTES, _PLACE_BYTES, _NUMBER_BYTES = 20_000, 16, 75
 
 
 @dataclass(frozen=True, slots=True)

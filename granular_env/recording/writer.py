@@ -77,9 +77,9 @@ class LogWriter:
         self._latest = max(self._latest, nanoseconds)
         facts = self._variables[record.detail] if record.kind == FRAMES else {"name": ""}
         schema = "granular.Frames" if record.kind == FRAMES else "granular.Block"
-        topic = Topic(record_topic(record.kind, facts["name"]), schema, "protobuf", own_schema(schema))
         texts = {name: str(facts[name]) for name in ("unit", "shape", "description") if name in facts}
-        self._add_message(topic, texts, record.number, encode_record(record), self._latest, self._latest)
+        topic = Topic(record_topic(record.kind, facts["name"]), schema, "protobuf", own_schema(schema), texts)
+        self._add_message(topic, record.number, encode_record(record), self._latest, self._latest)
 
     def add_header(self, record: Record) -> None:
         """Write the first record, and the Metadata record for stock tools."""
@@ -93,15 +93,15 @@ class LogWriter:
         """Write the preview (the messages that viewers such as Foxglove show), in chunks of its own."""
         self.flush()
         for number, one in enumerate(messages):
-            self._add_message(one.topic, {}, number, one.data, one.log_time, one.publish_time)
+            self._add_message(one.topic, number, one.data, one.log_time, one.publish_time)
         self.flush()
 
-    def _add_message(self, topic: Topic, texts: dict[str, str], number: int, data: bytes, log_time: int, time: int) -> None:
+    def _add_message(self, topic: Topic, number: int, data: bytes, log_time: int, time: int) -> None:
         with self._translate_errors():
             if topic.schema not in self._schemas:
                 self._schemas[topic.schema] = self._mcap.register_schema(topic.schema, topic.encoding, topic.definition)
             if topic.name not in self._channels:
-                facts = topic.message_encoding, self._schemas[topic.schema], texts
+                facts = topic.message_encoding, self._schemas[topic.schema], dict(topic.metadata)
                 self._channels[topic.name] = self._mcap.register_channel(topic.name, *facts)
             self._mcap.add_message(self._channels[topic.name], log_time, data, time, number & 0xFFFFFFFF)
         self._unfinished_bytes += len(data)

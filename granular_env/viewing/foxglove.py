@@ -1,4 +1,4 @@
-"""A layout (arrangement of panels) for Foxglove: side view of the log's preview, a description, and a plot per unit.
+"""A layout (arrangement of panels) for Foxglove: front view of the log's preview, a description, and a plot per quantity.
 
 Without a layout, Foxglove hides the topics of an unknown file, and its camera is 20 m away from a body of a few centimetres.
 """
@@ -11,23 +11,23 @@ import os
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from granular_env.colours import PALETTE
-from granular_env.components.drawables import Cells, Points, to_three_columns
+from granular_env.components.drawables import Points
 from granular_env.components.errors import LogError
+from granular_env.components.variables import Variable
 from granular_env.output_files import replace_file
+from granular_env.recording.header import balance_quantities
 from granular_env.recording.log import Log
-from granular_env.recording.preview.encoding import CDR_HEAD, FRAME, decode_number_names
-from granular_env.recording.preview.film import ABOUT_TOPIC, bounding_box, cloud_topic, shown_drawables
+from granular_env.recording.preview.clouds import bounding_box, cloud_topic, shown_drawables
+from granular_env.recording.preview.encoding import FRAME
+from granular_env.recording.preview.film import ABOUT_TOPIC, number_topics, topic_quantity
 
 _POINT_SIZE, _OTHER_SIZE = 5, 3
 # Vertical field of view of the camera [degrees], and smallest aspect ratio (width over height) of its picture.
 _OPENING, _ASPECT = 45.0, 1.6
 _TANGENT = math.tan(math.radians(_OPENING / 2))
 # In Foxglove's camera settings, phi is the polar angle from the vertical [degrees].
-_SIDE_VIEW = {"phi": 80.0, "thetaOffset": 0.0, "perspective": True, "fovy": _OPENING}
-_PLANE_PHI = 30.0
+_VIEW = {"phi": 80.0, "thetaOffset": 0.0, "perspective": True, "fovy": _OPENING}
 
 
 def save_foxglove_layout(log: Log, path: str | os.PathLike[str]) -> Path:
@@ -51,10 +51,12 @@ def save_foxglove_layout(log: Log, path: str | os.PathLike[str]) -> Path:
 
 def foxglove_layout(log: Log) -> dict[str, Any]:
     """Return the layout for a log in Foxglove's export format; `LogError` if the log has no preview."""
-    numbers = enumerate(_number_names(log).items())
-    plots = {f"Plot!{place}": _plot_panel(topic, names, place) for place, (topic, names) in numbers}
+    groups: dict[str, dict[str, Variable]] = {}
+    for topic, variable in _plotted_numbers(log).items():
+        groups.setdefault(topic_quantity(topic), {})[topic] = variable
+    plots = {f"Plot!{place}": _plot_panel(name, topics, place) for place, (name, topics) in enumerate(groups.items())}
     about = {"RawMessages!about": {"topicPath": f"{ABOUT_TOPIC}.data", "diffEnabled": False}}
-    scene = {"3D!preview": _scene_panel(log)} if log.drawables else {}
+    scene = {"3D!preview": _scene_panel(log)} if shown_drawables(log.drawables, log.variables) else {}
     below = _panel_row([*about, *plots])
     layout: Any = {"direction": "column", "first": "3D!preview", "second": below, "splitPercentage": 60} if scene else below
     return {
@@ -66,17 +68,14 @@ def foxglove_layout(log: Log) -> dict[str, Any]:
     }
 
 
-def _number_names(log: Log) -> dict[str, list[str]]:
-    """Return, for each topic of the preview with numbers, the names of the numbers; the preview is at the end of the file."""
-    found: dict[str, list[str]] = {}
+def _plotted_numbers(log: Log) -> dict[str, Variable]:
+    """Return topic -> variable of the numbers in the preview, which is at the end of the file."""
+    known, found = number_topics(log.variables, balance_quantities(log.header.get("balances"))), set[str]()
     container = log.container
     for chunk in reversed(range(len(container.places))):
-        entries = container.messages(chunk)
-        for topic, message in entries:
-            if topic.startswith("/") and message.data[:4] == CDR_HEAD and topic not in (ABOUT_TOPIC, *found):
-                found[topic] = decode_number_names(message.data)
-        if any(topic == ABOUT_TOPIC for topic, _ in entries):
-            return found
+        found |= {topic for topic, _ in container.messages(chunk)}
+        if ABOUT_TOPIC in found:
+            return {topic: variable for topic, (variable, _) in known.items() if topic in found}
     raise LogError(
         "the log has no preview for stock viewers: it was not closed, or an older version wrote it",
         hint="`granular-env recover` writes a log with a preview",
@@ -85,22 +84,19 @@ def _number_names(log: Log) -> dict[str, list[str]]:
 
 
 def _scene_panel(log: Log) -> dict[str, Any]:
-    low, high = bounding_box(log.drawables)
+    shown = shown_drawables(log.drawables, log.variables)
+    low, high = bounding_box(shown)
     middle, (width, depth, height) = (low + high) / 2, (high - low).tolist()
-    drawn = [one for one in log.drawables if isinstance(one, Points | Cells)]
-    places = [one.reference if isinstance(one, Points) else one.nodes for one in drawn]
-    is_plane = any(np.ptp(to_three_columns(rows)[:, 1]) > 0.0 for rows in places)
-    view = {**_SIDE_VIEW, "phi": _PLANE_PHI} if is_plane else _SIDE_VIEW
-    tilt = math.radians(view["phi"])
+    tilt = math.radians(_VIEW["phi"])
     # Height [m] that the picture must cover at the bodies so that they fit in; x runs across the picture.
     seen = 1.1 * max(height * math.sin(tilt) + depth * math.cos(tilt), width / _ASPECT)
     distance = seen / 2 / _TANGENT
     topics: dict[str, Any] = {}
-    for one in shown_drawables(log.drawables, log.variables):
+    for one in shown:
         size = _POINT_SIZE if isinstance(one, Points) else _OTHER_SIZE
         topics[cloud_topic(one)] = {"visible": True, "pointSize": size, "colorMode": "rgba", "colorField": "rgba"}
     camera = {
-        **view,
+        **_VIEW,
         "distance": distance,
         "target": [0.0, 0.0, 0.0],
         "targetOffset": middle.tolist(),
@@ -114,17 +110,17 @@ def _scene_panel(log: Log) -> dict[str, Any]:
     return {"cameraState": camera, **followed, "scene": {}, "transforms": hidden, "layers": {}, "topics": topics}
 
 
-def _plot_panel(topic: str, names: list[str], place: int) -> dict[str, Any]:
-    path = json.dumps(topic, ensure_ascii=False)
+def _plot_panel(quantity: str, topics: dict[str, Variable], place: int) -> dict[str, Any]:
+    unit = next(iter(topics.values())).unit
     paths = [
         {
-            "value": f"{path}.data[{number}]",
-            "label": name,
+            "value": f"{topic}.data[0]",
+            "label": topic.rpartition("/")[2],
             "enabled": True,
             "timestampMethod": "receiveTime",
             "color": PALETTE[(place + number) % len(PALETTE)],
         }
-        for number, name in enumerate(names)
+        for number, topic in enumerate(topics)
     ]
     return {
         "paths": paths,
@@ -136,7 +132,7 @@ def _plot_panel(topic: str, names: list[str], place: int) -> dict[str, Any]:
         "isSynced": True,
         "xAxisVal": "timestamp",
         "sidebarDimension": 240,
-        "foxglovePanelTitle": topic.removeprefix("/"),
+        "foxglovePanelTitle": quantity if unit == "1" else f"{quantity} [{unit}]",
     }
 
 

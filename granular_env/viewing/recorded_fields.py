@@ -14,6 +14,12 @@ from granular_env.components.drawables import Curve, Drawable, main_points
 from granular_env.components.errors import ParameterError
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.variables import Variable
+from granular_env.recording.preview.visible_drawables import (
+    colouring_outputs,
+    is_hidden,
+    with_colour,
+    with_recorded_colour,
+)
 from granular_env.recording.steps import sample_intervals
 
 from . import curves
@@ -21,7 +27,6 @@ from .curves import acting_intervals, component_names, pick_with_extremes
 from .places import AXES, element_positions, is_vector, place_name
 from .scene_data import MAXIMUM_POINTS, MAXIMUM_SHOWN_PARTICLES, Motion
 from .unit_labels import scaled_label
-from .visible_drawables import colour_name, colouring_outputs, is_hidden, with_colour
 
 # Recorded series with more numbers than this are read frame by frame.
 _READ_AT_ONCE = 50_000_000
@@ -65,12 +70,8 @@ def coloured_drawables(log: Any, colour: str | None) -> tuple[Drawable, ...]:
         )  # fmt: skip
     found: list[Drawable] = []
     for one in log.drawables:
-        own, others = colour_name(one), colouring_outputs([one], recorded)
-        if colour in others:
-            one = with_colour(one, colour)
-        elif own and own not in recorded and (others := [name for name in others if name != getattr(one, "state", "")]):
-            one = with_colour(one, others[0])
-        found.append(one)
+        is_chosen = colour in colouring_outputs([one], recorded)
+        found.append(with_colour(one, colour or "") if is_chosen else with_recorded_colour(one, recorded))
     return tuple(found)
 
 

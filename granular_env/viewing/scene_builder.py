@@ -18,6 +18,7 @@ from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.variables import Variable
 from granular_env.domains import find_domain
 from granular_env.recording.header import BalanceNames, balance_facts, parse_balance_names
+from granular_env.recording.preview.visible_drawables import colour_name, is_hidden, is_plane, visible_cells, visible_points
 
 from .curves import MAXIMUM_CURVE_POINTS, Curve, load_input_curves, present_input_curves
 from .recorded_fields import (
@@ -44,7 +45,6 @@ from .scene_data import (
     SceneData,
 )
 from .viewpoint import focus_normal
-from .visible_drawables import colour_name, is_hidden, is_plane, visible_cells, visible_points
 
 
 class Frames(NamedTuple):

@@ -11,10 +11,10 @@ import numpy.typing as npt
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.variables import Variable
 from granular_env.recording.header import BalanceNames
+from granular_env.recording.preview.visible_drawables import is_solid
 
 from .curves import Curve
 from .viewpoint import viewpoint
-from .visible_drawables import is_solid
 
 # Largest amounts of displayed data (see the names); with more, viewers run out of memory.
 MAXIMUM_FRAMES = 400

@@ -13,16 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.colours import diverging_colours, symmetric_limit
+from granular_env.colours import colour_limit, diverging_colours
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.variables import Variable
 from granular_env.recording.preview.displacement_scale import common_exaggeration
 
 from .scene_data import Motion, SceneData, drawn_positions
 
-# In a plane, a few values that exceed nearly all others by this factor do not set the limit of the colours; otherwise those at
-# the place of a point load would leave the wave nearly without colour.
-_OUTSTANDING, _NEARLY_ALL = 2.5, 0.995
 # Scenes smaller than this are magnified [m].
 _LEAST_LENGTH = 0.1
 REST_COLOUR = (150, 150, 150)
@@ -52,7 +49,7 @@ def colour_scales(shown: Iterable[tuple[Variable, FloatArray]], is_plane: bool =
 
     Args:
         shown: for each output its variable and its values, of any shape.
-        is_plane: whether the shapes lie in a plane, where a few outstanding values do not set the limit (see above).
+        is_plane: whether the shapes lie in a plane, where a few outstanding values do not set the limit.
     """
     groups: dict[str, list[tuple[Variable, FloatArray]]] = {}
     for variable, values in shown:
@@ -63,13 +60,9 @@ def colour_scales(shown: Iterable[tuple[Variable, FloatArray]], is_plane: bool =
 def _make_scale(group: Sequence[tuple[Variable, FloatArray]], is_plane: bool) -> ColourScale:
     values = np.concatenate([np.ravel(values) for _, values in group])
     values, unit = values[np.isfinite(values)], group[0][0].unit
-    magnitudes = np.abs(values)
-    largest = nearly_all = float(magnitudes.max(initial=0.0))
-    if is_plane and unit != "1" and magnitudes.any():
-        nearly_all = float(np.quantile(magnitudes[magnitudes > 0.0], _NEARLY_ALL))
-    is_exceeded = largest > _OUTSTANDING * nearly_all
     names = tuple(dict.fromkeys(variable.name for variable, _ in group))
-    limit = symmetric_limit([nearly_all if is_exceeded else largest])
+    limit = colour_limit(values, clips=is_plane and unit != "1")
+    is_exceeded = bool(np.abs(values).max(initial=0.0) > 1.01 * limit)  # more than by rounding
     return ColourScale(names, unit, limit, bool(values.min(initial=0.0) < 0.0), is_exceeded)
 
 

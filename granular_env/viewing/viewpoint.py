@@ -10,8 +10,7 @@ import numpy as np
 from granular_env.components.drawables import Cells, Drawable
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.recording.event_places import event_place
-
-from .visible_drawables import area_vectors, is_solid, visible_cells
+from granular_env.recording.preview.visible_drawables import area_vectors, is_solid, visible_cells
 
 # Usual direction towards the eye: in front (y < 0), above, and slightly to the left.
 USUAL = np.array([-0.25, -0.6, 0.76]) / np.sqrt(0.25**2 + 0.6**2 + 0.76**2)

@@ -7,7 +7,6 @@ per element would take longer than the run.
 from __future__ import annotations
 
 import struct
-from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
@@ -115,24 +114,11 @@ def _point_cloud_head() -> bytes:
 
 def encode_text(text: str) -> bytes:
     """Return an encoded ``std_msgs/String`` message."""
-    return CDR_HEAD + _encode_string(text)
-
-
-def encode_numbers(names: Sequence[str], rows: np.ndarray) -> list[bytes]:
-    """Return a ``std_msgs/Float64MultiArray`` message, labelled with `names`, per row of `rows`, shape (messages, numbers)."""
-    count, label = rows.shape[1], _encode_string(", ".join(names))
-    body = struct.pack("<I", 1) + label
-    body += bytes(-len(body) % 4) + struct.pack("<4I", count, count, 0, count)
-    head = CDR_HEAD + body + bytes(-len(body) % 8)
-    return [head + row.tobytes() for row in np.ascontiguousarray(rows, dtype="<f8")]
-
-
-def decode_number_names(data: bytes) -> list[str]:
-    """Return the names of the numbers in a message made by `encode_numbers`."""
-    (length,) = struct.unpack_from("<I", data, 8)
-    return data[12 : 12 + length - 1].decode().split(", ")
-
-
-def _encode_string(text: str) -> bytes:
     data = text.encode() + b"\x00"
-    return struct.pack("<I", len(data)) + data
+    return CDR_HEAD + struct.pack("<I", len(data)) + data
+
+
+def encode_numbers(values: np.ndarray) -> list[bytes]:
+    """Return a ``std_msgs/Float64MultiArray`` message with one number for each value, shape (n,)."""
+    head = CDR_HEAD + struct.pack("<4I", 0, 0, 1, 0)  # no dimensions, offset 0, one number, padding
+    return [head + value.tobytes() for value in values.astype("<f8")]

@@ -21,10 +21,10 @@ from granular_env.components.drawables import Cells, Drawable, Links, Points, to
 from granular_env.components.errors import ParameterError
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.variables import Variable
+from granular_env.recording.preview.visible_drawables import has_elements, visible_cells, visible_points
 
 from ..recorded_fields import nearest_frame, recorded_outputs, sample_frames
 from ..unit_labels import scaled_unit
-from ..visible_drawables import has_elements, visible_cells, visible_points
 
 if TYPE_CHECKING:
     from .plane import Plane

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.variables import Variable
+from granular_env.recording.preview.visible_drawables import area_vectors
 
 from ..cracks import MOST_LINES, corner_pieces, crack_lines
 from ..picture_sentences import picture_sentences
@@ -21,7 +22,6 @@ from ..recorded_fields import located_events
 from ..scene_builder import load_shapes
 from ..scene_data import LinkFrames, MeshFrames, Motion, SceneData, drawn_positions
 from ..scene_scales import ColourScale, Scales, make_scales
-from ..visible_drawables import area_vectors
 from .drawing import new_figure, time_unit, use_style
 from .keys import draw_keys, keys_height
 from .overlays import Arrows, Overlay, load_overlays

@@ -17,11 +17,11 @@ from granular_env.components.errors import GranularError, ParameterError
 from granular_env.components.support.validation import finite_number
 from granular_env.components.variables import Variable
 from granular_env.domains import find_domain
+from granular_env.recording.preview.visible_drawables import colouring_outputs, is_plane_filling, visible_cells, visible_points
 
 from ..curves import MOST_CURVES, Curve, component_names, load_input_curves
 from ..recorded_fields import Field, curve_names, load_curves, load_fields, recorded_outputs, validity_limit
 from ..scene_builder import load_scene, log_title, require_log
-from ..visible_drawables import colouring_outputs, is_plane_filling, visible_cells, visible_points
 from .plane import draw_plane, load_plane
 from .run_figures import FRAMES, default_indices, draw_balance, draw_curve_panels, draw_fields, find_place
 from .spectra import Spectrum, draw_dispersion, draw_spectra, load_spectrum

@@ -14,6 +14,7 @@ from markupsafe import Markup
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.progress import Progress, progress_bar
 from granular_env.recording.comparison import Difference, LogComparison, Logs, common_frames, compare_logs
+from granular_env.recording.preview.visible_drawables import is_plane_filling
 
 from ..curves import MOST_CURVES, Curve, component_names, load_input_curves
 from ..figures.plane import Plane, draw_plane, plane_text
@@ -24,7 +25,6 @@ from ..scene_builder import load_scene, load_shapes, require_log
 from ..scene_data import MAXIMUM_POINTS, SceneData
 from ..scene_scales import make_scales
 from ..unit_labels import typeset_unit
-from ..visible_drawables import is_plane_filling
 from .figures import CaptionedFigure, figure_title
 from .page import figure_sections, require_page, write_page
 from .tables import short_value

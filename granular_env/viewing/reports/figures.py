@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from granular_env.components.drawables import Cells, Links, Points, element_count
 from granular_env.components.errors import ParameterError
+from granular_env.recording.preview.visible_drawables import colouring_outputs, is_plane_filling, is_solid
 
 from ..curves import MOST_CURVES, Curve, InputCurves, load_input_curves
 from ..figures import plane, run_figures
@@ -19,7 +20,6 @@ from ..plot_groups import make_plots
 from ..recorded_fields import Field, array_names, load_fields, recorded_outputs
 from ..scene_builder import load_scene
 from ..scene_data import SceneData
-from ..visible_drawables import colouring_outputs, is_plane_filling, is_solid
 
 
 @dataclass(frozen=True)

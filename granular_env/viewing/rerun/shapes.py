@@ -9,10 +9,10 @@ import numpy.typing as npt
 import rerun as rr
 
 from granular_env.components.support.float_arrays import FloatArray
+from granular_env.recording.preview.visible_drawables import area_vectors
 
 from ..cracks import MOST_LINES, corner_pieces, crack_lines
 from ..scene_data import MeshFrames, Motion
-from ..visible_drawables import area_vectors
 
 # Radii of lines, relative to the smallest particle radius; distance of lines in front of the particles' centres, over the
 # largest radius. Lines are moved along the ray to the camera, so that their place in the picture does not change.

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from granular_env.components.drawables import Cells, Drawable, Links, Points, element_count
-from granular_env.components.support.float_arrays import FloatArray
-from granular_env.components.variables import Variable
+from ...components.drawables import Cells, Drawable, Links, Points, element_count
+from ...components.support.float_arrays import FloatArray
+from ...components.variables import Variable
 
 
 def is_hidden(drawable: Drawable, others: Sequence[Drawable]) -> bool:
@@ -61,6 +61,13 @@ def colour_name(drawable: Drawable) -> str:
 def with_colour(drawable: Drawable, name: str) -> Drawable:
     """Return the drawable (points or cells) with the output `name` as its colour."""
     return dataclasses.replace(drawable, **{"field" if isinstance(drawable, Cells) else "colour": name})
+
+
+def with_recorded_colour(drawable: Drawable, recorded: Mapping[str, Variable]) -> Drawable:
+    """Return the drawable with the first recorded output that can colour it if the output that colours it was not recorded."""
+    own = colour_name(drawable)
+    others = [name for name in colouring_outputs([drawable], recorded) if name != getattr(drawable, "state", "")]
+    return with_colour(drawable, others[0]) if own and own not in recorded and others else drawable
 
 
 def colouring_outputs(drawables: Sequence[Drawable], variables: Mapping[str, Variable]) -> list[str]:
