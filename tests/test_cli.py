@@ -202,6 +202,7 @@ OPENING = [
     ["check", "a.mcap"],
     ["branch", "a.mcap", "--at", "5", "--log", "b.mcap"],
     ["recover", "a.mcap", "-o", "whole.mcap"],
+    ["compare", "a.mcap", "a.mcap", "--json"],
 ]
 
 
