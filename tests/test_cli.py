@@ -203,6 +203,7 @@ OPENING = [
     ["branch", "a.mcap", "--at", "5", "--log", "b.mcap"],
     ["recover", "a.mcap", "-o", "whole.mcap"],
     ["export", "a.mcap", "--to", "csv"],
+    ["compare", "a.mcap", "a.mcap", "--json"],
 ]
 
 
