@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import re
 from importlib import import_module
-from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .errors import ParameterError, one_line, spelling_hint
 
 if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
+
     from .component import Component
 
 ENTRY_POINT_GROUP = "granular_env.components"
@@ -80,6 +81,8 @@ def make(name: str, **parameters: Any) -> Component:
 
 
 def _plugin_entry_points() -> list[EntryPoint]:
+    from importlib.metadata import entry_points
+
     return list(entry_points(group=ENTRY_POINT_GROUP))
 
 

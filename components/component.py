@@ -22,6 +22,7 @@ from .snapshot import Snapshot
 from .state_block import Block, Layout
 from .stepping import Stepping
 from .support.float_arrays import FloatArray
+from .support.html_summary import html_summary
 from .support.memory_limits import refuse_excess_memory
 from .support.serialization import canonical_json
 from .support.validation import validate_parameters
@@ -85,6 +86,14 @@ class Component(Stepping):
 
     def __repr__(self) -> str:
         return f"<{self.name} at {self.time:.9g} s (tick {self.tick})>"
+
+    def _repr_html_(self) -> str:
+        facts = {"time": f"{self.time:.9g} s", "tick": self.tick, "step size": f"{self.step_size:.6g} s"}
+        rows = (
+            (one.name, one.causality, getattr(self.parameters, one.name, one.shape), one.unit, one.description)
+            for one in self.variables.values()
+        )
+        return html_summary(f"component {self.name}", facts, ("name", "", "value or shape", "unit", "description"), rows)
 
     def __setattr__(self, name: str, value: Any) -> None:
         variables = self.__dict__.get("variables", {})

@@ -72,11 +72,17 @@ class Discs(Component):
         yield Variable("velocity", "output", "m/s", (n, 2), "velocity of each disc", state=True, axes=axes)
         yield Variable("speed", "output", "m/s", (n,), "speed of each disc", minimum=0.0, axes=("disc",))
         yield Variable("linked", "output", "1", (self.links,), "1 for an intact link, 0 for a broken one", axes=("link",))
+        text = "force along the line of centres of each linked or broken pair, compression positive"
+        yield Variable("link_force", "output", "N", (self.links,), text, axes=("link",))
         yield Variable("broken_links", "output", "1", (), "number of broken links")
 
     def _output_readers(self) -> dict[str, Callable[[], Any]]:
-        links = {"linked": lambda: 1.0 * self._linked_pairs()[: self.links], "broken_links": lambda: float(self.event_count)}
-        return {"speed": lambda: norms(self._block["velocity"]), **links}
+        return {
+            "speed": lambda: norms(self._block["velocity"]),
+            "linked": lambda: 1.0 * self._linked_pairs()[: self.links],
+            "link_force": self._link_forces,
+            "broken_links": lambda: float(self.event_count),
+        }
 
     def _write_start_state(self, seed: int | None, values: Mapping[str, FloatArray]) -> Mapping[str, Any]:
         super()._write_start_state(seed, values)
@@ -132,6 +138,10 @@ class Discs(Component):
         """Return the extension of each pair's spring; 0 for a pair without link or contact."""
         return np.where(self._linked_pairs(), distance - self.diameter, np.minimum(distance - self.diameter, 0.0))
 
+    def _link_forces(self) -> FloatArray:
+        _, distance, _ = self._pair_geometry()
+        return 0.0 - self.parameters.stiffness * self._spring_extensions(distance)[: self.links]
+
     def _pair_forces(self, directions: FloatArray, distance: FloatArray) -> FloatArray:
         tension = (self.parameters.stiffness * self._spring_extensions(distance) / distance)[:, np.newaxis] * directions
         forces = np.zeros_like(self.reference)
@@ -159,4 +169,4 @@ class Discs(Component):
     def drawables(self) -> tuple[Drawable, ...]:
         """Return the discs, coloured by speed, and the links."""
         discs = Points("discs", self.reference, np.full(len(self.reference), self.parameters.radius), "displacement", "speed")
-        return discs, Links("links", "discs", self.pairs[: self.links], "linked")
+        return discs, Links("links", "discs", self.pairs[: self.links], "linked", "link_force")

@@ -16,6 +16,13 @@ class _Geometry:
 
     __slots__ = ()
 
+    def __repr__(self) -> str:
+        values = ((name, getattr(self, name)) for name in self.__slots__)
+        texts = (
+            f"{name}=<array {value.shape}>" if isinstance(value, np.ndarray) else f"{name}={value!r}" for name, value in values
+        )
+        return f"{type(self).__name__}({', '.join(texts)})"
+
     def __post_init__(self) -> None:
         for name in ("reference", "radius", "pairs", "nodes", "connectivity", "coordinate", "period"):
             if hasattr(self, name):
@@ -26,7 +33,7 @@ class _Geometry:
                 object.__setattr__(self, name, copied)
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@dataclasses.dataclass(frozen=True, slots=True, repr=False)
 class Points(_Geometry):
     """Bodies with a centre: grains, discs, automata, integration points.
 
@@ -64,7 +71,7 @@ class Points(_Geometry):
         return np.logical_not(np.any(across, axis=1))
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@dataclasses.dataclass(frozen=True, slots=True, repr=False)
 class Links(_Geometry):
     """Pairs of points that are linked until they break.
 
@@ -73,15 +80,17 @@ class Links(_Geometry):
         points: the name of the `Points`.
         pairs: indices of the points, shape (m, 2), int64.
         state: the output that is 0 for unlinked pairs, shape (m,); its value colours the others.
+        force: the output with the force along the line of centres, compression positive, shape (m,) [N]; empty for none.
     """
 
     name: str
     points: str
     pairs: npt.NDArray[np.int64]
     state: str
+    force: str = ""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@dataclasses.dataclass(frozen=True, slots=True, repr=False)
 class Cells(_Geometry):
     """Elements of a continuum.
 
@@ -103,7 +112,7 @@ class Cells(_Geometry):
     state: str = ""
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@dataclasses.dataclass(frozen=True, slots=True, repr=False)
 class Curve(_Geometry):
     """A field along a line, such as the pressure along a tube.
 
@@ -121,7 +130,7 @@ class Curve(_Geometry):
 Drawable = Points | Links | Cells | Curve
 
 # Fields of drawables that contain the name of an output, or "".
-OUTPUT_FIELDS = ("displacement", "colour", "rotation", "state", "field")
+OUTPUT_FIELDS = ("displacement", "colour", "rotation", "state", "field", "force")
 
 
 def element_count(drawable: Drawable) -> int:
@@ -138,8 +147,8 @@ def element_count(drawable: Drawable) -> int:
 
 
 def drawn_outputs(drawables: Iterable[Drawable]) -> list[str]:
-    """Return the names of the outputs that drawables use, each once."""
-    names = (getattr(drawable, name, "") for drawable in drawables for name in OUTPUT_FIELDS)
+    """Return the names of the outputs that drawables use, each once; without forces, which a log has on request only."""
+    names = (getattr(drawable, name, "") for drawable in drawables for name in OUTPUT_FIELDS if name != "force")
     return list(dict.fromkeys(name for name in names if name))
 
 

@@ -22,7 +22,9 @@ from granular_env.viewing.figures import drawing
 DARK = {"#000000": "#e2e4e9", "#ffffff": "#1e2129", "#cccccc": "#4a4d57"}
 
 
-def save_figure(figure: Figure, path: Path, dots_per_inch: int = 130, colours: int | None = None) -> None:
+def save_figure(
+    figure: Figure, path: Path, dots_per_inch: int = 130, colours: int | None = None, keep_maps: bool = False
+) -> None:
     """Write a figure for light pages to `path`, and one for dark pages next to it.
 
     Args:
@@ -30,14 +32,15 @@ def save_figure(figure: Figure, path: Path, dots_per_inch: int = 130, colours: i
         path: ends in ``.png``.
         dots_per_inch: resolution.
         colours: number of colours of the picture, for a small file.
+        keep_maps: whether dark pages have the same colour maps as light ones.
     """
     _write_figure(figure, path, dots_per_inch, colours)
-    darken_figure(figure)
+    darken_figure(figure, keep_maps)
     _write_figure(figure, path.with_stem(f"{path.stem}-dark"), dots_per_inch, colours)
 
 
-def darken_figure(figure: Figure) -> None:
-    """Exchange black and white in all that is drawn in them."""
+def darken_figure(figure: Figure, keep_maps: bool = False) -> None:
+    """Exchange black and white in all that is drawn in them and, unless `keep_maps`, the lightness of colour maps."""
     figure.set_facecolor(DARK["#ffffff"])
     for text in figure.findobj(Text):
         text.set_color(_dark_colour(text.get_color()))
@@ -49,9 +52,11 @@ def darken_figure(figure: Figure) -> None:
     for axes in figure.findobj(Axes):
         axes.set_facecolor(_dark_colour(axes.get_facecolor()))
         axes.tick_params(color=DARK["#000000"], labelcolor=DARK["#000000"], which="both")
-    for image in figure.findobj(AxesImage):
+    for image in () if keep_maps else figure.findobj(AxesImage):
         image.set_cmap(_dark_map(image.get_cmap()))
     for marks in figure.findobj(Collection):
+        if marks.get_array() is not None and keep_maps:
+            continue
         if marks.get_array() is not None:
             marks.set_cmap(_dark_map(marks.get_cmap()))
         elif len(marks.get_facecolor()) == 1:
@@ -87,4 +92,6 @@ def _write_figure(figure: Figure, path: Path, dots_per_inch: int, colours: int |
     if colours is None:
         path.write_bytes(data)
     else:
-        Image.open(io.BytesIO(data)).convert("RGB").quantize(colours, dither=Image.Dither.NONE).save(path, optimize=True)
+        Image.open(io.BytesIO(data)).convert("RGB").quantize(
+            colours, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE
+        ).save(path, optimize=True)

@@ -36,6 +36,12 @@ PLAYS: dict[str, tuple[int, str | OpenLoop]] = {
     "SolitonTrain-v1": (2, "theory"),
     "Confinement-v3": (0, "nothing"),
 }
+# What the colours show, if it is not the speed or velocity.
+COLOURED = {
+    "Splitting-v1": "red links are in tension, blue ones in compression",
+    "Confinement-v3": "red is axial compression, blue tension",
+    "Relief-v1": "red is pressure in the gas, and stress in the wall (the piece above)",
+}
 # Returns of a zero input, of theory, and of the best known policy, with the default arguments.
 RETURNS = {
     "Piston-v1": ("0", "-", "0.77"),
@@ -241,7 +247,7 @@ def caption(short: str) -> str:
     policy = shown_play(short)[1]
     words = {"best": "the best known drive", "theory": "the baseline of theory", "nothing": "without any action"}
     who = words.get(policy, f"the baseline {policy!r}") if isinstance(policy, str) else PUSH
-    return f"{short}: {who}"
+    return f"{short}: {who}" + (f"; {COLOURED[short]}" if short in COLOURED else "")
 
 
 def write_picture(name: str, path: Path) -> None:

@@ -40,7 +40,7 @@ def piston() -> None:
     drawing.draw_space_time(figure, below, field, None)
     above.fill_between(field.coordinates, field.values[-1], color=DIVERGING[-1], alpha=0.2, linewidth=0.0)
     above.plot(field.coordinates, field.values[-1], color=DIVERGING[-1], linewidth=1.2)
-    above.set(ylabel=field.label, title="A piston at 5 m/s drives a shock front into 200 steel grains")
+    above.set(ylabel="velocity [m/s]", title="A piston at 5 m/s drives a shock front into 200 steel grains")
     above.text(0.01, 0.95, f"at {1e6 * field.times[-1]:.4g} \u00b5s", transform=above.transAxes, va="top")
     appearance.save_figure(figure, IMAGES / "piston.png")
 

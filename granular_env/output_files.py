@@ -6,7 +6,6 @@ import errno
 import fcntl
 import os
 import re
-import secrets
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
@@ -32,7 +31,7 @@ def replace_file(path: str | os.PathLike[str], kind: type[GranularError] = Granu
     try:
         target = resolve_file(path)
         target.parent.mkdir(parents=True, exist_ok=True)
-        part = target.with_name(f".{secrets.token_hex(8)}.part")
+        part = target.with_name(f".{os.urandom(8).hex()}.part")
         part.touch(exist_ok=False)
         yield part
         with open(part, "rb") as file:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import tomllib
 from itertools import takewhile
 from pathlib import Path
 
@@ -33,6 +32,8 @@ def shipped_overview() -> dict[str, dict[str, str]]:
 
 def _file_title(path: Path) -> str:
     """Return the one-line description of a TOML file: the first sentence of its initial comment or of its `description`."""
+    import tomllib
+
     text = path.read_text(encoding="utf-8")
     comment = [line.removeprefix("#") for line in takewhile(lambda line: line.startswith("#"), text.splitlines())]
     return first_sentence(" ".join(comment) if comment else tomllib.loads(text)["description"])

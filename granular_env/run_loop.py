@@ -24,6 +24,7 @@ from granular_env.components.errors import (
 from granular_env.components.inputs import Held
 from granular_env.components.profiles import Profile
 from granular_env.components.stepping import Observer
+from granular_env.components.support.html_summary import html_summary
 from granular_env.components.support.memory_limits import refuse_excess_memory
 from granular_env.components.support.validation import finite_number
 from granular_env.documents import Overrides
@@ -58,6 +59,7 @@ class RunResult:
         ticks: number of internal steps (ticks) made.
         seconds: wall time of the stepping [s].
         stopped_by: the stop rule that ended the run, as text, or None.
+        unmet_stops: the stop rules of a run that ended without them, as texts.
         interrupted: whether Ctrl-C ended the run; the log is complete up to this point.
         report: numbers that show whether the model's assumptions hold, by name with unit.
         conclusions: sentences on the state of the component at the end.
@@ -77,6 +79,12 @@ class RunResult:
     cautions: list[str]
     warnings: list[str]
     start: int = 0
+    unmet_stops: list[str] = dataclasses.field(default_factory=list)
+
+    def _repr_html_(self) -> str:
+        names = ("log", "ticks", "seconds", "stopped_by", "interrupted", "conclusions", "cautions", "warnings")
+        facts = {name.replace("_", " "): getattr(self, name) for name in names}
+        return html_summary(f"run of {self.component!r}", facts, ("validity", "value"), self.report.items())
 
 
 def run(
@@ -125,9 +133,10 @@ def run(
             duration = ready.ticks * ready.component.step_size
             stack.enter_context(LiveViewer(ready.component, title=loaded.name, duration=duration, pace=seconds))
         if log is not None:
-            from granular_env.experiments.cost import announce_log_size
+            from granular_env.experiments.cost import announce_log_size, refuse_oversized_log
             from granular_env.recording import record
 
+            refuse_oversized_log(ready, Path(log))
             announce_log_size(ready, progress is True)
             refuse_unrecordable(ready.component)
             options = {"overwrite": overwrite, "experiment": loaded.to_dict(), **loaded.record.model_dump()}
@@ -202,6 +211,7 @@ def advance_component(
         conclusions=component.conclusions(),
         cautions=component.cautions(),
         warnings=issued_warnings if issued_warnings is not None else [],
+        unmet_stops=stops.sentences if stops is not None and stopped_by is None and not interrupted else [],
     )
 
 

@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 import pytest
-from support.automata_tools import BOTH, block
+from support.automata_tools import BOTH, block, link_force_sums
 
 import granular_env as ge
 from granular_env.components.automata import Automata, theory
@@ -100,6 +100,28 @@ def test_a_collision_has_the_restitution_of_its_dashpot(ratio: float) -> None:
     assert automata.get("damping_energy") == pytest.approx(0.25 * 1e-4 * (1.0 - found**2), rel=1e-3)
     assert abs(automata.get("energy_residual")) <= 1e-3 * automata.get("damping_energy")
     assert abs(automata.get("momentum_residual")[0]) <= 1e-14
+
+
+def test_the_link_force_of_a_broken_pair_is_that_of_its_contact() -> None:
+    """Two halves of a strip collide without friction: what accelerates the right half goes through its broken pairs."""
+    edges = {"left": "fixed", "right": "velocity"}
+    parts = [{"area": {"name": "box", "x": [2.4, 2.6], "y": [-1.0, 3.0]}, "factor": 0.1}]
+    automata = block(
+        columns=6, rows=2, boundaries=edges, criterion={"name": "strain", "tensile": 0.02}, strength_regions=parts,
+        friction=0.0, contact_damping=0.2,
+    )  # fmt: skip
+    automata.step(100.0, right_velocity=[5e-4, 0.0])
+    assert automata.get("broken_links") == 3.0
+    while automata.get("touching") < 3.0:
+        automata.step(1.0, right_velocity=[-5e-3, 0.0])
+    forces, broken = automata.get("link_force"), automata.get("linked") == 0.0
+    right = automata.packing.reference[:, 0] > 2.5
+    through = automata.specimen.forces()[right].sum(axis=0)
+    assert forces[broken].sum() == pytest.approx(through[0], rel=1e-6)  # the lines of centres are nearly horizontal
+    assert link_force_sums(automata)[right].sum(axis=0) == pytest.approx(through, abs=1e-12)
+    # With dashpots the force is more than that of the springs while the halves approach.
+    specimen: Any = automata.specimen
+    assert (forces[broken] > 1.5 * specimen.contact_stiffness()[automata._pairs[broken, 0]] * specimen._overlaps()).all()
 
 
 def crushed(packing: str, **parameters: Any) -> Automata:

@@ -353,9 +353,14 @@ def test_a_cracking_run_replays_and_branches_bit_for_bit(compression: ge.Log, tm
     assert ge.verify(tmp_path / "branch.mcap").identical
 
 
-def test_a_disc_splits_from_its_centre(tmp_path: Path) -> None:
-    result = ge.run("psakhie-2003/brazilian-disc", log=tmp_path / "disc.mcap", overrides={"duration": 1.2e-4})
-    log = ge.open_log(result.log)
+@pytest.fixture(scope="module")
+def splitting(tmp_path_factory: pytest.TempPathFactory) -> ge.Log:
+    path = tmp_path_factory.mktemp("logs") / "disc.mcap"
+    return ge.open_log(ge.run("psakhie-2003/brazilian-disc", log=path, overrides={"duration": 1.2e-4}).log)
+
+
+def test_a_disc_splits_from_its_centre(splitting: ge.Log) -> None:
+    log = splitting
     disc = log.branch(log.duration).component
     points, links = disc.drawables()
     places = points.reference[links.pairs[[event.index for event in log.events()], 0]]
@@ -367,6 +372,31 @@ def test_a_disc_splits_from_its_centre(tmp_path: Path) -> None:
     # The measured strength 2 P / (pi D t) equals the strength of the pairs.
     load = np.abs(log.series("top_reaction")[1][:, 1]).max()
     assert 2.0 * load / (math.pi * 0.0498) == pytest.approx(5e6, rel=0.1)
+
+
+def test_the_recorded_link_forces_and_stresses_of_a_disc_are_those_of_its_load(splitting: ge.Log) -> None:
+    """A horizontal section carries the force of the nearest plate; the centre has the stresses of a disc under two forces."""
+    time = 1.1e-4  # just before the first pair breaks
+    get = {name: splitting.get(name, time) for name in ("displacement", "link_force", "stress")}
+    (points, links), rows = splitting.drawables, np.unique(splitting.drawables[0].reference[:, 1].round(6))
+    assert links.force == "link_force"
+    centres, heights = points.reference + get["displacement"], points.reference[:, 1]
+    ways = np.diff(centres[links.pairs], axis=1)[:, 0]
+    upward = get["link_force"] * ways[:, 1] / np.linalg.norm(ways, axis=1)
+
+    def section(row: int) -> float:
+        below, above = heights[links.pairs].T < rows[row] + 1e-4
+        return float(upward[below & ~above].sum())
+
+    loads = -splitting.get("top_reaction", time)[1], splitting.get("bottom_reaction", time)[1]
+    # Only the shear forces of turned pairs are missing.
+    assert section(-2) == pytest.approx(loads[0], rel=1e-4) and section(0) == pytest.approx(loads[1], rel=1e-4)
+    middle = section(len(rows) // 2)
+    assert middle == pytest.approx(0.5 * sum(loads), rel=0.02)  # the disc is still accelerated
+    # Tension 2 P / (pi D t) across the load, three times as much pressure along it; flats of 28 degrees reduce both.
+    nearest = np.argsort(np.hypot(*points.reference.T))[:4]
+    across, along, shear = get["stress"][nearest].mean(axis=0) * math.pi * 0.0498 / (2.0 * middle)
+    assert 0.8 < across < 1.0 and -3.0 < along < -2.7 and abs(shear) < 1e-9
 
 
 # -- refusals -----------------------------------------------------------------------------------------------------------

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.automata_tools import forces_and_torques
+from support.automata_tools import forces_and_torques, link_force_sums
 
 import granular_env as ge
 from granular_env.components.automata import Automata, theory
@@ -70,6 +70,18 @@ def test_both_moduli_are_exact(packing: str, ratio: float) -> None:
     got = automata.get("stress")[middle]
     np.testing.assert_allclose(got, [expected[0, 0], expected[1, 1], expected[0, 1]], atol=1e-12 * np.abs(expected).max())
     assert automata.get("dilation")[middle] == pytest.approx(np.trace(GRADIENT), rel=1e-12)
+
+
+@BOTH
+def test_link_forces_accelerate_a_stretched_and_turned_body(packing: str) -> None:
+    """Without shear of the pairs, the forces along the lines of centres are all forces; tension is negative."""
+    automata, turn = block(packing), 0.3
+    turned = 1.001 * np.array([[math.cos(turn), -math.sin(turn)], [math.sin(turn), math.cos(turn)]])
+    automata.reset(displacement=automata.packing.reference @ (turned - np.eye(2)).T, rotation=turn)
+    forces, bound = link_force_sums(automata), 1e-12
+    assert automata.get("link_force").max() < 0.0 and np.abs(forces).max() > 1e-3
+    automata.step(automata.step_size)  # its kick uses these positions, because nothing moves before
+    np.testing.assert_allclose(automata.get("velocity") * automata.mass[:, None] / automata.step_size, forces, atol=bound)
 
 
 def test_the_condensed_zigzag_of_a_hexagonal_packing_is_free_of_traction() -> None:

@@ -3,10 +3,12 @@
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 from importlib.metadata import EntryPoint
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -43,6 +45,21 @@ def test_list_names_everything(capsys):
         assert name in text
         assert line in text
         assert len(line) > 20
+
+
+@pytest.mark.parametrize(
+    ("word", "kinds", "name"),
+    [
+        ("psakhie", {"components", "experiments"}, "psakhie-2003/lamb-grid"),
+        ("Plans", {"plans of sweeps"}, "tapered-chains"),
+        ("fifth root", {"plans of sweeps"}, "solitary-wave-speed"),
+    ],
+)
+def test_list_is_narrowed_by_a_word(word, kinds, name, capsys):
+    found = parsed(capsys, "list", word)
+    assert found.keys() == kinds and any(name in entries for entries in found.values())
+    assert main(["list", word]) == 0
+    assert name in capsys.readouterr().out
 
 
 def test_describe_a_component(capsys):
@@ -213,6 +230,7 @@ def test_every_command_that_opens_a_log_can_lift_the_caps(arguments, log, folder
         (["run", "oscillator/pushed", "--set", "input.forse=1"], "input.forse: unknown; did you mean 'force'?"),
         (["run", "."], ".: it is a folder, expected a TOML file"),
         (["run", "protection"], "protection: it is a study; run it with: granular-env study protection"),
+        (["list", "psahkie"], "nothing in the list contains 'psahkie'; did you mean 'psakhie-2003'?"),
         (["new", "oscilator"], "did you mean 'oscillator'?"),
         (["replay", "nothing.mcap", "--verify"], "nothing.mcap"),
     ],
@@ -245,7 +263,7 @@ def test_a_wrong_branch_writes_nothing(arguments, said, log, folder, capsys):
     ("arguments", "said"),
     [
         (["run", "x", "--log", "a", "--no-log"], "--log and --no-log exclude each other; give one of them."),
-        (["branch", "x.mcap", "--at", "soon"], "Invalid value for '--at': 'soon' is not a valid float."),
+        (["branch", "x.mcap", "--at", "soon"], "Invalid value for '--at': got 'soon', expected a time such as 100us or 1e-4"),
     ],
 )
 def test_options_that_do_not_fit_are_named(arguments, said, folder, capsys):
@@ -312,6 +330,38 @@ def test_results_for_programs(log, folder, capsys):
     )
     swept = parsed(capsys, "sweep", "plan.toml", "--engine", "serial", status=1)
     assert (swept["done"], swept["failed"], list(swept["errors"])) == (1, 1, ["1"])
+
+
+def test_commands_that_write_name_their_files_as_json(log, folder, capsys):
+    text = parsed(capsys, "new", "oscillator/pushed")["text"]
+    facts = parsed(capsys, "new", "oscillator/pushed", "-o", "a.toml")
+    assert facts == {"written": "a.toml", "files": ["a.toml"], "command": "granular-env run a.toml"}
+    assert Path("a.toml").read_text() == text.replace("oscillator/pushed", "a")
+    facts = parsed(capsys, "branch", log, "--at", "5000 ms", "-o", "b.mcap")
+    assert (facts["log"], facts["time"]) == ("b.mcap", 10.0)
+    Path("cut.mcap").write_bytes(Path(log).read_bytes()[:-1])
+    facts = parsed(capsys, "recover", "cut.mcap", "-o", "whole.mcap")
+    assert (facts["written"], facts["ticks"]) == ("whole.mcap", 1000) and facts["bytes_lost"] == 0
+    assert parsed(capsys, "view", log, "--foxglove-layout", "a.json") == {"written": "a.json"}
+    assert parsed(capsys, "report", log, "-o", "page") == {"written": "page/report.html", "folder": "page"}
+    assert "protection" in parsed(capsys, "study", "--list")["studies"]
+
+
+def test_a_run_says_that_no_stop_rule_was_met(folder, capsys):
+    rule = 'stop=[{ variable = "position", above = "1 km" }]'
+    assert main(["run", "oscillator/pushed", "--no-log", "--set", rule]) == 0
+    assert "no stop rule was met: position above 1000\n" in capsys.readouterr().out
+    assert parsed(capsys, "run", "oscillator/pushed", "--no-log", "--set", rule)["unmet_stops"] == ["position above 1000"]
+
+
+def test_a_log_that_cannot_fit_is_refused(folder, capsys, monkeypatch):
+    monkeypatch.setattr(shutil, "disk_usage", lambda path: SimpleNamespace(free=1000))
+    for command in ("run", "check"):
+        assert main([command, "oscillator/pushed"]) == 2
+        assert "has 1 kB of free space; check the duration, or record less often" in capsys.readouterr().err
+    assert [*folder.iterdir()] == []
+    rule = 'stop=[{ variable = "position", above = 1e9 }]'
+    assert main(["check", "oscillator/pushed", "--set", rule]) == 0
 
 
 def test_a_logs_experiment_is_written_as_a_file(folder, capsys):

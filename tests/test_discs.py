@@ -54,6 +54,16 @@ def test_two_linked_discs_swing_at_their_own_frequency() -> None:
     assert discs.get("displacement")[1, 0] == pytest.approx(0.01 / math.sqrt(2.0 * 1e4 / 0.01), rel=1e-5)
 
 
+def test_link_forces_push_pressed_discs_apart() -> None:
+    discs = Discs(rows=1, columns=3, stiffness=1e4, breaking_strain=0.01)
+    discs.reset(displacement={0: (-0.001, 0.0), 2: (-0.0003, 0.0)})  # the first link is too long, the second is pressed
+    discs.step(discs.step_size)
+    assert discs.get("linked").tolist() == [0.0, 1.0]
+    assert discs.get("link_force") == pytest.approx([0.0, 3.0], abs=1e-3)
+    discs.reset(displacement={0: (0.0001, 0.0)})
+    assert discs.get("link_force") == pytest.approx([1.0, 0.0])
+
+
 def test_a_disc_bounces_off_the_wall() -> None:
     disc = Discs(rows=1, columns=1, clearance=0.001)
     disc.reset(velocity=(1.0, 0.5))
@@ -210,6 +220,18 @@ def test_a_wrong_link_costs_a_whole_return() -> None:
     env = gymnasium.make("granular_env/Splitting-v1", target=2, force_scale=4.0, work_price=0.0)
     value, info = played(env, OpenLoop(np.tile([0.0, 1.0], (60, 1))))  # only the right end, above the strength of a link
     assert info["wrong_links"] >= 1.0 and value == pytest.approx(info["closeness"] - info["wrong_links"], rel=1e-9)
+
+
+def test_the_picture_shows_the_tension_of_links_and_no_broken_link() -> None:
+    env = gymnasium.make("granular_env/Splitting-v1", target=2, render_mode="rgb_array")
+    env.reset()
+    at_rest = np.asarray(env.render())
+    played(env, env.unwrapped.task.baselines()["theory"])
+    split = np.asarray(env.render())
+    middles = [[picture[200, 40 + 44 + 88 * link + 44] for link in range(9)] for picture in (at_rest, split)]
+    assert all(colour.tolist() == [225, 225, 228] for colour in middles[0])
+    # Tension is red beside the broken link; at its place are the grey rims of two discs.
+    assert np.ptp(middles[1][2]) < 4 and int(middles[1][1][0]) > 2 * int(middles[1][1][2])
 
 
 def test_two_discs_at_one_place_are_refused_by_name_and_nothing_has_moved() -> None:

@@ -77,3 +77,13 @@ def test_lamb_problem(run):
     assert numbers["misfit at x = 0.2 m, depth 0.01 m"] < 0.05
     assert numbers["misfit at x = 0.12 m, depth 0.12 m"] < 0.025
     assert 0.3 < numbers["peak behind a hole / without it"] < 0.9
+
+
+@pytest.mark.extra
+def test_the_notebook_shows_figures_and_tables(tmp_path):
+    nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
+    notebook = nbformat.read(EXAMPLES / "figures.ipynb", as_version=4)
+    assert not any(cell.get("outputs") for cell in notebook.cells)
+    nbclient.NotebookClient(notebook, timeout=600, resources={"metadata": {"path": str(tmp_path)}}).execute()
+    shown = [output["data"] for cell in notebook.cells for output in cell.get("outputs", []) if "data" in output]
+    assert [("image/png" in data, "text/html" in data) for data in shown] == [(False, True)] + [(True, False)] * 6

@@ -207,7 +207,8 @@ def test_an_override_reaches_into_what_is_only_named():
         ("stop.3.below=1", "expected -1 to 0"),
         ("stop.0.bellow=1", "did you mean 'below'?"),
         ("duration", "expected key=value"),
-        ("duration=5OO", "not a TOML value"),
+        ("duration=5OO", "duration: got '5OO', expected a time such as 100us"),
+        ("duration=5 + 1", "not a TOML value"),
         ("duration=fast", "duration: got 'fast'"),
     ],
 )

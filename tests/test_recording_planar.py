@@ -18,6 +18,7 @@ from granular_env.components.errors import GranularError, LogError
 from granular_env.components.events import EventDetail
 from granular_env.components.profiles import Profile
 from granular_env.recording import open_log, record, verify
+from granular_env.recording.drawables import drawable_facts, parse_drawables
 from granular_env.recording.event_places import event_place
 from granular_env.recording.records import EVENTS, HEADER, STEPS, Record
 
@@ -154,6 +155,18 @@ def test_links_are_logged_and_drawn(tmp_path: Path) -> None:
     assert isinstance(points, Points) and points.reference.shape == (6, 2)
     assert isinstance(links, Links) and links.pairs.tolist() == DISCS.make().drawables()[1].pairs.tolist()  # type: ignore[union-attr]
     assert {"/points/discs", "/links/links"} <= film_topics(tmp_path / "a.mcap").keys()
+
+
+def test_the_force_of_links_is_recorded_on_request_and_optional_in_a_header(tmp_path: Path) -> None:
+    component = torn_log(tmp_path / "a.mcap")
+    assert "link_force" not in open_log(tmp_path / "a.mcap").variables
+    facts, arrays = drawable_facts(component.drawables())
+    assert facts[1]["force"] == "link_force"
+    _, links = parse_drawables([facts[0], {name: text for name, text in facts[1].items() if name != "force"}], arrays, {})
+    assert isinstance(links, Links) and links.force == ""
+    for force in ("speed", 1):  # one value per disc, not per link; not a name
+        with pytest.raises(LogError):
+            parse_drawables([facts[0], {**facts[1], "force": force}], arrays, component.variables)
 
 
 # -- hostile logs -------------------------------------------------------------------------------------------------------

@@ -12,12 +12,13 @@ from granular_env.components.catalogue import make
 from granular_env.components.errors import ParameterError, StepError
 from granular_env.recording import open_log, record
 from granular_env.recording.preview.displacement_scale import choose_exaggeration
-from granular_env.viewing import report
+from granular_env.viewing import plot, report
 from granular_env.viewing.figures import drawing, run_figures
 from granular_env.viewing.recorded_fields import to_field
 from granular_env.viewing.scene_builder import load_scene, make_scene
+from granular_env.viewing.unit_labels import scaled_unit
 
-HOSTILE = "<script>alert(1)</script><img src=https://example.org/x.png onerror=\"x\"> & 'more'"
+HOSTILE = "<script>alert(1)</script><img src=https://example.org/x.png onerror=\"x\"> & 'more' $\\frac$"
 PNG = b"\x89PNG\r\n\x1a\n"
 
 
@@ -201,3 +202,186 @@ except ge.GranularError as error:
 def test_missing_matplotlib_says_what_to_install():
     told = subprocess.run([sys.executable, "-c", WITHOUT_MATPLOTLIB], capture_output=True, text=True, check=True).stdout
     assert told.startswith("MissingExtraError") and "pip install" in told
+
+
+@pytest.mark.parametrize(
+    ("unit", "largest", "factor", "text"),
+    [
+        ("s", 1e-4, 1e6, "\u00b5s"), ("s", 0.001 * (1 - 1e-12), 1e3, "ms"), ("s", 0.5, 1.0, "s"), ("m", 2e-6, 1e6, "\u00b5m"),
+        ("Pa", 3.4e6, 1e-6, "MPa"), ("N", 2e4, 1e-3, "kN"), ("m/s", 0.02, 1e3, "mm/s"), ("m/s", 1500.0, 1.0, "m/s"),
+        ("m^2", 1e-4, 1e6, "mm\u00b2"), ("kg m/s", 2e-6, 1e6, "10\u207b\u2076 kg m/s"), ("1", 2e-3, 1e3, "10\u207b\u00b3"),
+        ("K", 3e4, 1e-3, "10\u00b3 K"), ("m/s^2", 2e6, 1e-6, "10\u2076 m/s\u00b2"),
+        ("N/m^1.5", 2e10, 1e-9, "GN/m\u00b9\u00b7\u2075"),
+        ("1", 0.0, 1.0, ""), ("Pa", np.nan, 1.0, "Pa"), ("J", 5e-324, 1e300, "10\u207b\u00b3\u2070\u2070 J"),
+    ],
+)  # fmt: skip
+def test_units_have_the_prefix_that_suits_the_values(unit, largest, factor, text):
+    assert scaled_unit(unit, largest) == (factor, text)
+
+
+@pytest.fixture(scope="module")
+def sheet_log(tmp_path_factory):
+    """A sheet of nine nodes that is pushed at one of them, with two receivers."""
+    path = tmp_path_factory.mktemp("logs") / "sheet.mcap"
+    grid = make(
+        "grid",
+        mesh={"name": "rectangle", "columns": 4, "rows": 4, "cell_size": 0.01, "centre": [0.0, 0.0]},
+        material={"young": 6e10, "poisson": 0.25, "density": 2700.0},
+        receivers=[[0.0, 0.01], [0.01, 0.0]], forced_nodes=[[0.02, 0.0]],
+    )  # fmt: skip
+    with record(grid, path, every=grid.step_size, variables=["speed", "velocity", "displacement", "receiver_velocity"]):
+        grid.step(30 * grid.step_size, force=[[-1e3, 0.0]])
+    return open_log(path)
+
+
+@pytest.fixture(scope="module")
+def dimer_log(tmp_path_factory):
+    """A precompressed chain of two alternating grains after a weak push."""
+    path = tmp_path_factory.mktemp("logs") / "dimer.mcap"
+    chain = make(
+        "chain", grains=61, arrangement={"name": "dimer", "radius": 9.525e-3, "material": ["steel", "aluminium"]},
+        precompression=1.0, left="free", right="free", velocity_scale=0.5, step_size=2e-6,
+    )  # fmt: skip
+    with record(chain, path, every=2e-5, variables=["velocity"]):
+        chain.step(2e-5, left_force=5e-3)
+        chain.step(1.998e-2, left_force=0.0)
+    return open_log(path)
+
+
+def _texts(figure):
+    return [text.get_text() for axes in figure.axes for text in (axes.get_legend().get_texts() if axes.get_legend() else ())]
+
+
+def test_the_default_kind_follows_from_the_variable(chain_log, sheet_log):
+    assert [axes.get_ylabel() for axes in plot(chain_log, "velocity").axes] == ["time [\u00b5s]", "velocity [m/s]"]
+    assert len(plot(chain_log, "energy").axes) == 2  # a balance and its residual
+    assert len(plot(chain_log, "energy_residual", "balances").axes) == 2
+    maps = plot(sheet_log, "speed")
+    assert sum(axes.get_title(loc="left").startswith("t = ") for axes in maps.axes) == 4
+    assert len(plot(sheet_log, "speed", at=0.0).axes) == 2  # a map and its colour bar
+    receivers = plot(sheet_log, "receiver_velocity")
+    assert [axes.get_ylabel().partition(" [")[0] for axes in receivers.axes] == ["receiver velocity x", "receiver velocity y"]
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "words"),
+    [
+        ("speed", {"kind": "space-time"}, "kind: got 'space-time', expected one of map, histories, spectrum"),
+        ("speed", {"kind": "films"}, "kind: got 'films'"),
+        ("energy", {"kind": "map"}, "expected one of balances"),
+        ("speed", {"indices": [1]}, "indices: does not apply to map, expected kind='histories' or 'spectrum'"),
+        ("speed", {"kind": "histories", "at": 0.0}, "at: does not apply to histories"),
+        ("speed", {"at": 1.0}, "at: got 1 s"),
+        ("speed", {"at": "1 ms"}, "at: got '1 ms'"),
+        ("speed", {"kind": "histories", "indices": [25]}, "indices: got 25"),
+        ("speed", {"kind": "spectrum", "indices": [25]}, "indices: got 25"),
+        ("sped", {}, "name: 'sped' was not recorded"),
+    ],
+)
+def test_plot_refuses_what_does_not_apply(sheet_log, name, options, words):
+    with pytest.raises(ParameterError, match=re.escape(words)):
+        plot(sheet_log, name, **options)
+
+
+def test_axes_have_units_with_prefixes(chain_log, sheet_log):
+    overlap = plot(chain_log, "displacement", "histories", indices=[3]).axes[0]
+    assert overlap.get_ylabel() == "displacement [\u00b5m]"
+    np.testing.assert_array_equal(overlap.lines[0].get_ydata(), 1e6 * chain_log.series("displacement")[1][:, 3])
+    assert plot(sheet_log, "force").axes[0].get_ylabel() == "force [N]"
+
+
+def test_legends_name_directions_and_positions(chain_log, sheet_log):
+    assert _texts(plot(chain_log, "velocity", "histories", indices=[2])) == ["grain 2, x = 0.012 m"]
+    receivers = _texts(plot(sheet_log, "receiver_velocity"))[:2]
+    assert receivers == [
+        "receiver 0, x = 0 mm, y = 10 mm",
+        "receiver 1, x = 10 mm, y = 0 mm",
+    ]
+    assert _texts(plot(sheet_log, "force")) == ["force x, forced node 0, x = 20 mm, y = 0 mm"]
+    # Nodes are numbered from the corner x = y = -0.02 m along x.
+    assert _texts(plot(sheet_log, "velocity", "histories", indices=[6]))[0] == "node 6, x = -10 mm, y = -10 mm"
+
+
+def test_the_spectrum_of_a_sine_is_a_line_of_its_amplitude(tmp_path):
+    # m u'' = -k u from u = 1: leapfrog oscillates with sin(w h / 2) = (h / 2) sqrt(k / m); 40 ticks are a period.
+    step = 2.0 * np.sin(np.pi / 40.0)
+    oscillator = make("oscillator", mass=1.0, stiffness=1.0, step_size=step)
+    with record(oscillator, tmp_path / "o.mcap", every=step):
+        oscillator.reset(position=2.0)
+        oscillator.step(799 * step)
+    with open_log(tmp_path / "o.mcap") as log:
+        line = plot(log, "position", "spectrum").axes[0].lines[0]
+        frequency, amplitude = line.get_data()
+        # 800 frames are 20 periods.
+        assert frequency[np.argmax(amplitude)] == pytest.approx(1.0 / (40.0 * step), rel=1e-12)
+        assert amplitude.max() == pytest.approx(2.0, rel=1e-9) and np.sort(amplitude)[-2] < 1e-9
+        oscillator.reset()
+
+
+def test_a_spectrum_needs_frames_at_even_intervals(tmp_path):
+    chain = make("chain", grains=20, left="piston")
+    with record(chain, tmp_path / "cut.mcap", every=1e-6):
+        chain.step(2e-5, left_velocity=5.0)
+        chain.reset()
+        chain.step(2e-5, left_velocity=5.0)
+    with open_log(tmp_path / "cut.mcap") as log, pytest.raises(ParameterError, match="no common interval.*`every`"):
+        plot(log, "velocity", "spectrum")
+
+
+def test_the_measured_dispersion_of_a_dimer_is_that_of_the_theory(dimer_log):
+    axes = plot(dimer_log, "velocity", "dispersion").axes[0]
+    assert _texts(axes.figure) == ["theory, acoustic", "theory, optical"]
+    mesh = axes.collections[0]
+    decibels = np.asarray(mesh.get_array())
+    phases, frequencies = (
+        0.5 * (edges[1:] + edges[:-1]) for edges in (mesh.get_coordinates()[0, :, 0], mesh.get_coordinates()[:, 0, 1])
+    )
+    gap = frequencies[1] - frequencies[0]
+    acoustic, optical = (np.interp(phases, *line.get_data()) for line in axes.lines)
+    middle = 0.5 * (acoustic.max() + optical.min())
+    for branch, own in ((acoustic, frequencies < middle), (optical, frequencies > middle)):
+        peaks = frequencies[own][np.argmax(decibels[own], axis=0)]
+        strong = decibels[own].max(axis=0) > -40.0
+        # A Hann window of 61 grains has zeros at two phases of 2 pi / 61; the steepest slope is 3 kHz / (pi / 2) x pi / 2.
+        assert strong.sum() > 20 and np.abs(peaks - branch)[strong].max() < 2.0 * gap + 2.0 * 2.0 * np.pi / 61.0 * 3.0
+
+
+def test_a_chain_without_precompression_has_no_theoretical_dispersion(chain_log):
+    assert not plot(chain_log, "velocity", "dispersion").axes[0].lines
+
+
+@pytest.mark.filterwarnings("ignore:constrained_layout not applied")  # the title is longer than the figure
+def test_several_logs_share_their_axes(chain_log, tmp_path):
+    branch = chain_log.branch(5e-5)
+    with record(branch.component, tmp_path / "branch.mcap", every=1e-6):
+        branch.component.step(5e-5, left_velocity=2.5)
+    with open_log(tmp_path / "branch.mcap") as other:
+        logs = [chain_log, other]
+        histories = plot(logs, "velocity", "histories", indices=[0, 5])
+        assert _texts(histories)[:2] == [f"{HOSTILE}: grain 0, x = 0 m", "branch (chain): grain 0, x = 0 m"]
+        assert len(histories.axes[0].lines) == 4 and drawing.to_png(histories).startswith(PNG)
+        assert len(plot(logs, "velocity", "profiles", at=[6e-5, 1e-4]).axes[0].lines) == 2
+        assert len(plot(logs, "velocity", "spectrum", indices=[0]).axes[0].lines) == 2
+        assert _texts(plot(logs, "kinetic_energy"))[0] == f"{HOSTILE}: kinetic energy"
+        assert _texts(plot([other, other], "kinetic_energy"))[0].endswith("branch.mcap: kinetic energy")
+        with pytest.raises(
+            ParameterError, match="expected one of profiles, histories, spectrum for 'velocity' of several logs"
+        ):
+            plot(logs, "velocity", "space-time")
+
+
+@pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
+def test_a_figure_shows_itself_in_a_notebook_and_is_saved(chain_log, tmp_path, ending):
+    figure = plot(chain_log, "velocity")
+    assert figure._repr_png_().startswith(PNG)
+    figure.savefig(tmp_path / f"figure.{ending}")
+    assert (tmp_path / f"figure.{ending}").stat().st_size > 1000
+
+
+def test_objects_have_tables_in_a_notebook(chain_log):
+    component = make("discs", rows=1, columns=2)
+    for shown, words in ((chain_log, ["velocity", "101"]), (component, ["breaking_strain", "0.01"])):
+        html = shown._repr_html_()
+        assert all(word in html for word in words) and "<script" not in html
+    assert "&lt;script&gt;" in chain_log._repr_html_()
+    assert len(repr(chain_log.drawables)) < 300

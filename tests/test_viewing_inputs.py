@@ -59,12 +59,12 @@ def test_many_elements_are_drawn_by_their_extremes(tmp_path: Path) -> None:
     found = load_input_curves(log, "force")
     assert found is not None and found.is_summary and found.acting == force.size
     for curve in found.curves:
-        part = force[:, 0 if "[:,0]" in curve.name else 1]
+        part = force[:, 0 if "force_x" in curve.name else 1]
         bound = max(part.max(), -part.min()) if "largest" in curve.name else min(part.min(), -part.max())
         extreme = curve.values.max() if "largest" in curve.name else curve.values.min()
         assert extreme == bound, curve.name
     values = np.array([input_value(one.value, tick) for one in log.input_intervals("force") for tick in one.sample_ticks()])
-    largest = next(curve for curve in found.curves if curve.name == "force[:,0], largest")
+    largest = next(curve for curve in found.curves if curve.name == "force_x, largest")
     np.testing.assert_array_equal(largest.values, values[-len(largest.values) :, :, 0].max(axis=1))
 
 

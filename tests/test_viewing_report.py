@@ -7,15 +7,21 @@ import tomllib
 
 import numpy as np
 import pytest
+from markupsafe import Markup
 from support import browser
 
 from granular_env.cli import main
 from granular_env.components.catalogue import make
+from granular_env.components.errors import ParameterError
 from granular_env.experiments import load_experiment
 from granular_env.output_files import size_text
 from granular_env.recording import open_log, record
 from granular_env.viewing import plot, report
+from granular_env.viewing.figures.drawing import new_figure
+from granular_env.viewing.html_page import Page
 from granular_env.viewing.recorded_fields import load_fields
+from granular_env.viewing.reports.figures import CaptionedFigure
+from granular_env.viewing.reports.page import write_page
 from granular_env.viewing.scene_builder import load_scene
 from granular_env.viewing.unit_labels import label_with_unit, typeset_unit
 
@@ -133,7 +139,7 @@ def test_figures_are_returned_for_scripts_and_notebooks(log):
     times, values = log.series("contact_force")
     np.testing.assert_array_equal(forces.axes[0].lines[0].get_ydata(), values[:, 4])
     assert forces.axes[0].get_ylabel() == "contact force [N]"
-    profile = plot(log, "velocity", "profiles", times=[float(times[10])])
+    profile = plot(log, "velocity", "profiles", at=float(times[10]))
     np.testing.assert_array_equal(profile.axes[0].lines[0].get_ydata(), log.series("velocity")[1][10])
     assert plot(log, "velocity").axes[0].get_xlabel() == "grain (0 is the left end)"
     np.testing.assert_array_equal(plot(log, "kinetic_energy").axes[0].lines[0].get_ydata(), log.series("kinetic_energy")[1])
@@ -150,7 +156,7 @@ def test_a_field_along_a_curve_stands_over_its_coordinate(tmp_path):
         assert field.ends == pytest.approx((0.0, 0.4))
         diagram = plot(opened, "pressure").axes[0]
         assert diagram.get_xlabel() == "x [m]" and diagram.get_xlim() == pytest.approx((0.0, 0.4))
-        profile = plot(opened, "pressure", "profiles", times=[float(field.times[-1])]).axes[0]
+        profile = plot(opened, "pressure", "profiles", at=float(field.times[-1])).axes[0]
         np.testing.assert_array_equal(profile.lines[0].get_xdata(), field.coordinates)
         assert plot(opened, "pressure", "histories", indices=[7]).axes[0].get_legend().get_texts()[0].get_text() == (
             "cell 7, x = 0.075 m"
@@ -159,10 +165,10 @@ def test_a_field_along_a_curve_stands_over_its_coordinate(tmp_path):
 
 def test_vectors_and_a_single_gauge_have_histories(tmp_path):
     """Displacements are visible in the pictures, and as histories on request."""
-    grid, gas = make("grid", receivers=[[0.01, 0.01], [0.02, 0.02]]), make("detonation", gauges=[0.5])
+    grid, gas = make("grid", receivers=[0, 1], forced_nodes=[0]), make("detonation", gauges=[0.5])
     for name, component, recorded in (("grid", grid, ["receiver_velocity", "displacement"]), ("gas", gas, ["gauge_pressure"])):
         with record(component, tmp_path / f"{name}.mcap", variables=recorded):
-            component.step(10 * component.step_size)
+            component.step(10 * component.step_size, **({"force": [[0.0, 1e3]]} if name == "grid" else {}))
     with open_log(tmp_path / "grid.mcap") as log:
         report(log, tmp_path / "grid")
         report(log, tmp_path / "chosen", variables=["displacement"])
@@ -171,6 +177,44 @@ def test_vectors_and_a_single_gauge_have_histories(tmp_path):
         assert "gauge_pressure" in load_scene(log).curves
     assert {"receiver_velocity-histories.png"} == {one.name for one in (tmp_path / "grid").glob("*histories.png")}
     assert (tmp_path / "chosen" / "displacement-histories.png").exists() and (tmp_path / "gas" / "outputs.png").exists()
+    page = (tmp_path / "grid" / "report.html").read_text()
+    assert "Not shown as curves: displacement (in the pictures); show them with --variables displacement." in page
+
+
+def test_two_gauges_are_curves_and_zeros_are_a_line_of_text(tmp_path):
+    gas = make("detonation", length=0.4, cells=40, gauges=[0.1, 0.2])
+    recorded = ["pressure", "velocity", "temperature", "gauge_pressure", "gauge_velocity"]
+    with record(gas, tmp_path / "gas.mcap", every=1e-5, variables=recorded):
+        gas.step(round(1e-4 / gas.step_size) * gas.step_size)
+    with open_log(tmp_path / "gas.mcap") as log:
+        page = report(log, tmp_path / "page")
+        assert not log.series("velocity")[1].any() and log.series("gauge_pressure")[1].any()
+    files = {one.stem for one in page.parent.iterdir()}
+    assert {"gauge_pressure-histories", "temperature-space-time", "temperature-profiles"} <= files
+    assert "gauge_pressure-space-time" not in files and not any(name.startswith("velocity") for name in files)
+    zero = re.search(r"<p>Always zero: ([^<]*)\.</p>", page.read_text())[1].split(", ")
+    assert {"velocity", "gauge velocity"} <= set(zero) and "pressure" not in zero
+
+
+def test_a_report_replaces_the_earlier_one(log, tmp_path):
+    report(log, tmp_path, variables=["velocity"])
+    (tmp_path / "mine.png").write_bytes(b"a picture of the user")
+    first = {one.name for one in tmp_path.iterdir()}
+    report(log, tmp_path, variables=["overlap"], file_format="pdf")
+    second = {one.name for one in tmp_path.iterdir()}
+    assert "space-time.png" in first and first & second == {"mine.png", "report.html"}
+    assert (tmp_path / "overlap-histories.pdf").read_bytes().startswith(b"%PDF")
+    with pytest.raises(ParameterError, match="got 'gif', expected one of png, svg, pdf"):
+        report(log, tmp_path, file_format="gif")
+
+
+def test_no_name_from_a_log_or_an_earlier_page_leaves_the_folder(tmp_path):
+    (tmp_path / "kept.png").touch()
+    target, page = tmp_path / "page" / "report.html", Page("title", Markup(), [])
+    target.parent.mkdir()
+    target.write_text('<meta name="figures" content="../kept.png">')
+    write_page(target, page, {"../../evil": CaptionedFigure("heading", new_figure(1.0, 1.0), "")}, "png")
+    assert {one.name for one in tmp_path.rglob("*.png")} == {"kept.png", "evil.png"} and (target.parent / "evil.png").exists()
 
 
 @pytest.mark.skipif(browser.find_browser() is None, reason="no Chromium here: make system-packages")

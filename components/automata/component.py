@@ -153,6 +153,8 @@ class Automata(Component):
         )
         links = len(self._pairs)
         yield Variable("linked", "output", "1", (links,), "1 for a linked pair, 0 for a broken pair", axes=("link",))
+        text = "present force of each linked or broken pair along its line of centres, with its contact; compression positive"
+        yield Variable("link_force", "output", "N", (links,), text, axes=("link",))
         yield Variable("damage", "output", "1", (n,), "broken fraction of the automaton's faces", axes=("automaton",))
         yield Variable("broken_links", "output", "1", (), "number of broken links")
         yield Variable("touching", "output", "1", (), "number of contacts (unlinked pairs) under pressure")
@@ -176,6 +178,7 @@ class Automata(Component):
             "dilation": specimen.dilation,
             "stress": specimen.stress,
             "linked": specimen.link_weights,
+            "link_force": specimen.link_forces,
             "damage": specimen.damage,
             "broken_links": specimen.broken_link_count,
             "touching": specimen.pressed_contact_count,
@@ -311,7 +314,8 @@ class Automata(Component):
 
     def drawables(self) -> tuple[Drawable, ...]:
         """Return the automata, rotated and coloured by damage (by speed if nothing can break), and their links."""
-        return self._drawable_points(), Links("links", "automata", np.ascontiguousarray(self._pairs[:, :2]), "linked")
+        pairs = np.ascontiguousarray(self._pairs[:, :2])
+        return self._drawable_points(), Links("links", "automata", pairs, "linked", "link_force")
 
     def _drawable_points(self) -> Points:
         radius = np.full(self.count, 0.5 * self.parameters.diameter)

@@ -74,6 +74,7 @@ class Contacts(NamedTuple):
         slid: slip xi of each pair, shape (m,) [m].
         rest: rest distance R of each pair, 0 for a new pair until `add_contact_forces` writes it, shape (m,) [m].
         dashpot: scratch: force of the dashpot on the first automaton in the next kick, shape (m, 2) [N].
+        push: scratch: force of spring and dashpot along the line of centres, shape (m,) [N].
         used: number of pairs in use; the arrays can be longer.
     """
 
@@ -81,12 +82,13 @@ class Contacts(NamedTuple):
     slid: FloatArray
     rest: FloatArray
     dashpot: FloatArray
+    push: FloatArray
     used: int
 
 
 def empty_contacts() -> Contacts:
     """Return empty lists of contacts."""
-    return Contacts(np.zeros((0, 4), np.int64), np.zeros(0), np.zeros(0), np.zeros((0, 2)), 0)
+    return Contacts(np.zeros((0, 4), np.int64), np.zeros(0), np.zeros(0), np.zeros((0, 2)), np.zeros(0), 0)
 
 
 @internal_inlined
@@ -246,7 +248,7 @@ def add_contact_forces(medium, motion, contacts, time, cells):
         rest = min(medium.body.diameter, max(known, r))
         contacts.rest[row] = rest
         overlap = rest - r
-        contacts.dashpot[row, 0] = contacts.dashpot[row, 1] = 0.0
+        contacts.dashpot[row, 0] = contacts.dashpot[row, 1] = contacts.push[row] = 0.0
         if r == 0.0:
             contacts.slid[row] = 0.0
             continue
@@ -276,6 +278,7 @@ def add_contact_forces(medium, motion, contacts, time, cells):
             more = max(2.0 * constants.damping * np.sqrt(weight * normal * mass) * closing, -push)
             contacts.dashpot[row, 0], contacts.dashpot[row, 1] = -more * nx, -more * ny
             push += more
+        contacts.push[row] = push
         fx, fy = -push * nx - drag * ny, -push * ny + drag * nx
         cells[FORCE_X, p] += fx
         cells[FORCE_Y, p] += fy

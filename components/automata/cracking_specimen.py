@@ -91,11 +91,10 @@ class CrackingSpecimen(LinkedSpecimen):
         self.growing = {
             "contacts": ("i8", (4,), (0, 0, -1, -MOST_INDEX), last, n * (n - 1) // 2), "slid": ("f8", ()), "rest": ("f8", ()),
         }  # fmt: skip
-        self._dashpot = np.zeros((0, 2))
+        self._dashpot, self._push = np.zeros((0, 2)), np.zeros(0)
         self._places = np.zeros((3, self.body.layout.size))
         self._refuse_unstable_damping(p)
-        first, second, q = self._pairs.T
-        self._at = q, self.place[first]
+        _, second, q = self._pairs.T
         self._numbers = np.zeros(self.body.links.shape[1:], np.int64)
         self._numbers[q, self.place[second] - self.body.layout.offset[q]] = np.arange(len(q))
         self._numbers[self._at] = np.arange(len(q))
@@ -259,8 +258,8 @@ class CrackingSpecimen(LinkedSpecimen):
         """Return the `Contacts` of the state, with room for `spare_rows` more pairs."""
         pairs, slid, rest = (self._block.reserve_rows(name, spare_rows) for name in ("contacts", "slid", "rest"))
         if len(self._dashpot) < len(pairs):
-            self._dashpot = np.zeros((len(pairs), 2))
-        return Contacts(pairs, slid, rest, self._dashpot, self._block.count("contacts"))
+            self._dashpot, self._push = np.zeros((len(pairs), 2)), np.zeros(len(pairs))
+        return Contacts(pairs, slid, rest, self._dashpot, self._push, self._block.count("contacts"))
 
     def _set_contact_count(self, count: int) -> None:
         for name in ("contacts", "slid", "rest"):
@@ -283,6 +282,13 @@ class CrackingSpecimen(LinkedSpecimen):
         """Return the stress of each automaton due to its links: xx, yy and xy, shape (n, 3) [Pa]."""
         self._measure_fields()
         return np.ascontiguousarray(self.scratch.cells[STRESS_XX:, self.place].T)
+
+    def link_forces(self) -> FloatArray:
+        """Return the force of each link, and of the contact of its pair, along the line of centres, shape (links,) [N]."""
+        found, contacts = super().link_forces(), self._block["contacts"]
+        of_links = contacts[:, SLOT] >= 0
+        found[self._numbers[self._contact_links(contacts[of_links])]] += self._push[: len(contacts)][of_links]
+        return found
 
     def link_weights(self) -> FloatArray:
         """Return the weight of each link: 1 for an intact link, 0 for a released one."""

@@ -165,6 +165,7 @@ class LinkedSpecimen:
         self.place = body.layout.place
         self.count = len(self.place)
         self._pairs = packing.pairs()
+        self._at = self._pairs[:, 2], self.place[self._pairs[:, 0]]
 
     def attach_state(self, block: Block) -> None:
         """Attach the arrays of the state."""
@@ -217,6 +218,14 @@ class LinkedSpecimen:
         found = np.zeros((3, self.body.layout.size))
         write_stresses(self.body, self.scratch, found)
         return np.ascontiguousarray(found[:, self.place].T)
+
+    @np.errstate(all="ignore")
+    def link_forces(self) -> FloatArray:
+        """Return the force of each link along the line of centres, compression positive, shape (links,) [N]."""
+        self._measure_fields()
+        eps, gamma, ex, ey, force_x, force_y = self.scratch.links[EPS : SECOND_TERM + 1, *self._at]
+        x, y = (1.0 + eps) * ex - gamma * ey, (1.0 + eps) * ey + gamma * ex
+        return 0.0 - (force_x * x + force_y * y) / np.sqrt(x * x + y * y)
 
     def momenta_and_energies(self) -> FloatArray:
         """Return momentum, angular momentum about the origin, translational and rotational kinetic energy, shape (5,)."""

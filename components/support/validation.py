@@ -13,6 +13,8 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from ..errors import Fault, GranularError, Location, ParameterError, location_text, one_line, spelling_hint, to_location
+from .parameter_fields import field_unit
+from .quantities import to_si
 
 Model = TypeVar("Model", bound=BaseModel)
 _FLOAT = np.dtype(np.float64)
@@ -33,8 +35,15 @@ class Fixed(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _plain_fields(cls, fields: Any) -> Any:
-        """Return the fields in types that pydantic accepts: arrays and tuples as lists, numpy numbers as Python numbers."""
-        return {name: to_plain(value) for name, value in fields.items()} if isinstance(fields, dict) else fields
+        """Return the fields in types that pydantic accepts: arrays and tuples as lists, numbers and quantities as floats."""
+        if not isinstance(fields, dict):
+            return fields
+        units = {field.alias or name: field_unit(field) for name, field in cls.model_fields.items()}
+        plain = {name: to_plain(value) for name, value in fields.items()}
+        return {
+            name: to_si(value, unit, (name,)) if (unit := units.get(name, "1")) not in ("", "1") else value
+            for name, value in plain.items()
+        }
 
 
 class Parameters(Fixed):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shlex
 import warnings
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import Any
 
 import click
 
-from granular_env.cli.command import Status, command
+from granular_env.cli.command import Status, command, print_json
 from granular_env.cli.kinds import document_kind
 from granular_env.cli.options import Overrides, ShippedName, allow_large_option, json_option, set_option
 from granular_env.components.errors import GranularWarning, MissingExtraError
@@ -25,7 +24,7 @@ from granular_env.terminal_text import printable_text, wrap_text
     type=ShippedName("experiments", "plans of sweeps", "studies"),
 )
 @json_option()
-@set_option("As in run.")
+@set_option("Override any key, as in run.")
 @allow_large_option()
 def check(file: str, as_json: bool, overrides: Overrides, allow_large: bool) -> int:
     """Validate the file of an experiment, plan or study, or a log, without running it."""
@@ -37,7 +36,7 @@ def check(file: str, as_json: bool, overrides: Overrides, allow_large: bool) -> 
         facts, sentence, further = checks.get(document_kind(file), _check_experiment)(file, overrides, allow_large)
     notes = [*(str(warning.message) for warning in caught), *further]
     if as_json:
-        print(json.dumps({"valid": True, **facts, "notes": notes}, indent=2))
+        print_json({"valid": True, **facts, "notes": notes})
         return Status.DONE
     for note in notes:
         print(wrap_text(f"note: {printable_text(note)}"))
@@ -51,11 +50,12 @@ Checked = tuple[dict[str, Any], str, list[str]]
 
 def _check_experiment(name: str, overrides: Overrides, allow_large: bool) -> Checked:
     from granular_env.experiments import load_experiment
-    from granular_env.experiments.cost import cost_note
+    from granular_env.experiments.cost import cost_note, refuse_oversized_log
     from granular_env.experiments.preparation import prepare_experiment
 
     experiment = load_experiment(name, overrides)
     ready = prepare_experiment(experiment)
+    refuse_oversized_log(ready, Path("logs") / "log.mcap")
     component, ticks = ready.component, ready.ticks
     facts = {"kind": "experiment", "name": experiment.name, "component": component.name, "duration": experiment.duration}
     facts |= {"ticks": ticks, "step_size": component.step_size}
@@ -107,7 +107,7 @@ def _check_log(path: str, allow_large: bool, as_json: bool) -> int:
         if as_json:
             facts = {"valid": True, "kind": "log", "name": path, "component": component, "complete": log.complete}
             facts |= {"duration": log.duration, "ticks": ticks, "variables": list(log.variables)}
-            print(json.dumps(facts, indent=2))
+            print_json(facts)
         else:
             size = (
                 f"{log.duration:g} s, {count_text(log.calls, 'call')} of step, {count_text(ticks, 'tick')}, "

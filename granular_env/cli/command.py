@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Mapping
 from enum import IntEnum
 from typing import Any
 
@@ -33,6 +34,24 @@ MEANINGS = {
     Status.INTERRUPTED: "ended by Ctrl-C",
 }
 EXIT_STATUS = f"Exit status: {'; '.join(f'{status:d} {meaning}' for status, meaning in MEANINGS.items())}."
+
+
+def print_json(facts: Any) -> None:
+    """Print facts as JSON; numbers that are not finite are null, paths and other objects are texts."""
+    import json
+
+    print(json.dumps(_json_value(facts), indent=2, default=str))
+
+
+def _json_value(value: Any) -> Any:
+    match value:
+        case Mapping():
+            return {str(key): _json_value(part) for key, part in value.items()}
+        case list() | tuple():
+            return [_json_value(part) for part in value]
+        case float():
+            return value if math.isfinite(value) else None
+    return _json_value(value.tolist()) if hasattr(value, "tolist") else value
 
 
 class Command(click.Command):

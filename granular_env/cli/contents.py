@@ -2,37 +2,54 @@
 
 from __future__ import annotations
 
-import json
 import os
 import shlex
 import sys
-import tomllib
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import click
 
-from granular_env.cli.command import command
+from granular_env.cli.command import command, print_json
 from granular_env.cli.kinds import KINDS, document_kind
 from granular_env.cli.options import ANY_KIND, FILE, Overrides, json_option, set_option
+from granular_env.components.errors import ParameterError
 from granular_env.terminal_text import align_columns, printable_text, wrap_text
 
 
 @command("list")
+@click.argument("word", required=False, help="List only what has this word in its kind, name or description.")
 @json_option()
-def list_shipped(as_json: bool) -> int:
+def list_shipped(word: str | None, as_json: bool) -> int:
     """List the components, experiments, plans and studies that come with the package."""
     from granular_env.package_contents import shipped_overview
 
     known = shipped_overview()
+    if word is not None:
+        known = _matching_entries(known, word)
     if as_json:
-        print(json.dumps(known, indent=2))
+        print_json(known)
         return 0
     for kind, entries in known.items():
         print(f"{kind}\n{align_columns(entries.items())}\n")
     print(wrap_text("Details: granular-env describe NAME. To run: granular-env run EXPERIMENT, sweep PLAN or study STUDY."))
     return 0
+
+
+def _matching_entries(known: dict[str, dict[str, str]], word: str) -> dict[str, dict[str, str]]:
+    """Return the kinds and entries that contain a word."""
+    wanted = word.casefold()
+    found = {
+        kind: {name: line for name, line in entries.items() if wanted in f"{kind} {name} {line}".casefold()}
+        for kind, entries in known.items()
+    }
+    if not any(found.values()):
+        from granular_env.documents.files import nearest_name_hint
+
+        names = [part for entries in known.values() for name in entries for part in (name, name.partition("/")[0])]
+        raise ParameterError(f"nothing in the list contains {word!r}", hint=nearest_name_hint(word, [*known, *names]))
+    return {kind: entries for kind, entries in found.items() if entries}
 
 
 @command("describe")
@@ -62,11 +79,16 @@ def describe(name: str, as_json: bool, overrides: Overrides) -> int:
         facts = description.environment_facts if as_json else description.describe_environment
         found = facts(environment, given)
     else:
+        import tomllib
+
         from granular_env.experiments.templates import experiment_template
 
         text = _document_text(name)[0] or experiment_template(name, others=load_environments())
         found = tomllib.loads(text) if as_json else "\n".join(map(printable_text, text.splitlines()))
-    print(found if isinstance(found, str) else json.dumps(found, indent=2, default=str))
+    if isinstance(found, str):
+        print(found)
+    else:
+        print_json(found)
     return 0
 
 
@@ -90,12 +112,13 @@ def _nested_overrides(overrides: Overrides) -> dict[str, Any]:
 @command("new")
 @click.argument(
     "template",
-    help="Experiment, plan or study to copy, log with the experiment to copy, or component (writes all its parameters).",
+    help="The experiment, plan or study to copy, a log with an experiment, or a component, for a file with all its parameters.",
     type=ANY_KIND,
 )
 @click.option("-o", "--out", metavar="FILE", type=FILE, help="The TOML file to write (default: print it).")
 @click.option("--force", is_flag=True, help="Replace the file if it exists.")
-def new(template: str, out: str | None, force: bool) -> int:
+@json_option()
+def new(template: str, out: str | None, force: bool, as_json: bool) -> int:
     """Write a template file of an experiment, a plan of a sweep or a study, with the data files that it names."""
     _interpret_kernels()
     from granular_env.documents import is_log
@@ -105,11 +128,14 @@ def new(template: str, out: str | None, force: bool) -> int:
     if is_log(template):
         text, runner = templates.logged_experiment(template, out and Path(out).stem), "run"
     if out is None:
-        print(text or templates.experiment_template(template), end="")
+        text = text or templates.experiment_template(template)
+        print_json({"written": None, "text": text}) if as_json else print(text, end="")
         return 0
-    for path in templates.write_template(template, Path(out), force, text):
-        print(f"written: {path}")
-    print(f"run it with: granular-env {runner} {shlex.quote(out)}")
+    written, run_it = templates.write_template(template, Path(out), force, text), f"granular-env {runner} {shlex.quote(out)}"
+    if as_json:
+        print_json({"written": out, "files": written, "command": run_it})
+    else:
+        print("\n".join([*(f"written: {path}" for path in written), f"run it with: {run_it}"]))
     return 0
 
 

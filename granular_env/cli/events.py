@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 from collections import Counter
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from granular_env.cli.command import Status, command
+from granular_env.cli.command import Status, command, print_json
 from granular_env.cli.options import FILE, allow_large_option, component_option, exclusive_options, json_option
 from granular_env.output_files import count_text
 from granular_env.terminal_text import align_columns, printable_text, wrap_text
@@ -28,12 +27,12 @@ _MOST = 40
 @command("events")
 @click.argument("log", help="A log.", type=FILE)
 @click.option("--kind", metavar="KIND", help="Only events of this kind.")
-@click.option("--index", metavar="N", type=int, help="Only events of this link, cell, ...")
+@click.option("--index", metavar="N", type=int, help="Only events of this link, cell or other element.")
 @click.option(
     "--nearest",
     "near",
     is_flag=True,
-    help="Run the log again and print the nearest misses: the largest ratios to a limit without an event (KIND, N).",
+    help="Run the log again and print, for each kind of event, the place that came closest to its limit.",
 )
 @click.option("--all", "every", is_flag=True, help=f"List all events, not only {_MOST}.")
 @json_option()
@@ -63,13 +62,13 @@ def events(
         refuse_unknown_place(opened, kind, index)
         if near:
             ratios = find_near_misses(opened, index, kind)
-            print(_event_ratios_json(opened, ratios) if as_json else _near_miss_text(opened, ratios, kind))
+            print_json(_ratio_rows(opened, ratios)) if as_json else print(_near_miss_text(opened, ratios, kind))
             return Status.DONE
     if as_json:
         rows = [_event_row(event, step_size, details, drawables) for event in found]
         rows_before = [_event_row(event, step_size, details, drawables) for event in earlier or []]
         before = {"earlier_events": None if earlier is None else rows_before}
-        print(json.dumps({"kinds": kinds, "events": rows, **before, "conclusions": conclusions}, indent=2))
+        print_json({"kinds": kinds, "events": rows, **before, "conclusions": conclusions})
         return Status.DONE
     every_event = [*(earlier or []), *found]
     for text in conclusions:
@@ -86,8 +85,8 @@ def events(
         print(align_columns([tuple(heads), *(_table_cells(row) for row in rows)], ""))
         which = f"{len(shown)} of this log" if earlier and found else str(len(shown))
         rest = "" if len(shown) == len(every_event) else f"; the first {which} are listed, --all lists all"
-        told = event_summary(found, earlier or [], start)
-        print("\n".join([f"{told}{rest}", *_kind_descriptions({event.kind: kinds[event.kind] for event in every_event})]))
+        summary = event_summary(found, earlier or [], start)
+        print("\n".join([f"{summary}{rest}", *_kind_descriptions({event.kind: kinds[event.kind] for event in every_event})]))
     if kinds and earlier is None:
         print(f"this log begins at {start:.9g} s; earlier events are stored in its component, which cannot be built here")
     return Status.DONE
@@ -105,7 +104,7 @@ def _near_miss_text(log: Log, ratios: list[EventRatio], kind: str | None) -> str
     if kinds_by_ratio(details):
         return "nearest: none; every element with a limit exceeded it"
     what = "an event" if kind is None else printable_text(kind)
-    return f"nearest: unknown; the component of this log has no output with the ratio to the limit of {what}"
+    return f"nearest: unknown; no output of this component gives the ratio to the limit of {what}"
 
 
 def _near_miss_sentence(log: Log, ratio: EventRatio) -> str:
@@ -130,13 +129,13 @@ def _event_time_text(log: Log, event: Event) -> str:
     return f"at {event.tick * log.step_size:.9g} s{before}"
 
 
-def _event_ratios_json(log: Log, ratios: list[EventRatio]) -> str:
+def _ratio_rows(log: Log, ratios: list[EventRatio]) -> list[dict[str, Any]]:
     rows = []
     for one in ratios:
         place = _place_facts(one.index, log.event_details.get(one.kinds[0]), log.drawables)
         events = [{"kind": event.kind, "time": event.tick * log.step_size} for event in one.events]
         rows.append({**dataclasses.asdict(one), **place, "events": events})
-    return json.dumps(rows, indent=2)
+    return rows
 
 
 def _event_row(

@@ -47,7 +47,7 @@ def _failure_message(command: click.Command | None, failure: BaseException) -> t
             return "interrupted", Status.INTERRUPTED
         case OSError():  # a full disk behind standard output, too many open files, a folder that is gone
             where = f"{failure.filename!r}: " if failure.filename is not None else ""
-            return f"{where}the system refused it: {failure.strerror or failure}", Status.ERROR
+            return f"{where}{failure.strerror or failure}", Status.ERROR
     return "this is an error in the program, not in your input; please report it with the lines above", Status.FAULT
 
 

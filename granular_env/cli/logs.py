@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
 import click
 
-from granular_env.cli.command import Status, command
+from granular_env.cli.command import Status, command, print_json
 from granular_env.cli.options import (
     FILE,
+    TIME,
     Overrides,
     allow_large_option,
     component_option,
     json_option,
+    output_options,
     overwrite_option,
-    quiet_option,
     set_option,
 )
 from granular_env.cli.run_summary import print_result, silence_own_warnings
@@ -63,7 +63,7 @@ def _verify_log(log: str, as_json: bool, allow_large: bool, components: dict[str
     with silence_own_warnings(), collect_warnings() as warned:
         found = verify(log, progress=not as_json, allow_large=allow_large, components=components)
     if as_json:
-        print(json.dumps({"outcome": found.outcome, **dataclasses.asdict(found), "warnings": warned}, indent=2))
+        print_json({"outcome": found.outcome, **dataclasses.asdict(found), "warnings": warned})
     else:
         print("\n".join(map(printable_text, [*found.message.splitlines(), *(f"note: {text}" for text in warned)])))
     return _VERIFIED[found.outcome]
@@ -71,14 +71,14 @@ def _verify_log(log: str, as_json: bool, allow_large: bool, components: dict[str
 
 @command("branch")
 @log_argument
-@click.option("--at", metavar="T", type=float, required=True, help="Start time of the branch [s].")
+@click.option("--at", metavar="T", type=TIME, required=True, help="Start time of the branch, such as 100us.")
 @set_option("An input from this time on, such as input.left_force=100; other inputs continue as in the log.")
-@click.option("--until", metavar="T", type=float, help="End time [s] (default: the end of the log).")
+@click.option("--until", metavar="T", type=TIME, help="End time (default: the end of the log).")
 @click.option("--log", "-o", "out", metavar="PATH", type=FILE, help="The log to write (default: a new file in logs/).")
 @overwrite_option("Replace the branch's log if it exists.")
-@quiet_option("log")
 @allow_large_option()
 @component_option()
+@output_options("log")
 def branch(
     log: str,
     at: float,
@@ -86,9 +86,10 @@ def branch(
     until: float | None,
     out: str | None,
     overwrite: bool,
-    quiet: bool,
     allow_large: bool,
     components: dict[str, Any],
+    quiet: bool,
+    as_json: bool,
 ) -> int:
     """Continue from any instant of a log, with the same or other inputs."""
     from granular_env.experiments.preparation import branch_inputs
@@ -102,10 +103,10 @@ def branch(
         inputs = branch_inputs(overrides, begun.component)
         stack.enter_context(silence_own_warnings())
         path, replace = stack.enter_context(log_target(out, f"{Path(log).stem}-branch", overwrite))
-        result = run_branch(begun, path, inputs, until, progress=not quiet, overwrite=replace)
-    if not quiet:
+        result = run_branch(begun, path, inputs, until, progress=not quiet and not as_json, overwrite=replace)
+    if not quiet and not as_json:
         print(f"branched at {left_at}, {result.ticks * parent.step_size:.9g} s long")
-    return print_result(result, quiet)
+    return print_result(result, quiet, as_json)
 
 
 def _branch_time_text(requested: float, actual: float, step_size: float) -> str:
@@ -119,14 +120,18 @@ def _branch_time_text(requested: float, actual: float, step_size: float) -> str:
 @click.option("-o", "--out", metavar="OUT", required=True, type=FILE, help="The log to write.")
 @overwrite_option("Replace OUT if it exists.")
 @allow_large_option()
-def recover(log: str, out: str, overwrite: bool, allow_large: bool) -> int:
+@json_option()
+def recover(log: str, out: str, overwrite: bool, allow_large: bool, as_json: bool) -> int:
     """Write a new, complete log from the intact part of a log whose program was killed."""
     from granular_env.recording import recover
 
     whole = recover(log, out, allow_large=allow_large, overwrite=overwrite)
-    ticks = whole.end_tick - whole.start_tick
+    ticks, lost = whole.end_tick - whole.start_tick, whole.incidents[-1]
+    if as_json:
+        facts = {"duration": whole.duration, "calls": whole.calls, "ticks": ticks}
+        print_json({"written": out, **facts, "lost": lost["lost"], "bytes_lost": lost["bytes_lost"]})
+        return Status.DONE if ticks else Status.DIFFERENT
     print(f"recovered: {out}, {whole.duration:g} s, {count_text(whole.calls, 'call')} of step, {count_text(ticks, 'tick')}")
-    lost = whole.incidents[-1]
     print(f"lost: {lost['lost']} ({lost['bytes_lost']} bytes)")
     if ticks:
         return Status.DONE

@@ -11,7 +11,7 @@ import click
 from click.shell_completion import CompletionItem
 
 from granular_env.cli.command import Body
-from granular_env.components.errors import Override
+from granular_env.components.errors import Override, ParameterError
 
 Decorator = Callable[[Body], Body]
 # For arguments of these types, click itself completes file names in the shell.
@@ -38,6 +38,25 @@ class ShippedName(click.ParamType):
 
 
 ANY_KIND = ShippedName("components", "experiments", "plans of sweeps", "studies")
+
+
+class QuantityType(click.ParamType):
+    """The type of an option with a unit: a number in SI, or a text such as 100us or "3 mm"; the value is a float in SI."""
+
+    def __init__(self, unit: str) -> None:
+        self.name = self.unit = unit
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Return the value in SI."""
+        from granular_env.documents.quantities import parse_quantity
+
+        try:
+            return parse_quantity(str(value), self.unit)
+        except ParameterError as error:
+            self.fail(str(error), param, ctx)
+
+
+TIME = QuantityType("s")
 
 
 def set_option(text: str) -> Decorator:
@@ -95,6 +114,12 @@ def overwrite_option(text: str) -> Decorator:
 def allow_large_option(text: str = "Lift the limits on sizes that a log may declare.") -> Decorator:
     """Add the option --allow-large to a command, as the argument `allow_large`."""
     return click.option("--allow-large", is_flag=True, help=text)
+
+
+def format_option() -> Decorator:
+    """Add the option --format to a command, as the argument `file_format`."""
+    formats = click.Choice(["png", "svg", "pdf"])
+    return click.option("--format", "file_format", type=formats, default="png", help="Format of the files of figures.")
 
 
 def component_option() -> Decorator:

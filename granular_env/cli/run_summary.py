@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import math
 import shlex
 import warnings
 from collections import Counter
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from granular_env.cli.command import Status
+from granular_env.cli.command import Status, print_json
 from granular_env.cli.events import event_summary
 from granular_env.components.errors import GranularWarning
 from granular_env.output_files import count_text, size_text
@@ -25,7 +23,7 @@ if TYPE_CHECKING:
 def print_result(result: RunResult, quiet: bool = False, as_json: bool = False) -> int:
     """Print the result of a run; return the exit status of the command."""
     if as_json:
-        print(json.dumps(_result_facts(result), indent=2))
+        print_json(_result_facts(result))
     elif not quiet:
         _print_summary(result)
     elif result.log is not None:
@@ -39,7 +37,7 @@ def silence_own_warnings() -> warnings.catch_warnings:
 
 
 def _result_facts(result: RunResult) -> dict[str, Any]:
-    """Return the result of a run as JSON values; reported numbers that have no value (NaN) are null."""
+    """Return the result of a run as data for JSON."""
     component = result.component
     found, earlier = _split_events(result)
     return {
@@ -49,13 +47,14 @@ def _result_facts(result: RunResult) -> dict[str, Any]:
         "time": component.time,
         "wall_seconds": result.seconds,
         "stopped_by": result.stopped_by,
+        "unmet_stops": result.unmet_stops,
         "interrupted": result.interrupted,
         "notes": [*result.warnings, *result.cautions],
         "conclusions": result.conclusions,
-        "report": _finite_values(result.report),
+        "report": result.report,
         "events": dict(Counter(event.kind for event in found)),
         "earlier_events": dict(Counter(event.kind for event in earlier)),
-        "balances": {b.quantity: _finite_values(b.entries) for b in component.balances()},
+        "balances": {b.quantity: b.entries for b in component.balances()},
     }
 
 
@@ -63,17 +62,6 @@ def _split_events(result: RunResult) -> tuple[list[Event], list[Event]]:
     """Return the events of the run, and the component's events before the run, such as those before a branch."""
     found = result.component.events()
     return [event for event in found if event.tick > result.start], [event for event in found if event.tick <= result.start]
-
-
-def _finite_values(values: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: _json_number(value) for name, value in values.items()}
-
-
-def _json_number(value: Any) -> Any:
-    """Return a number, or the components of a vector as a list, with None for numbers that are not finite."""
-    if hasattr(value, "tolist"):
-        return [_json_number(part) for part in value.tolist()]
-    return value if math.isfinite(value) else None
 
 
 def _print_summary(result: RunResult) -> None:
@@ -84,6 +72,8 @@ def _print_summary(result: RunResult) -> None:
     print(f"{count_text(result.ticks, 'tick')}, to {component.time:.9g} s, in {wall}; {energy_residual_text(component)}")
     if result.stopped_by is not None:
         print(f"stopped: {result.stopped_by}")
+    if result.unmet_stops:
+        print(f"no stop rule was met: {'; '.join(result.unmet_stops)}")
     if result.interrupted:
         print("interrupted: the log is complete up to this time" if result.log else "interrupted")
     found, earlier = _split_events(result)

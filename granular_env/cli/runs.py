@@ -14,6 +14,7 @@ from granular_env.cli.command import command
 from granular_env.cli.kinds import refuse_other_kinds
 from granular_env.cli.options import (
     FILE,
+    TIME,
     Overrides,
     ShippedName,
     allow_large_option,
@@ -34,7 +35,7 @@ from granular_env.output_files import valid_file_name
     help="A name from `granular-env list`, or a TOML file.",
     type=ShippedName("experiments"),
 )
-@set_option("Override any key, such as component.grains=500 or start.velocity.0=3.")
+@set_option("Override any key, such as component.radius=3mm or start.velocity.0=3.")
 @click.option("--log", "-o", metavar="PATH", type=FILE, help="The log to write (default: a new file in logs/).")
 @click.option(
     "--resume",
@@ -45,13 +46,18 @@ from granular_env.output_files import valid_file_name
 )
 @click.option("--no-log", is_flag=True, help="Record nothing.")
 @overwrite_option("Replace the log if it exists.")
-@click.option("--hash-every", metavar="N", type=int, help="Hash the state every N ticks; 1 lets a verification name the tick.")
+@click.option(
+    "--hash-every",
+    metavar="N",
+    type=int,
+    help="Hash the state every N ticks; with 1, a verification names the first different tick.",
+)
 @click.option("--live", is_flag=True, help="Show the run in rerun while it is computed.")
 @click.option(
     "--pace",
     metavar="SECONDS",
-    type=float,
-    help="With --live: least wall time of the run (default: 10; 0: as fast as possible).",
+    type=TIME,
+    help="With --live: shortest wall time of the run (default: 10; 0: as fast as possible).",
 )
 @allow_large_option("With --resume: lift the limits on sizes that a log may declare.")
 @component_option()

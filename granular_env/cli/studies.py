@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import shlex
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from granular_env.cli.command import Status, command
+from granular_env.cli.command import Status, command, print_json
 from granular_env.cli.kinds import refuse_other_kinds
-from granular_env.cli.options import FOLDER, Overrides, ShippedName, quiet_option, set_option
+from granular_env.cli.options import FOLDER, Overrides, ShippedName, output_options, set_option
 from granular_env.cli.run_summary import silence_own_warnings
 from granular_env.components.errors import ExperimentError
 from granular_env.terminal_text import align_columns, align_table
@@ -29,11 +29,19 @@ _MOST_NOTES = 3
 @click.option("-o", "--out", metavar="FOLDER", type=FOLDER, help="Folder of the results (default: studies/NAME).")
 @set_option("Override any key, such as budget=100000, task.grains=30 or method.0.population=8.")
 @click.option("--only", metavar="METHOD", multiple=True, help="Run only this method (may be repeated).")
-@quiet_option("table")
-def study(study: str | None, listing: bool, out: str | None, overrides: Overrides, only: tuple[str, ...], quiet: bool) -> int:
+@output_options("table")
+def study(
+    study: str | None,
+    listing: bool,
+    out: str | None,
+    overrides: Overrides,
+    only: tuple[str, ...],
+    quiet: bool,
+    as_json: bool,
+) -> int:
     """Optimise the drive (inputs over time) of a task by several methods, and compare them; an interrupted study continues."""
     if listing:
-        return _list_studies()
+        return _list_studies(as_json)
     from granular_env.control.results import TABLE
     from granular_env.control.runner import run_study
     from granular_env.control.study import load_study
@@ -43,8 +51,11 @@ def study(study: str | None, listing: bool, out: str | None, overrides: Override
         raise ExperimentError("no study was named", hint=hint, at="study")
     refuse_other_kinds(study, "study")
     with silence_own_warnings():
-        result = run_study(load_study(study, overrides), out, progress=not quiet, only=only)
-    print(result.folder / TABLE if quiet else closing_text(result))
+        result = run_study(load_study(study, overrides), out, progress=not quiet and not as_json, only=only)
+    if as_json:
+        print_json(_study_facts(result))
+    else:
+        print(result.folder / TABLE if quiet else closing_text(result))
     return Status.INTERRUPTED if result.interrupted else Status.DONE
 
 
@@ -62,10 +73,24 @@ def closing_text(result: StudyResult) -> str:
     return "\n".join([*lines, *(f"{name}: {shlex.quote(str(result.folder / file))}" for name, file in files.items())])
 
 
-def _list_studies() -> int:
+def _study_facts(result: StudyResult) -> dict[str, Any]:
+    """Return the result of a study as data for JSON."""
+    from granular_env.control.results import FIGURE, TABLE
+
+    files = {"written": result.folder, "table": result.folder / TABLE, "figure": result.folder / FIGURE}
+    heads, *rows = result.comparison()
+    methods = {"methods": [dict(zip(map(str, heads), row, strict=True)) for row in rows]}
+    baselines = {"baselines": {name: score.value for name, score in result.baselines.items()}}
+    return {**files, **methods, **baselines, "interrupted": result.interrupted, "notes": result.notes}
+
+
+def _list_studies(as_json: bool) -> int:
     from granular_env.control.problem import environment_names
     from granular_env.package_contents import shipped_overview
 
+    if as_json:
+        print_json({"studies": shipped_overview()["studies"], "tasks": environment_names()})
+        return Status.DONE
     print(f"studies\n{align_columns(shipped_overview()['studies'].items())}\n")
     print(f"tasks\n{align_columns(environment_names().items())}\n")
     print("granular-env new STUDY -o FILE.toml writes a copy to edit; granular-env study FILE.toml runs it.")

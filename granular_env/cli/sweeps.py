@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import shlex
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from granular_env.cli.command import Status, command
+from granular_env.cli.command import Status, command, print_json
 from granular_env.cli.kinds import refuse_other_kinds
-from granular_env.cli.options import FOLDER, Overrides, ShippedName, allow_large_option, output_options, set_option
+from granular_env.cli.options import FOLDER, TIME, Overrides, ShippedName, allow_large_option, output_options, set_option
 
 if TYPE_CHECKING:
     from granular_env.sweep import Sweep
@@ -34,7 +33,7 @@ if TYPE_CHECKING:
 @click.option("--address", metavar="HOST:PORT", help="Address of a Ray cluster (default: start one on this machine).")
 @click.option("--workers", metavar="N", type=int, help="Number of tasks run in parallel (default: one per core).")
 @click.option(
-    "--time-limit", metavar="SECONDS", type=float, help="End a task after this wall time; repeating the command retries it."
+    "--time-limit", metavar="SECONDS", type=TIME, help="End a task after this wall time; repeating the command retries it."
 )
 @click.option("--part", metavar="I/N", default="0/1", help="Compute only the tasks I, I + N, I + 2N, ..., for job arrays.")
 @click.option("--merge", is_flag=True, help="Only write the table of the results of all parts.")
@@ -80,7 +79,7 @@ def sweep(
             part=part,
         )
     if as_json:
-        print(json.dumps(_sweep_facts(done), indent=2))
+        print_json(_sweep_facts(done))
     else:
         print(
             shlex.quote(str(done.folder / TABLE if part == "0/1" else done.folder))

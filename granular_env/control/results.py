@@ -13,6 +13,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from granular_env.components.errors import ExperimentError
+from granular_env.components.support.html_summary import html_summary
 from granular_env.envs.policies import Policy
 from granular_env.output_files import replace_file
 
@@ -119,6 +120,11 @@ class StudyResult:
             beaten = ["yes" if middle > score.value else "no" for score in self.baselines.values()]
             rows.append([method, middle, values[-1], values[0], max(trial.spent for trial in trials), *beaten])
         return rows
+
+    def _repr_html_(self) -> str:
+        heads, *rows = self.comparison()
+        facts = {"folder": str(self.folder), "notes": self.notes}
+        return html_summary(f"study {self.study.name}", facts, [*map(str, heads)], rows)
 
     def write_files(self) -> None:
         """Write the table (one row per trial and baseline) and the figure."""

@@ -13,6 +13,7 @@ import numpy as np
 from pydantic import PrivateAttr, ValidationError
 
 from granular_env.components.errors import ExperimentError, Fault, GranularError, Override, StepError
+from granular_env.components.support.html_summary import html_summary
 from granular_env.components.support.validation import validation_faults
 
 from .files import find_file, read_toml
@@ -36,6 +37,12 @@ class Document(Table):
     _origin: str = PrivateAttr("")
     _folder: Path = PrivateAttr(default_factory=Path)
     _overrides: tuple[Override, ...] = PrivateAttr(())
+
+    def _repr_html_(self) -> str:
+        content = self.to_dict()
+        rows = [(key, *item) for key, value in content.items() if isinstance(value, dict) for item in value.items()]
+        facts = {key: value for key, value in content.items() if not isinstance(value, dict)}
+        return html_summary(self.kind, facts, ("table", "key", "value"), rows)
 
     @property
     def origin(self) -> str:
@@ -65,7 +72,7 @@ class Document(Table):
         except ValidationError as error:
             faults = validation_faults(error, content, cls)
         except (ValueError, TypeError, ArithmeticError, RecursionError, LookupError) as error:
-            faults = [Fault(received=f"not usable: {error}")]
+            faults = [Fault(received=f"cannot be used: {error}")]
         raise ExperimentError(*(replace(one, source=fault_source(one.location, origin, overrides)) for one in faults))
 
     def to_dict(self) -> dict[str, Any]:

@@ -38,7 +38,7 @@ def find_file(source: Any, kind: str, shelf: str) -> Path:
         hint = "paths are relative to the current folder; `granular-env list` lists all shipped names"
         raise ExperimentError("there is no such file", hint=hint, source=str(path))
     advice = nearest_name_hint(str(source), shipped)
-    raise ExperimentError(f"got {one_line(str(source), 60)}", expected="a shipped name or a file", hint=advice, at=kind)
+    raise ExperimentError(f"no {kind} is named {one_line(str(source), 60)}", hint=advice)
 
 
 def read_data_file(path: Path) -> bytes:

@@ -17,11 +17,12 @@ from .toml_writing import toml_value
 
 Overrides = Mapping[str, Any] | Iterable[Override]
 
-_BARE_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_./-]*")
+# A word or a quantity, such as 100us, which need no quotes.
+_BARE_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_./-]*|[+-]?\.?\d[\d.eE+-]*\s*[A-Za-z\u00b5\u03bc\u00b0][^\"'\[\]{},=]*")
 
 
 def parse_assignments(texts: Iterable[str]) -> tuple[Override, ...]:
-    """Return the overrides from a shell's ``key=value`` texts, with values as in TOML; a bare word is also a string.
+    """Return the overrides from a shell's ``key=value`` texts, with values as in TOML; words and quantities need no quotes.
 
     Raises:
         ExperimentError: an invalid text or value.

@@ -42,6 +42,8 @@ class Domain:
         views: a subclass of `viewing.domain_views.Views`, which adds domain-specific parts to a scene.
         contacts: function(points, displacement, read) that returns the quantity shown at the contacts between points, see
             `chain.viewing.contact_quantity`.
+        dispersion: function(component, phases) that returns name -> frequencies [Hz] of small waves along a row, one for each
+            phase difference of neighbours [rad]; see `chain.viewing.dispersion`.
         remark: function(parameters) that returns a note to print below pictures of the component; "" for none.
     """
 
@@ -52,6 +54,7 @@ class Domain:
     columns: str | None = None
     views: str | None = None
     contacts: str | None = None
+    dispersion: str | None = None
     remark: str | None = None
 
     def load_attribute(self, offer: str) -> Any:
@@ -70,6 +73,7 @@ DOMAINS: dict[str, Domain] = {
         columns="granular_env.domains.chain.measurement.columns",
         views="granular_env.domains.chain.viewing.views:ChainViews",
         contacts="granular_env.domains.chain.viewing.contact_quantity:contact_quantity",
+        dispersion="granular_env.domains.chain.viewing.dispersion:dispersion_curves",
     ),
     "discs": Domain(environments="granular_env.domains.discs.tasks:ENVIRONMENTS"),
     "grid": Domain(environments="granular_env.domains.grid.tasks:ENVIRONMENTS"),

@@ -2,7 +2,7 @@
 
 From the top: time and inputs as text; the particles to scale, coloured by velocity (blue to the left, red to the right); and a
 graph of these values, with target values as dark dots. Particles in a plane and cells are seen from above. A component
-without particles and cells shows a graph of its observed outputs.
+without particles and cells shows a graph of its observed outputs. A task can choose other quantities (`Task.colours`).
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ import numpy.typing as npt
 from PIL import Image, ImageDraw
 
 from granular_env.colours import diverging_colours
-from granular_env.recording.preview.visible_drawables import visible_points
+from granular_env.recording.preview.visible_drawables import colour_name, visible_points
 
 from ..components.component import Component
-from ..components.drawables import Cells, Points, main_points
+from ..components.drawables import Cells, Links, Points, element_count, main_points
 from ..components.support.float_arrays import FloatArray
 from ..components.variables import parse_element
 from .task import Task
@@ -23,7 +23,7 @@ from .task import Task
 Colour = tuple[int, ...]
 WIDTH, HEIGHT = 960, 360
 _MARGIN, _LETTERS = 40, 16
-_POINTS_ROW, _GRAPH_ROW, _GRAPH_REACH, _DOT, _LARGE_DOT = 105, 255, 72, 4.0, 12.0
+_POINTS_ROW, _GRAPH_ROW, _GRAPH_REACH, _DOT, _LARGE_DOT, _BAR = 105, 255, 72, 4.0, 12.0, 16
 
 _PAPER, _INK, _PALE, _ZERO = (255, 255, 255), (40, 40, 48), (205, 205, 212), "#e1e1e4"
 
@@ -79,19 +79,35 @@ def _draw_bodies(
         shift = moved[:, :2] if moved.ndim == 2 else np.stack([moved, np.zeros_like(moved)], axis=1)
         return (WIDTH / 2, row) + (reference[:, :2] + shift - 0.5 * (low + high)) * (pixels, -pixels)
 
+    given = task.colours(component)
     for one in cells:
         nodes = pixel_positions(one.nodes, one.displacement)
-        values = _scale_values(component, task, one.field, component.get(one.field))
+        values = given.get(one.name, _output_values(component, task, one))
         whole = values if len(values) == len(one.connectivity) else values[one.connectivity].mean(axis=1)
         for corner, colour in zip(nodes[one.connectivity], value_colours(whole), strict=True):
             pen.polygon([tuple(place) for place in corner.tolist()], colour)
     for one in points:
-        values = (
-            _scale_values(component, task, one.colour, component.get(one.colour)) if one.colour else np.zeros(len(one.radius))
-        )
-        _draw_discs(pen, pixel_positions(one.reference, one.displacement), one.radius * pixels, value_colours(values))
+        places = pixel_positions(one.reference, one.displacement)
+        values = given.get(one.name, _output_values(component, task, one))
+        _draw_discs(pen, places, one.radius * pixels, value_colours(values))
+        for links in component.drawables():
+            if isinstance(links, Links) and links.points == one.name and links.name in given:
+                _draw_links(pen, places[links.pairs], component.get(links.state), value_colours(given[links.name]))
         columns = pixel_positions(one.reference, "")[:, 0]
     return columns
+
+
+def _draw_links(pen: ImageDraw.ImageDraw, ends: FloatArray, state: FloatArray, colours: list[Colour]) -> None:
+    """Draw intact links as bars with dark rims between their ends, shape (m, 2, 2) [pixels]."""
+    for k in np.flatnonzero(state).tolist():
+        for colour, width in ((_INK, _BAR + 2), (colours[k], _BAR)):
+            pen.line([tuple(place) for place in ends[k].tolist()], colour, width)
+
+
+def _output_values(component: Component, task: Task, drawable: Points | Cells) -> FloatArray:
+    """Return the values of the output that colours points or cells, divided by their scale; 0 without an output."""
+    name = colour_name(drawable)
+    return _scale_values(component, task, name, component.get(name)) if name else np.zeros(element_count(drawable))
 
 
 def _scale_values(component: Component, task: Task, name: str, values: FloatArray) -> FloatArray:

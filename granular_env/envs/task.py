@@ -84,6 +84,13 @@ class Task:
         """Return the wanted values of the particles' coloured quantity after `elapsed` control steps, for pictures, or None."""
         return None
 
+    def colours(self, component: Component) -> Mapping[str, FloatArray]:
+        """Return values that colour drawables in pictures, by the drawable's name; 1 is red, -1 is blue.
+
+        Default: none. Points and cells then have the output that they name, and links are not drawn.
+        """
+        return {}
+
     def baselines(self) -> Mapping[str, Policy]:
         """Return reference policies by name: "nothing", "theory" (from theory), "best" (best known); default: none."""
         return {}

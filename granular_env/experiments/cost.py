@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
+from pathlib import Path
 from time import perf_counter
 
-from granular_env.components.errors import StepError, issue_warning
+from granular_env.components.errors import ExperimentError, StepError, issue_warning
 from granular_env.output_files import size_text
 from granular_env.recording.schedule import estimate_bytes, make_schedule, names_to_record
 
@@ -13,6 +15,8 @@ from .preparation import Prepared
 
 # `check` reports runs longer than _LONG [s] and logs above LARGE_LOG [bytes]; `run` on a terminal, logs above NOTED_LOG.
 _LONG, LARGE_LOG, NOTED_LOG = 60.0, 200_000_000, 10_000_000
+# Size of a compressed log over its size before compression: at least this for a large body that is mostly at rest.
+_LEAST_SHARE = 0.04
 _MEASURED = 0.02  # wall time of the measured steps [s]
 _LESS = "record less often (record.every), fewer variables (record.variables) or fewer snapshots (record.snapshot_every)"
 _UNITS = ((86400.0, "days"), (3600.0, "h"), (60.0, "min"), (1.0, "s"))
@@ -27,6 +31,15 @@ def cost_note(ready: Prepared) -> str:
     length, unit = next((pair for pair in _UNITS if seconds >= pair[0]), _UNITS[-1])
     duration = f"{seconds / length:.2g} {unit}"
     return f"the run takes about {duration} on this machine, and records up to {size_text(size)} before compression"
+
+
+def refuse_oversized_log(ready: Prepared, log: Path) -> None:
+    """Raise `ExperimentError` if a log cannot fit on the file system of `log`; a run with stop rules may end early."""
+    folder = next(parent for parent in log.absolute().parents if parent.exists())
+    least, free = _LEAST_SHARE * log_bytes(ready), shutil.disk_usage(folder).free
+    if least > free and not ready.experiment.stop:
+        came = f"the log takes at least {size_text(int(least))}, but {folder} has {size_text(free)} of free space"
+        raise ExperimentError(came, hint=f"check the duration, or {_LESS}", at="duration", source=ready.experiment.origin)
 
 
 def _seconds_per_tick(ready: Prepared) -> float:

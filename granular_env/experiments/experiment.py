@@ -17,7 +17,7 @@ import os
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
@@ -25,6 +25,7 @@ from granular_env.components import catalogue
 from granular_env.components.errors import ParameterError
 from granular_env.components.support.validation import validation_faults
 from granular_env.documents import Document, Overrides, Table, load_document
+from granular_env.documents.quantities import Seconds, Texts
 from granular_env.package_contents import shipped_files
 
 from .inputs import Input
@@ -50,16 +51,33 @@ class ComponentTable(Table):
         except ParameterError as error:
             raise error.with_outer_location("type") from None
         try:
-            model(**self.parameters)
+            valid = model(**self.parameters)
         except ValidationError as error:
             raise ParameterError(*validation_faults(error, self.parameters, model)) from None
+        (self.__pydantic_extra__ or {}).update(_with_numbers(self.parameters, valid))
         return self
+
+
+def _with_numbers(given: Any, valid: Any) -> Any:
+    """Return given parameters, with the numbers of the validated ones where a text denotes a quantity."""
+    match given, valid:
+        case str(), float():
+            return valid
+        case dict(), BaseModel():
+            return {key: _with_numbers(part, getattr(valid, key, None)) for key, part in given.items()}
+        case dict(), [BaseModel() as only]:
+            return _with_numbers(given, only)
+        case dict(), dict() if len(given) == len(valid):
+            return {key: _with_numbers(part, one) for (key, part), one in zip(given.items(), valid.values(), strict=True)}
+        case list(), list() if len(given) == len(valid):
+            return [_with_numbers(part, one) for part, one in zip(given, valid, strict=True)]
+    return given
 
 
 class RecordTable(Table):
     """The table `record`: what the log contains in addition to inputs, hashes of the state, and snapshots."""
 
-    every: float | None = Field(
+    every: Seconds | None = Field(
         default=None, gt=0.0, description="time between two frames of the outputs [s]; default: 160 to 400 frames"
     )
     variables: list[str] | None = Field(
@@ -68,7 +86,7 @@ class RecordTable(Table):
     hash_every: int | None = Field(
         default=None, ge=1, description="ticks between two hashes of the state; default: 4096", examples=[1]
     )
-    snapshot_every: float | None = Field(
+    snapshot_every: Seconds | None = Field(
         default=None, gt=0.0, description="time between two snapshots [s]; default: automatic", examples=[1e-4]
     )
 
@@ -90,14 +108,14 @@ class Experiment(Document):
     name: str = Field(min_length=1, max_length=200, description="name of the experiment in logs and reports")
     description: str = Field("", description="purpose and result of the experiment", examples=["a solitary wave at 5 m/s"])
     source: str | None = Field(None, description="a citation")
-    duration: float = Field(gt=0.0, description="simulated time from start to end [s]")
+    duration: Seconds = Field(gt=0.0, description="simulated time from start to end [s]")
     seed: int | None = Field(None, ge=0, lt=2**63, description="seed of components that use random numbers", examples=[1])
     component: ComponentTable = Field(
         description="type and parameters of the component",
         examples=[{"type": "chain", "grains": 40}],
         json_schema_extra={"advice": 'give a table [component] with a type, such as type = "chain"'},
     )
-    start: dict[str, Any] = Field(default_factory=dict, description="start values of state variables")
+    start: Annotated[dict[str, Any], Texts] = Field(default_factory=dict, description="start values of state variables")
     input: dict[str, Input] = Field(
         default_factory=dict, description="inputs of the component: numbers, lists, or time profiles"
     )

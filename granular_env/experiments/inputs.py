@@ -6,7 +6,7 @@
     duration = 1e-4
     pattern = [1.0, 0.5]      # for an input of several elements: factor of each element
 
-Times are in seconds, values in the input's SI unit; only a CSV file declares other units.
+Times are in seconds, values in the input's SI unit, or both are texts with a unit, such as "0.1 ms" and "2 kN".
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from granular_env.components.number_arrays import number_array
 from granular_env.components.profiles import Profile
 from granular_env.components.variables import is_index
 from granular_env.documents import Table, TableChoice
+from granular_env.documents.quantities import Quantity, Seconds, Value, to_si
 
 
 def csv_tables(content: Any) -> Iterator[dict[str, Any]]:
@@ -70,43 +71,48 @@ class ProfileTable(Table):
 
     def make_profile(self, folder: Path, unit: str) -> Profile:
         """Return the profile object for an input with this unit; a CSV file's path is relative to `folder`."""
-        return getattr(Profile, self.profile)(**self.model_dump(exclude={"profile", "pattern"}))
+        return getattr(Profile, self.profile)(**self.arguments(unit))
+
+    def arguments(self, unit: str) -> dict[str, Any]:
+        """Return the keys that a constructor of `Profile` takes, after checking the units of the values."""
+        keys = self.model_dump(exclude={"profile", "pattern"})
+        return {key: value if isinstance(value, str) else to_si(value, unit, (key,)) for key, value in keys.items()}
 
 
 class ConstantTable(ProfileTable):
     """An input that is 0 until the time `start` and has the constant `value` afterwards."""
 
     profile: Literal["constant"] = "constant"
-    value: float = Field(description="value of the input, in the input's unit")
-    start: float = Field(0.0, description="start time [s]")
+    value: Value = Field(description="value of the input, in the input's unit")
+    start: Seconds = Field(0.0, description="start time [s]")
 
 
 class TriangleTable(ProfileTable):
     """A triangle: from 0 to `peak` in the time `rise`, back to 0 at the time `duration`; with rise = 0 it starts at `peak`."""
 
     profile: Literal["triangle"] = "triangle"
-    peak: float = Field(description="peak value, in the input's unit")
-    duration: float = Field(description="length of the pulse [s]")
-    rise: float = Field(0.0, description="time from 0 to the peak [s]")
-    start: float = Field(0.0, description="start time [s]")
+    peak: Value = Field(description="peak value, in the input's unit")
+    duration: Seconds = Field(description="length of the pulse [s]")
+    rise: Seconds = Field(0.0, description="time from 0 to the peak [s]")
+    start: Seconds = Field(0.0, description="start time [s]")
 
 
 class HalfSineTable(ProfileTable):
     """A pulse of the form of the first half of a sine wave; `duration` is its length."""
 
     profile: Literal["half_sine"] = "half_sine"
-    peak: float = Field(description="peak value, in the input's unit")
-    duration: float = Field(description="length of the pulse [s]")
-    start: float = Field(0.0, description="start time [s]")
+    peak: Value = Field(description="peak value, in the input's unit")
+    duration: Seconds = Field(description="length of the pulse [s]")
+    start: Seconds = Field(0.0, description="start time [s]")
 
 
 class SamplesTable(ProfileTable):
     """Samples (times and values) written in the experiment file, joined by straight lines."""
 
     profile: Literal["table"] = "table"
-    times: list[float] = Field(description="increasing times [s]")
-    values: list[float] = Field(description="values at the sample times, in the input's unit")
-    after: float | Literal["hold"] = Field(0.0, description='value after the last sample, or "hold"')
+    times: list[Seconds] = Field(description="increasing times [s]")
+    values: list[Value] = Field(description="values at the sample times, in the input's unit")
+    after: Value | Literal["hold"] = Field(0.0, description='value after the last sample, or "hold"')
 
 
 class CsvTable(ProfileTable):
@@ -129,20 +135,19 @@ class CsvTable(ProfileTable):
     scale: float | None = Field(
         None, description="factor of the values: a number, or a sensor's calibration in the input's unit per volt; default: 1"
     )
-    offset_time: float = Field(0.0, description="offset added to the times [s]")
-    after: float | Literal["hold"] = Field(0.0, description='value after the last sample, in SI, or "hold"')
+    offset_time: Seconds = Field(0.0, description="offset added to the times [s]")
+    after: Value | Literal["hold"] = Field(0.0, description='value after the last sample, in SI, or "hold"')
 
     def make_profile(self, folder: Path, unit: str) -> Profile:
         """See `Profile.from_csv`."""
-        keys = self.model_dump(exclude={"profile", "path", "pattern"})
-        return Profile.from_csv(folder / self.path, unit=unit, name=self.path, **keys)
+        return Profile.from_csv(**{**self.arguments(unit), "path": folder / self.path}, unit=unit, name=self.path)
 
 
 class PiecewiseTable(ProfileTable):
     """A piecewise polynomial: each piece has coefficients of the powers of the time since the piece's start."""
 
     profile: Literal["piecewise"] = "piecewise"
-    starts: list[float] = Field(description="start times of the pieces [s]", examples=[[0.0, 1e-4]])
+    starts: list[Seconds] = Field(description="start times of the pieces [s]", examples=[[0.0, 1e-4]])
     coefficients: list[list[float]] = Field(
         description="coefficients of each piece: value, rate per second, ...", examples=[[[0.0, 5e4], [5.0]]]
     )
@@ -181,11 +186,12 @@ SumTable.model_rebuild()
 
 def _parse_input(value: Any) -> float | list[Any] | dict[str, Any] | ProfileTable:
     """Return an input's value: a float, a list of numbers, {index: value or row}, or a profile; raise a fault for others."""
+    value = value if isinstance(value, Mapping) and not _parse_elements(value) else to_si(value, None)
     if isinstance(value, list):
         return _parse_array(value)
     if isinstance(value, int | float) and not isinstance(value, bool):
         with suppress(OverflowError):
-            return float(value)
+            return value if isinstance(value, Quantity) else float(value)
     if (elements := _parse_elements(value)) is not None:
         return elements
     if isinstance(value, Mapping | ProfileTable):

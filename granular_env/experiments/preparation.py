@@ -16,6 +16,7 @@ from granular_env.components.profiles import CompiledProfile, Profile
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.variables import Variable
 from granular_env.documents import Document, Overrides, load_document
+from granular_env.documents.quantities import to_si
 
 from .experiment import Experiment
 from .inputs import Input, ProfileTable
@@ -80,11 +81,13 @@ def prepare_experiment(experiment: Experiment, has_trial_step: bool = True) -> P
 def reset_component(component: Component, experiment: Experiment) -> None:
     """Reset a component to the start values of the experiment."""
     states = [v.name for v in component.variables.values() if v.state]
-    for name in experiment.start:
+    start = {}
+    for name, value in experiment.start.items():
         if name not in states:
             came = "an output, but not a state variable" if name in component.variables else "unknown"
             raise ParameterError(came, hint=spelling_hint(name, states), at=("start", name))
-    component.reset(seed=experiment.seed, **experiment.start)
+        start[name] = to_si(value, component.variables[name].unit, ("start", name))
+    component.reset(seed=experiment.seed, **start)
 
 
 def branch_inputs(overrides: Overrides, component: Component) -> dict[str, InputValue]:
@@ -120,6 +123,7 @@ def _make_input(folder: Path, component: Component, name: str, value: Any) -> In
     known = {v.name: v for v in component.variables.values() if v.causality == "input"}
     if name not in known:
         raise ParameterError("unknown", hint=component.input_advice(name), at=("input", name))
+    value = to_si(value, known[name].unit, ("input", name))
     if isinstance(value, dict):
         return _complete_input(component, known[name], value)
     if isinstance(value, list):

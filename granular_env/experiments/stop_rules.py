@@ -22,6 +22,7 @@ from granular_env.components.component import Component
 from granular_env.components.errors import ParameterError
 from granular_env.components.variables import Element, parse_element
 from granular_env.documents import Table
+from granular_env.documents.quantities import Seconds, Value, to_si
 
 
 class StopRule(Table):
@@ -31,9 +32,9 @@ class StopRule(Table):
     reduce: Literal["max", "min", "any"] | None = Field(
         None, description="reduction over the elements of an array; default: any"
     )
-    above: float | None = Field(None, description="upper limit, in the variable's unit", examples=[1.0])
-    below: float | None = Field(None, description="lower limit, in the variable's unit", examples=[0.0])
-    every: float | None = Field(
+    above: Value | None = Field(None, description="upper limit, in the variable's unit", examples=[1.0])
+    below: Value | None = Field(None, description="lower limit, in the variable's unit", examples=[0.0])
+    every: Seconds | None = Field(
         None, gt=0.0, description="time between two evaluations [s]; default: record.every, or each tick", examples=[1e-6]
     )
     _element: Element = PrivateAttr()
@@ -82,6 +83,11 @@ class StopWatch:
             every = rule.every if rule.every is not None else default_every
             self._rules.append((rule, 1 if every is None else component.duration_ticks(every, ("stop", place, "every"))))
 
+    @property
+    def sentences(self) -> list[str]:
+        """The rules as texts."""
+        return [rule.sentence for rule, _ in self._rules]
+
     def next_tick(self, tick: int) -> int | None:
         """Return the next tick after `tick` at which a rule must be evaluated; None without rules."""
         return min((every * (tick // every + 1) for _, every in self._rules), default=None)
@@ -102,3 +108,4 @@ def _check_rule(rule: StopRule, component: Component, place: int) -> None:
         raise error.with_outer_location("stop", place, "variable") from None
     if math.prod(variable.shape) == 0:
         raise ParameterError(f"{rule.variable!r} has no elements to watch", at=("stop", place, "variable"))
+    to_si({"above": rule.above, "below": rule.below}, variable.unit, ("stop", place))

@@ -20,14 +20,14 @@ _ARRAYS = {
     "connectivity": (np.int64, 2), "coordinate": (np.float64, 1), "period": (np.float64, 1),
 }  # fmt: skip
 # Fields of a drawable that are optional, so they are written only if a drawable has them.
-_OF_SOME = ((Cells, "state"), (Points, "period"))
+_OF_SOME = ((Cells, "state"), (Links, "force"), (Points, "period"))
 # Largest accepted coordinate [m], so that squares of distances do not overflow.
 _FARTHEST = 1e100
 # The arrays with the positions of each kind of drawable; then, per output, the arrays one of which has a row per value.
 _PLACES = {Points: ("reference", "radius"), Links: ("pairs",), Cells: ("nodes",), Curve: ("coordinate",)}
 _COUNTED: dict[type[Drawable], dict[str, tuple[str, ...]]] = {
     Points: {"displacement": ("radius",), "colour": ("radius",), "rotation": ("radius",)},
-    Links: {"state": ("pairs",)},
+    Links: {"state": ("pairs",), "force": ("pairs",)},
     Cells: {"displacement": ("nodes",), "field": ("nodes", "connectivity"), "state": ("connectivity",)},
     Curve: {"field": ("coordinate",)},
 }

@@ -20,7 +20,7 @@ class EventPlace:
     """The elements at which an event happened, and their position.
 
     Attributes:
-        elements: names of the elements, such as "automata 12 and 13" for a link.
+        elements: names of the elements, such as "grain 12", or "automata 12 and 13" for a link.
         position: mean of the initial positions of the elements [m].
     """
 
@@ -39,11 +39,11 @@ def event_place(index: int | None, detail: EventDetail | None, drawables: Sequen
             points, ends = by_name[drawn.points], drawn.pairs[index]
             assert isinstance(points, Points)
             first, way = points.reference[ends[0]].ravel(), points.shortest_vectors(ends[None])[0]
-            return EventPlace(f"{points.name} {ends[0]} and {ends[1]}", tuple((first + 0.5 * way).tolist()))
+            return EventPlace(f"{_words(points.name)} {ends[0]} and {ends[1]}", tuple((first + 0.5 * way).tolist()))
         case Points():
-            return EventPlace(f"{drawn.name} {index}", _mean_position(drawn.reference[index : index + 1]))
+            return EventPlace(f"{_singular(drawn.name)} {index}", _mean_position(drawn.reference[index : index + 1]))
         case Cells():
-            return EventPlace(f"cell {index} of {drawn.name}", _mean_position(drawn.nodes[drawn.connectivity[index]]))
+            return EventPlace(f"cell {index} of {_words(drawn.name)}", _mean_position(drawn.nodes[drawn.connectivity[index]]))
         case _:
             return None
 
@@ -59,13 +59,14 @@ def event_table(events: Sequence[Event], log: Log) -> tuple[list[str], list[list
 
     Empty columns are omitted.
     """
-    heads, details = ["time [s]", "event", "index", "value", "limit", "unit", "of", "at [m]"], log.event_details
+    heads = ["time [s]", "event", "index", "value", "limit", "unit", "element", "position [m]"]
+    details = log.event_details
     rows: list[list[Any]] = []
     for event in events:
         detail = details.get(event.kind)
         place = event_place(event.index, detail, log.drawables)
         where = ["", ""] if place is None else [place.elements, position_text(place.position)]
-        index, unit = "" if event.index is None else event.index, "" if detail is None else detail.unit
+        index, unit = "" if event.index is None else event.index, "" if detail is None or detail.unit == "1" else detail.unit
         rows.append([event.tick * log.step_size, event.kind, index, event.value, event.limit, unit, *where])
     known = [column for column in range(len(heads)) if any(row[column] != "" for row in rows)]
     return [heads[column] for column in known], [[row[column] for column in known] for row in rows]
@@ -83,6 +84,15 @@ def refuse_unknown_place(log: Log, kind: str | None, index: int | None) -> None:
     if index is not None and counted and counted <= sizes.keys() and index >= max(sizes[name] for name in counted):
         expected = " or ".join(f"0 to {sizes[name] - 1} ({name})" for name in sorted(counted))
         raise ParameterError(f"got {index}", expected=expected, at="index")
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def _singular(name: str) -> str:
+    """Return the name of one of several points, such as "grain" or "automaton"."""
+    return _words(name).replace("automata", "automaton").removesuffix("s")
 
 
 def _mean_position(points: FloatArray) -> tuple[float, ...]:

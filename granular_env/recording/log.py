@@ -16,6 +16,7 @@ from ..components.errors import GranularError, LogError, ParameterError, one_lin
 from ..components.events import Event, EventDetail, decode_events, refuse_unknown_events
 from ..components.profiles import CompiledProfile
 from ..components.snapshot import Snapshot
+from ..components.support.html_summary import html_summary
 from ..components.support.memory_limits import refuse_excess_memory
 from ..output_files import count_text
 from . import steps as step_history
@@ -81,6 +82,16 @@ class Log(RecordReader):
         state = "complete" if self.complete else "incomplete"
         size = f"{count_text(self.calls, 'call')}, {count_text(self.end_tick - self.start_tick, 'tick')}, {self.duration:g} s"
         return f"<Log {str(self.path)!r}: {self.header.get('component')}, {size}, {state}>"
+
+    def _repr_html_(self) -> str:
+        experiment = self.header.get("experiment")
+        name = experiment.get("name") if isinstance(experiment, dict) else None
+        facts = {"experiment": name, "events": int(self.rows(EVENTS)[:, COUNT].sum()), "bytes": self.size}
+        rows = (
+            (one.name, one.unit, one.shape, int(self.frame_rows(one.name)[:, COUNT].sum()), one.description)
+            for one in self.variables.values()
+        )
+        return html_summary(repr(self).strip("<>"), facts, ("name", "unit", "shape", "frames", "description"), rows)
 
     @property
     def complete(self) -> bool:

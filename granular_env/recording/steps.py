@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ..components.errors import GranularError, LogError
-from ..components.inputs import Held, make_read_only
+from ..components.inputs import Held, input_value, make_read_only
 from ..components.profiles import CompiledProfile
 from .records import Record, damage_error, input_word
 
@@ -180,3 +180,12 @@ def input_intervals(
     begins = [int(steps.marks[0]), *steps.marks[places].tolist()]
     for begin, stop, value in zip(begins, [*begins[1:], end], [start[name], *values], strict=True):
         yield InputInterval(begin, stop, value, shift)
+
+
+def sample_intervals(intervals: Sequence[InputInterval], ticks: Iterable[int]) -> Iterator[Any]:
+    """Yield the values of an input at the given ascending ticks of the log; at a jump, the value after the jump."""
+    place = 0
+    for tick in ticks:
+        while place + 1 < len(intervals) and intervals[place + 1].begin + intervals[place + 1].shift <= tick:
+            place += 1
+        yield input_value(intervals[place].value, tick - intervals[place].shift)

@@ -24,13 +24,14 @@ from pydantic import Field, PlainValidator, model_validator
 from granular_env.components.errors import ParameterError, one_line
 from granular_env.components.support.counter_random import uniform
 from granular_env.documents import Table
+from granular_env.documents.quantities import Value, to_si
 
 
 class Range(Table):
     """A range of a grid: evenly (or logarithmically) spaced values of a key, instead of a list."""
 
-    begin: float = Field(alias="from", description="first value")
-    end: float = Field(alias="to", description="last value")
+    begin: Value = Field(alias="from", description="first value")
+    end: Value = Field(alias="to", description="last value")
     count: int = Field(ge=1, description="number of values")
     spacing: Literal["linear", "log"] = Field("linear", description="equal steps (linear) or equal ratios (log)")
 
@@ -115,7 +116,7 @@ class Samples(Table):
 
 def _parse_axis(value: Any) -> list[Any] | Range:
     if isinstance(value, list) and value:
-        return value
+        return to_si(value, None)
     if isinstance(value, Mapping):
         return Range.model_validate(value)
     expected = "a list of values, or a table; a single value for all tasks belongs in [set]"

@@ -26,6 +26,7 @@ from pydantic import Field, model_validator
 from granular_env.components.errors import ExperimentError, Fault, GranularError, Override, ParameterError
 from granular_env.documents import Document, Overrides, load_document
 from granular_env.documents.overrides import fault_source, to_overrides
+from granular_env.documents.quantities import Seconds
 from granular_env.experiments import Experiment, load_experiment, shipped_experiments
 
 from .measures import OWN_COLUMNS, AnyMeasure
@@ -44,7 +45,7 @@ class Plan(Document):
     name: str = Field("", max_length=200, description="name of the results; default: the file's name", examples=["speeds"])
     description: str = Field("", description="purpose and result of the sweep", examples=["speed against amplitude"])
     experiment: str = Field(min_length=1, description="name of a shipped experiment, or a TOML file next to the plan")
-    every: float | None = Field(
+    every: Seconds | None = Field(
         None, gt=0.0, description="sampling interval of extremes and histories [s]; default: record.every, or each tick"
     )
     log_every: int | None = Field(

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from granular_env.components.errors import SweepError
+from granular_env.components.support.html_summary import html_summary
 from granular_env.optional_packages import import_optional
 from granular_env.output_files import replace_file
 
@@ -46,6 +47,11 @@ class Sweep:
         pending = self.size - self.done - self.failed
         counts = f"{self.done} done, {self.failed} failed, {pending} pending"
         return f"<Sweep {self.description.name!r}: {self.size} tasks, {counts}>"
+
+    def _repr_html_(self) -> str:
+        columns = self.columns()
+        rows = zip(*columns.values(), strict=True)
+        return html_summary(repr(self).strip("<>"), {"folder": str(self.folder)}, [*map(self.heading, columns)], rows)
 
     def log(self, task: int) -> Path:
         """Return the path of a task's log, for `open_log`; the plan's `log_every` selects the tasks with a log."""

@@ -1,6 +1,6 @@
-"""Drawing of links between points: an intact link is a line between them, a broken link a short crack across its middle.
+"""Drawing of cracks: a broken link is a short line across its middle, a broken cell falls into a piece for each corner.
 
-With many points, lines would hide the points' colours, so only cracks are drawn.
+With many points, the lines of intact links would hide the points' colours, so only broken links are drawn.
 """
 
 from __future__ import annotations
@@ -40,3 +40,23 @@ def crack_lines(
     reach = 0.5 * _LENGTH * (distance / length)[:, None] * across
     middle = 0.5 * (places[broken[:, 0]] + places[broken[:, 1]])
     return np.stack([middle - reach, middle + reach], axis=1)
+
+
+def corner_pieces(rest: FloatArray, displacement: FloatArray, connectivity: npt.NDArray[np.int64]) -> FloatArray:
+    """Return the quadrilaterals into which broken cells fall, one for each corner, which move with their nodes.
+
+    A piece has the corner's node, the middles of the two adjacent edges, and the middle of the cell in the initial state.
+
+    Args:
+        rest: initial positions of the nodes, shape (n, d) [m].
+        displacement: drawn displacements of the nodes, shape (n, d) [m].
+        connectivity: nodes of each broken cell in cyclic order, shape (m, k).
+
+    Returns:
+        Corners of the pieces, shape (m k, 4, d) [m].
+    """
+    corners = rest[connectivity]
+    middles = 0.5 * (corners + np.roll(corners, -1, axis=1))
+    centres = np.broadcast_to(corners.mean(axis=1, keepdims=True), corners.shape)
+    pieces = np.stack([corners, middles, centres, np.roll(middles, 1, axis=1)], axis=2)
+    return (pieces + displacement[connectivity][:, :, None]).reshape(-1, 4, rest.shape[1])

@@ -5,19 +5,21 @@ An array input with a profile is a time factor times one array, so its curves ne
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from math import prod
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.components.inputs import Held, input_value
+from granular_env.components.inputs import Held
 from granular_env.components.profiles import CompiledProfile
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.variables import Element, Variable
 from granular_env.recording.steps import InputInterval
+
+from .places import AXES, element_label, element_positions, is_vector
 
 MAXIMUM_CURVE_POINTS = 4_000
 # Largest number of curves in one figure; more would be unreadable.
@@ -35,6 +37,7 @@ class Curve:
         ticks: shape (samples,).
         values: shape (samples,), in `unit`.
         cuts: indices of the first samples of later segments, where the line is interrupted.
+        label: the name for legends; "" for `name`.
     """
 
     name: str
@@ -44,6 +47,7 @@ class Curve:
     ticks: npt.NDArray[np.int64]
     values: FloatArray
     cuts: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    label: str = ""
 
 
 def pick_with_extremes(values: FloatArray, max_count: int = MAXIMUM_CURVE_POINTS) -> npt.NDArray[np.int64]:
@@ -93,8 +97,13 @@ def load_input_curves(log: Any, name: str) -> InputCurves | None:
         return InputCurves(variable, (draw(name, _element_reader(0)),), count)
     if count > MOST_CURVES:
         return InputCurves(variable, tuple(_extreme_curves(variable, acting, draw)), count, is_summary=True)
-    curves = (draw(_element_name(variable, place), _element_reader(place)) for place in np.flatnonzero(acting).tolist())
-    return InputCurves(variable, tuple(curves), count)
+    positions = element_positions(log, variable)
+
+    def draw_element(place: int) -> Curve:
+        label = element_label(variable, tuple(map(int, np.unravel_index(place, variable.shape))), positions)
+        return replace(draw(_element_name(variable, place), _element_reader(place)), label=label)
+
+    return InputCurves(variable, tuple(draw_element(place) for place in np.flatnonzero(acting).tolist()), count)
 
 
 def acting_intervals(log: Any, name: str) -> list[InputInterval]:
@@ -122,16 +131,9 @@ def component_names(variable: Variable) -> list[str]:
     count = prod(variable.shape[1:])
     if len(variable.shape) < 2 or count > MOST_COMPONENTS:
         return [variable.name]
+    if is_vector(variable.shape[1:], variable.axes[1:]):
+        return [f"{variable.name}_{axis}" for axis in AXES[:count]]
     return [f"{variable.name}[:,{','.join(map(str, index))}]" for index in np.ndindex(variable.shape[1:])]
-
-
-def sample_intervals(intervals: Sequence[InputInterval], ticks: Iterable[int]) -> Iterator[Any]:
-    """Yield the values of an input at the given ascending ticks of the log; at a jump, the value after the jump."""
-    place = 0
-    for tick in ticks:
-        while place + 1 < len(intervals) and intervals[place + 1].begin + intervals[place + 1].shift <= tick:
-            place += 1
-        yield input_value(intervals[place].value, tick - intervals[place].shift)
 
 
 Drawer = Callable[[str, Callable[[FloatArray], float]], Curve]

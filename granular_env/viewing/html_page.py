@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
@@ -27,6 +27,14 @@ _ENVIRONMENT.globals["is_number"] = lambda value: isinstance(value, (int, float)
 parts: Any = _ENVIRONMENT.get_template("parts.html").module
 
 
-def render_page(title: str, lead: Markup, sections: Sequence[tuple[str, Markup]]) -> str:
-    """Return the whole page: title, `lead` and sections (heading, content); title and headings are plain text."""
-    return _ENVIRONMENT.get_template("report.html").render(title=title, lead=lead, sections=sections)
+class Page(NamedTuple):
+    """A page: its title, the paragraphs at its top, and its sections (heading, content); title and headings are plain text."""
+
+    title: str
+    lead: Markup
+    sections: Sequence[tuple[str, Markup]]
+
+
+def render_page(page: Page, files: Sequence[str]) -> str:
+    """Return the whole page as HTML; a meta element lists the names of the `files` next to it."""
+    return _ENVIRONMENT.get_template("report.html").render(page._asdict(), files=files)

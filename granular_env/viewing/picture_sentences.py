@@ -14,7 +14,7 @@ def picture_sentences(scene_data: SceneData) -> list[str]:
     if any(motion.rotation is not None for motion in scene_data.motions):
         sentences.append("Spokes show the rotation of the particles.")
     if any(mesh.whole is not None for mesh in scene_data.meshes):
-        sentences.append("Cells crossed by a crack are omitted.")
+        sentences.append("Cells crossed by a crack are dark pieces, one for each corner.")
     if links:
         sentences.append("A broken link is drawn as a short line across it while its two ends are close.")
     if any(len(one.pairs) > MOST_LINES for one in links):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from math import prod
 from typing import Any
@@ -20,15 +20,16 @@ from granular_env.recording.preview.visible_drawables import (
     with_colour,
     with_recorded_colour,
 )
+from granular_env.recording.steps import sample_intervals
 
 from . import curves
-from .curves import acting_intervals, component_names, pick_with_extremes, sample_intervals
+from .curves import acting_intervals, component_names, pick_with_extremes
+from .places import AXES, element_positions, is_vector, place_name
 from .scene_data import MAXIMUM_POINTS, MAXIMUM_SHOWN_PARTICLES, Motion
-from .unit_labels import label_with_unit
+from .unit_labels import scaled_label
 
 # Recorded series with more numbers than this are read frame by frame.
 _READ_AT_ONCE = 50_000_000
-_AXES = "xyz"
 
 
 def validity_limit(log: Any) -> tuple[float, str]:
@@ -39,6 +40,12 @@ def validity_limit(log: Any) -> tuple[float, str]:
             time = event.tick * log.step_size
             return time, f"Not valid from {1e6 * time:.4g} \u00b5s on: {event.kind.replace('_', ' ')}."
     return np.inf, ""
+
+
+def located_events(log: Any) -> list[Any]:
+    """Return the events located at a drawn element, such as a broken link."""
+    details = log.event_details
+    return [event for event in log.events() if event.kind in details and details[event.kind].counts]
 
 
 def recorded_outputs(log: Any) -> dict[str, Variable]:
@@ -72,9 +79,7 @@ def curve_names(variable: Variable) -> list[str]:
     """Return the names of the curves that show a variable: one for a single number, one per component of a short vector."""
     if variable.shape in ((), (1,)):
         return [variable.name]
-    if len(variable.shape) == 1 and variable.shape[0] <= len(_AXES):
-        return [f"{variable.name}_{axis}" for axis in _AXES[: variable.shape[0]]]
-    return []
+    return [f"{variable.name}_{axis}" for axis in AXES[: variable.shape[0]]] if is_vector(variable.shape, variable.axes) else []
 
 
 def nearest_frame(times: FloatArray, time: float) -> int:
@@ -104,12 +109,39 @@ def segment_starts(log: Any, name: str, frames: npt.NDArray[np.int64]) -> npt.ND
     return cuts[(cuts > 0) & (cuts < len(frames))]
 
 
-def sample_frames(log: Any, name: str, frames: npt.NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
-    """Return the times (frames,) [s] and the values (frames, *shape) of a variable in the picked frames."""
+def sample_frames(
+    log: Any, name: str, frames: npt.NDArray[np.int64], elements: Sequence[int] | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """Return the times (frames,) [s] and the values of a variable in the picked frames.
+
+    The values have the shape (frames, *shape) or, for given elements (indices in the flat array), (frames, elements).
+    """
     times = np.asarray(log.times(name), dtype=np.float64)
-    if len(times) * int(np.prod(log.variables[name].shape, dtype=np.int64)) <= _READ_AT_ONCE:
-        return times[frames], np.asarray(log.series(name)[1], dtype=np.float64)[frames]
-    return times[frames], np.stack([np.asarray(log.get(name, float(time)), dtype=np.float64) for time in times[frames]])
+    chosen = slice(None) if elements is None else list(elements)
+    if len(times) * prod(log.variables[name].shape) <= _READ_AT_ONCE:
+        values = np.asarray(log.series(name)[1], dtype=np.float64)[frames]
+        return times[frames], values if elements is None else values.reshape(len(frames), -1)[:, chosen]
+    rows = (np.asarray(log.get(name, float(time)), dtype=np.float64) for time in times[frames])
+    return times[frames], np.stack([row if elements is None else row.ravel()[chosen] for row in rows])
+
+
+def evenly_spaced_series(log: Any, name: str, elements: Sequence[int]) -> tuple[float, FloatArray]:
+    """Return the time between two frames [s] and the values of the elements of a variable in all frames, (frames, elements).
+
+    Raises:
+        ParameterError: the frames are not evenly spaced in time, or there are fewer than three.
+    """
+    ticks = np.asarray(log.ticks(name))
+    if len(ticks) > 3 and 0 < ticks[-1] - ticks[-2] < ticks[1] - ticks[0]:
+        ticks = ticks[:-1]  # the last frame is early if the run ends between two frames
+    steps = np.diff(ticks)
+    if len(ticks) < 3 or steps[0] == 0 or np.ptp(steps):
+        raise ParameterError(
+            f"the {len(ticks)} frames of {name!r} have no common interval",
+            expected="three or more evenly spaced frames of one run without a reset",
+            hint="record with a fixed time between frames: `every`", at="variable",
+        )  # fmt: skip
+    return float(steps[0]) * log.step_size, sample_frames(log, name, np.arange(len(ticks)), elements)[1]
 
 
 def load_curves(log: Any, name: str) -> Iterator[curves.Curve]:
@@ -137,6 +169,8 @@ class Field:
         total: the number of places.
         cuts: indices of the first frames of later segments.
         coordinate: evenly spaced coordinates, shape (n,) [m]; None if the places are only numbered.
+        positions: initial positions of all places, shape (total, d) [m]; None if unknown.
+        run: name of the run in a figure of several runs.
     """
 
     variable: Variable
@@ -148,6 +182,8 @@ class Field:
     total: int = 0
     cuts: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
     coordinate: FloatArray | None = None
+    positions: FloatArray | None = None
+    run: str = ""
 
     @property
     def coordinates(self) -> FloatArray | npt.NDArray[np.int64]:
@@ -155,9 +191,14 @@ class Field:
         return np.arange(self.values.shape[1]) * self.every if self.coordinate is None else self.coordinate
 
     @property
-    def label(self) -> str:
-        """The quantity with its unit."""
-        return label_with_unit(self.variable.name, self.variable.unit)
+    def place_axis(self) -> tuple[float, str]:
+        """The factor of the coordinates along the places, and the label of their axis with its unit."""
+        return (1.0, self.axis) if self.coordinate is None else scaled_label("x", "m", float(np.abs(self.coordinate).max()))
+
+    def place_name(self, number: int) -> str:
+        """Return the name of a place, after the name of the run if there are several."""
+        name = place_name(self.place, number, self.positions)
+        return f"{self.run}: {name}" if self.run else name
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -211,11 +252,11 @@ def load_fields(log: Any, name: str, frames: int) -> list[Field]:
     points = main_points(log.drawables)
     surplus = total - len(points.radius) if points is not None and _is_row(points.reference) else None
     place, axis = _axis_labels(variable, surplus, every, points.name.removesuffix("s") if points is not None else "")
-    coordinate = _coordinate(log, variable)
+    coordinate, positions = _coordinate(log, variable), element_positions(log, variable)
     if coordinate is not None:
-        axis, coordinate = "x [m]", coordinate[::every]
+        coordinate = coordinate[::every]
     return [
-        Field(replace(variable, name=one), times, values[:, :, column], place, axis, every, total, cuts, coordinate)
+        Field(replace(variable, name=one), times, values[:, :, column], place, axis, every, total, cuts, coordinate, positions)
         for column, one in enumerate(names)
     ]
 

@@ -118,7 +118,6 @@ def load_scene(
     vectors = {name for balance in log.balances for name in (*balance.entries, balance.residual)}
     shown = [name for name, one in outputs.items() if one.shape in ((), (1,)) or name in vectors]
     acted = [one for name in log.input_variables if (one := load_input_curves(log, name)) is not None]
-    profiles = (one for one in log.drawables if isinstance(one, DrawnCurve) and len(one.coordinate) > 1)
     until, invalid = validity_limit(log)
     scene_data = SceneData(
         log_title(log),
@@ -126,7 +125,7 @@ def load_scene(
         curves={curve.name: curve for name in shown for curve in load_curves(log, name)},
         inputs={curve.name: curve for one in acted for curve in one.curves},
         balances=_balances_to_show(log.balances, log.variables),
-        profiles=tuple(_read_profile(source, one) for one in profiles if source.has(one.field)),
+        profiles=_read_profiles(source, log.drawables),
         remark=f"{picture_remark(source.component, log.metadata.get('parameters'))} {invalid}".strip(),
         conclusions=tuple(log.metadata["conclusions"]),
         focus_normal=focus_normal(log, source.drawables),
@@ -137,14 +136,15 @@ def load_scene(
 
 
 def load_shapes(log: Any, times: Sequence[float], colour: str | None = None) -> SceneData:
-    """Return the scene data of a log without curves: its shapes in the frames nearest to given times [s].
+    """Return the scene data of a log without scalars: its shapes and profiles in the frames nearest to given times [s].
 
     Raises:
         ParameterError: a time outside the recorded span, or an output `colour` that can colour no shape.
     """
     source = _log_source(log, colour, lambda clock, size: np.unique([nearest_frame(clock, time) for time in times]))
     focus, until = focus_normal(log, source.drawables), validity_limit(log)[0]
-    return SceneData(log_title(log), *_read_shapes(source), focus_normal=focus, valid_until=until)
+    profiles = _read_profiles(source, log.drawables)
+    return SceneData(log_title(log), *_read_shapes(source), profiles=profiles, focus_normal=focus, valid_until=until)
 
 
 def make_scene(component: Component, title: str | None = None, earlier: int = 0) -> SceneData:
@@ -264,6 +264,11 @@ def _read_mesh(source: SceneSource, cells: Cells) -> MeshFrames | None:
         moved is not None, is_plane(nodes, source.variables.get(cells.displacement)), not cells.displacement,
         frames.read(cells.state) != 0.0 if source.has(cells.state) else None,
     )  # fmt: skip
+
+
+def _read_profiles(source: SceneSource, drawables: Iterable[Drawable]) -> tuple[ProfileFrames, ...]:
+    curves = (one for one in drawables if isinstance(one, DrawnCurve) and len(one.coordinate) > 1)
+    return tuple(_read_profile(source, one) for one in curves if source.has(one.field))
 
 
 def _read_profile(source: SceneSource, curve: DrawnCurve) -> ProfileFrames:

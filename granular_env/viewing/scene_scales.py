@@ -19,7 +19,6 @@ from granular_env.components.variables import Variable
 from granular_env.recording.preview.displacement_scale import common_exaggeration
 
 from .scene_data import Motion, SceneData, drawn_positions
-from .unit_labels import label_with_unit
 
 # Scenes smaller than this are magnified [m].
 _LEAST_LENGTH = 0.1
@@ -43,11 +42,6 @@ class ColourScale:
     limit: float
     has_sign: bool
     is_exceeded: bool = False
-
-    @property
-    def label(self) -> str:
-        """The names and the unit as a label."""
-        return label_with_unit(", ".join(self.names), self.unit)
 
 
 def colour_scales(shown: Iterable[tuple[Variable, FloatArray]], is_plane: bool = False) -> tuple[ColourScale, ...]:

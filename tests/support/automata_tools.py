@@ -22,6 +22,18 @@ def block(packing: str = "square", columns: int = 8, rows: int = 8, **parameters
     return Automata(**{"shape": shape, "diameter": 1.0, "packing": packing, "material": SOLID, **parameters})
 
 
+def link_force_sums(automata: Automata) -> np.ndarray:
+    """Return the sum of the output `link_force` on each automaton, as vectors along the lines of centres, shape (n, 2)."""
+    points, links = automata.drawables()
+    first, second = links.pairs.T
+    centres, total = points.reference + automata.get("displacement"), np.zeros((automata.count, 2))
+    ways = centres[second] - centres[first]
+    pushes = (automata.get("link_force") / np.linalg.norm(ways, axis=1))[:, np.newaxis] * ways
+    np.add.at(total, second, pushes)
+    np.subtract.at(total, first, pushes)
+    return total
+
+
 def forces_and_torques(automata: Automata, displacement: np.ndarray, rotation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the forces and torques on automata at given displacements, shape (n, 2), and rotations, shape (n,)."""
     specimen, place = automata.specimen, automata.body.layout.place

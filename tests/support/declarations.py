@@ -15,7 +15,7 @@ from granular_env.components.variables import Variable
 
 # Output fields that each drawable must name, and the largest number of dimensions of these outputs.
 _NEEDED = {Points: ("displacement",), Links: ("state",), Cells: ("field",), Curve: ("field",)}
-_DIMENSIONS = {"colour": 1, "rotation": 1, "displacement": 2, "state": 1, "field": 1}
+_DIMENSIONS = {"colour": 1, "rotation": 1, "displacement": 2, "state": 1, "field": 1, "force": 1}
 
 
 def check_declarations(component: Component) -> None:

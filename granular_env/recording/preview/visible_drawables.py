@@ -77,14 +77,19 @@ def colouring_outputs(drawables: Sequence[Drawable], variables: Mapping[str, Var
 
 def _can_colour(drawable: Drawable, variables: Mapping[str, Variable], name: str) -> bool:
     """Return whether an output can colour a drawable: it has one value per node, cell or point, in the drawable's order."""
-    if not isinstance(drawable, Points | Cells):
+    return len(variables[name].shape) == 1 and has_elements(drawable, variables, name)
+
+
+def has_elements(drawable: Drawable, variables: Mapping[str, Variable], name: str) -> bool:
+    """Return whether an output has one row per node, cell or point of a drawable, in the drawable's order."""
+    one = variables[name]
+    if not isinstance(drawable, Points | Cells) or one.causality != "output" or not one.shape:
         return False
     counts = {element_count(drawable), len(drawable.nodes) if isinstance(drawable, Cells) else 0}
-    one = variables[name]
-    if one.causality != "output" or len(one.shape) != 1 or one.shape[0] not in counts:
-        return False
     known = (variables.get(colour_name(drawable)), variables.get(drawable.displacement))
-    return all(one.axes == other.axes[:1] or one.shape != other.shape[:1] for other in known if other is not None)
+    return one.shape[0] in counts and all(
+        one.axes[:1] == other.axes[:1] or one.shape[:1] != other.shape[:1] for other in known if other is not None
+    )
 
 
 def visible_points(drawables: Sequence[Drawable]) -> list[Points]:

@@ -7,21 +7,20 @@ from typing import Any
 
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LinearSegmentedColormap, Normalize
-from matplotlib.figure import Figure
-from matplotlib.ticker import EngFormatter, MaxNLocator
+from matplotlib.figure import Figure, FigureBase
+from matplotlib.ticker import MaxNLocator
 
 from granular_env.colours import DIVERGING
 
 from ..scene_scales import ColourScale
+from ..unit_labels import scaled_label
 from .drawing import new_figure
 
-# Labels between these limits are written in full, others with SI prefixes, such as 400 M.
-_PLAIN = 1e-3, 1e4
 # Largest number of intervals between labels; with more, the labels of a bar half a page wide would overlap.
 _MOST_STEPS = 6
 
 
-def add_colour_bar(figure: Figure, scale: ColourScale, **where: Any) -> None:
+def add_colour_bar(figure: FigureBase, scale: ColourScale, **where: Any) -> None:
     """Draw the bar of a colour scale; if no value is negative, the blue half is omitted.
 
     Args:
@@ -29,13 +28,14 @@ def add_colour_bar(figure: Figure, scale: ColourScale, **where: Any) -> None:
         scale: the colour scale.
         where: the axes to draw in (cax) or next to (ax), and other options of `Figure.colorbar`.
     """
+    factor, label = scaled_label(", ".join(scale.names), scale.unit, scale.limit)
     anchors, low = (DIVERGING, -scale.limit) if scale.has_sign else (DIVERGING[len(DIVERGING) // 2 :], 0.0)
-    shades = ScalarMappable(Normalize(low, scale.limit), LinearSegmentedColormap.from_list("granular", anchors))
+    shades = ScalarMappable(
+        Normalize(factor * low, factor * scale.limit), LinearSegmentedColormap.from_list("granular", anchors)
+    )
     beyond = "both" if scale.has_sign else "max"
-    if not _PLAIN[0] <= scale.limit <= _PLAIN[1]:
-        where["format"] = EngFormatter()
     figure.colorbar(
-        shades, orientation="horizontal", label=scale.label, extend=beyond if scale.is_exceeded else "neither",
+        shades, orientation="horizontal", label=label, extend=beyond if scale.is_exceeded else "neither",
         ticks=MaxNLocator(_MOST_STEPS, steps=[1, 2, 2.5, 5, 10]), **where,
     )  # fmt: skip
 
@@ -43,6 +43,11 @@ def add_colour_bar(figure: Figure, scale: ColourScale, **where: Any) -> None:
 def draw_colour_bars(scales: Sequence[ColourScale], width: float, height: float) -> Figure:
     """Draw the bars of several scales below each other, each of the given width and height [inch]."""
     figure = new_figure(width, height * len(scales))
+    fill_with_colour_bars(figure, scales)
+    return figure
+
+
+def fill_with_colour_bars(figure: FigureBase, scales: Sequence[ColourScale]) -> None:
+    """Draw the bars of several scales below each other into an empty figure."""
     for axes, scale in zip(figure.subplots(len(scales), 1, squeeze=False)[:, 0], scales, strict=True):
         add_colour_bar(figure, scale, cax=axes)
-    return figure

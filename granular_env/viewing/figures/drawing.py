@@ -24,6 +24,7 @@ from granular_env.components.support.float_arrays import FloatArray
 
 from ..curves import Curve
 from ..recorded_fields import Field
+from ..unit_labels import scaled_label, scaled_unit
 
 # Ignore matplotlib's warnings on missing glyphs, which would print raw characters from a log on the terminal.
 warnings.filterwarnings("ignore", r"Glyph \d+")
@@ -43,7 +44,8 @@ _FLAT = 1e-3
 NOT_SAMPLED = "#8b9096"
 _STYLE: Any = {
     "font.size": 11.0, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.alpha": 0.25,
-    "axes.titlelocation": "left", "legend.frameon": False, "lines.linewidth": 1.7,
+    "axes.titlelocation": "left", "axes.formatter.useoffset": False, "legend.frameon": False, "lines.linewidth": 1.7,
+    "text.parse_math": False,
 }  # fmt: skip
 # For each colour of a figure in a file, the colour from the style sheet that replaces it in an HTML page.
 _PAGE_COLOURS = {
@@ -67,12 +69,21 @@ def use_style(draw: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
     return call_with_style
 
 
+class ShownFigure(Figure):
+    """A figure that a notebook shows as the result of a cell, without pyplot."""
+
+    def _repr_png_(self) -> bytes:
+        buffer = io.BytesIO()
+        self.savefig(buffer, format="png")
+        return buffer.getvalue()
+
+
 def new_figure(width: float, height: float) -> Figure:
     """Return an empty figure of the given size [inch], of which pyplot does not know."""
-    return Figure(figsize=(width, height), layout="constrained")
+    return ShownFigure(figsize=(width, height), layout="constrained")
 
 
-def render_canvas(figure: Figure, dots_per_inch: int) -> FigureCanvasAgg:
+def render_canvas(figure: Figure, dots_per_inch: float) -> FigureCanvasAgg:
     """Draw the figure into pixels, and return matplotlib's canvas with them."""
     figure.set_dpi(dots_per_inch)
     drawn = FigureCanvasAgg(figure)
@@ -132,24 +143,26 @@ def draw_space_time(
         ends: first and last time of the diagram [s]; None for the first and last frame of the field.
     """
     limit = limit or symmetric_limit(field.values)
+    factor, label = scaled_label(field.variable.name, field.variable.unit, limit)
+    across, axis = field.place_axis
     first, last = ends or (float(field.times[0]), float(field.times[-1]))
     scale, unit = time_unit(last)
     start, end = first * scale, last * scale
     axes.set_facecolor(NOT_SAMPLED)
     image = axes.imshow(
-        _resample_evenly(field.times, field.values, first, last),
-        origin="lower", aspect="auto", interpolation="nearest", vmin=-limit, vmax=limit,
+        factor * _resample_evenly(field.times, field.values, first, last),
+        origin="lower", aspect="auto", interpolation="nearest", vmin=-factor * limit, vmax=factor * limit,
         cmap=LinearSegmentedColormap.from_list("granular", DIVERGING),
-        extent=(*field.ends, start, end if end > start else start + 1.0),
+        extent=(across * field.ends[0], across * field.ends[1], start, end if end > start else start + 1.0),
     )  # fmt: skip
     axes.grid(False)
     if field.coordinate is None:
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.set(xlabel=field.axis, ylabel=f"time [{unit}]")
-    bar = figure.colorbar(image, ax=axes, label=field.label, pad=0.02)
+    axes.set(xlabel=axis, ylabel=f"time [{unit}]")
+    bar = figure.colorbar(image, ax=axes, label=label, pad=0.02)
     if field.values.size and float(np.nanmin(field.values, initial=0.0)) >= 0.0 and ends is None:
         # If no value is negative, omit the blue half of the bar.
-        bar.ax.set_ylim(0.0, limit)
+        bar.ax.set_ylim(0.0, factor * limit)
 
 
 def _resample_evenly(times: FloatArray, values: FloatArray, first: float, last: float) -> FloatArray:
@@ -179,19 +192,24 @@ def nearest_frames(times: FloatArray, instants: FloatArray) -> npt.NDArray[np.in
     return np.where(near, frames, -1)
 
 
-def draw_curves(axes: Axes, curves: Sequence[Curve], label: str, valid_until: float = np.inf) -> None:
-    """Draw curves of scalars over time, with a legend."""
+def draw_curves(axes: Axes, curves: Sequence[Curve], name: str, valid_until: float = np.inf) -> None:
+    """Draw curves of scalars of one unit over time, with a legend; `name` is the name of the vertical axis."""
     scale, unit = time_unit(max(float(curve.times[-1]) for curve in curves if len(curve.times)))
+    factor, label = value_scale(name, curves[0].unit, *(curve.values for curve in curves))
     for place, curve in enumerate(curves):
-        axes.plot(
-            *insert_gaps(curve.times * scale, curve.values, curve.cuts), label=curve.name.replace("_", " "), **line_style(place)
-        )
+        times, values = insert_gaps(curve.times * scale, curve.values * factor, curve.cuts)
+        axes.plot(times, values, label=curve.label or curve.name.replace("_", " "), **line_style(place))
     axes.set(xlabel=f"time [{unit}]", ylabel=label)
     axes.margins(x=0.0)
-    _show_zero_of_flat_curves(axes, curves)
+    _show_zero_of_flat_curves(axes, curves, factor)
     mark_end_of_validity(axes, valid_until * scale)
-    if len(curves) > 1:
+    if len(curves) > 1 or curves[0].label:
         add_legend(axes)
+
+
+def value_scale(name: str, unit: str, *values: FloatArray) -> tuple[float, str]:
+    """Return the factor of values in a figure, and the label of their axis: name and suitable unit."""
+    return scaled_label(name, unit, max(float(np.abs(one).max(initial=0.0, where=np.isfinite(one))) for one in values))
 
 
 def mark_end_of_validity(axes: Axes, time: float) -> None:
@@ -201,7 +219,7 @@ def mark_end_of_validity(axes: Axes, time: float) -> None:
         axes.text(time, 0.98, " not valid", transform=axes.get_xaxis_transform(), va="top", color=DIVERGING[-1], fontsize=9)
 
 
-def _show_zero_of_flat_curves(axes: Axes, curves: Sequence[Curve]) -> None:
+def _show_zero_of_flat_curves(axes: Axes, curves: Sequence[Curve], factor: float) -> None:
     """Include zero in the value axis of nearly constant curves, because a narrow range would show rounding errors enlarged."""
     values = np.concatenate([curve.values for curve in curves])
     values = values[np.isfinite(values)]
@@ -209,7 +227,7 @@ def _show_zero_of_flat_curves(axes: Axes, curves: Sequence[Curve]) -> None:
         return
     largest = float(values[np.abs(values).argmax()])
     if largest != 0.0:
-        axes.set_ylim(*sorted((0.0, 1.25 * largest)))
+        axes.set_ylim(*sorted((0.0, 1.25 * factor * largest)))
 
 
 def insert_gaps(times: FloatArray, values: FloatArray, cuts: npt.NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
@@ -222,6 +240,13 @@ def line_style(place: int) -> dict[str, Any]:
     return {"color": PALETTE[place % len(PALETTE)], "linestyle": _LINE_STYLES[place % len(_LINE_STYLES)]}
 
 
+def run_style(place: int, runs: int) -> dict[str, Any]:
+    """Return the style of line number `place`; with several runs, each element has a colour and each run has dashes."""
+    if runs == 1:
+        return line_style(place)
+    return {**line_style(place // runs), "linestyle": _LINE_STYLES[place % runs % len(_LINE_STYLES)]}
+
+
 def add_legend(axes: Axes) -> None:
     """Add a legend to the right of the axes."""
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
@@ -232,15 +257,6 @@ def marker_style(field: Field) -> dict[str, Any]:
     return {"marker": "o", "markersize": 3} if field.values.shape[1] <= 60 else {}
 
 
-def place_name(field: Field, column: int) -> str:
-    """Return the name in a legend of the place in this column of a field: its number and, if known, its coordinate."""
-    name = f"{field.place} {column * field.every}"
-    return name if field.coordinate is None else f"{name}, x = {field.coordinate[column]:.4g} m"
-
-
 def time_unit(duration: float) -> tuple[float, str]:
     """Return a suitable unit for times up to a duration [s]: the factor from seconds, and the unit's name."""
-    for factor, unit, least in ((1.0, "s", 1.0), (1e3, "ms", 1e-3), (1e6, "\u00b5s", 1e-6)):
-        if duration >= least:
-            return factor, unit
-    return 1e9, "ns"
+    return scaled_unit("s", duration)

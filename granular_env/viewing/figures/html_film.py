@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from PIL import Image
 
 from granular_env.components.support.float_arrays import FloatArray
@@ -20,13 +21,14 @@ from granular_env.components.support.float_arrays import FloatArray
 from ..recorded_fields import pick_evenly
 from ..scene_data import SceneData
 from .colour_bar import draw_colour_bars
-from .drawing import new_figure, render_canvas, time_unit, to_svg, use_style
-from .plane import Plane, draw_instant, exaggeration_text, instant_text, load_plane, visible_events
+from .drawing import time_unit, to_svg, use_style
+from .film_figure import FilmFigure
+from .plane import Plane, exaggeration_text, instant_text, load_plane, visible_events
 
 # Most and fewest frames of a film, and most shapes drawn in all frames together; if that allows too few, there is no film.
 _MOST_FRAMES, _FEWEST_FRAMES, _MOST_DRAWN = 25, 5, 200_000
-# Largest size of a picture [inch], and its resolution.
-_LARGEST, _DOTS_PER_INCH = (7.2, 6.4), 110
+# Resolution of a picture, and size of a colour bar [inch].
+_DOTS_PER_INCH, _BAR_SIZE = 110.0, (7.2, 0.7)
 # Pictures with more bytes than this are reduced to a palette of colours, a third of the size without visible steps.
 _MOST_BYTES, _COLOURS = 40_000, 64
 
@@ -63,14 +65,15 @@ def make_film(log: Any, scene_data: SceneData) -> Film | None:
     plane = None if frames < _FEWEST_FRAMES else load_plane(log, scene_data, _choose_instants(log, clocks[0], frames))
     if plane is None:
         return None
-    instants = []
+    instants, figure, ratio = [], FilmFigure(plane, "", _DOTS_PER_INCH), 1.0
     for frame in range(len(plane.times)):
-        picture = base64.b64encode(_draw_picture(plane, frame)).decode()
+        pixels = figure.draw_frame(frame)
+        ratio = pixels.shape[1] / pixels.shape[0]
+        picture = base64.b64encode(_encode_picture(pixels)).decode()
         instants.append((instant_text(plane, frame), f"data:image/png;base64,{picture}"))
     events, words = _event_bars(log, plane.times)
-    width, height = _picture_size(plane)
     bars = _colour_bars(plane) if plane.scales.colours else ""
-    return Film(tuple(instants), width / height, events, words, bars, exaggeration_text(plane))
+    return Film(tuple(instants), ratio, events, words, bars, exaggeration_text(plane))
 
 
 def _choose_instants(log: Any, clock: FloatArray, frames: int) -> list[float]:
@@ -83,24 +86,9 @@ def _choose_instants(log: Any, clock: FloatArray, frames: int) -> list[float]:
     return np.concatenate([even, np.quantile(times, np.linspace(0.0, 1.0, frames // 2))]).tolist()
 
 
-def _picture_size(plane: Plane) -> tuple[float, float]:
-    """Return width and height of the pictures [inch]."""
-    low, high = plane.bounding_box
-    width, height = (high - low).tolist()
-    inches = min(_LARGEST[0] / width, _LARGEST[1] / height)
-    return inches * width, inches * height
-
-
-@use_style
-def _draw_picture(plane: Plane, frame: int) -> bytes:
-    """Return the picture of one frame, with a transparent background, as the bytes of a PNG file."""
-    figure = new_figure(*_picture_size(plane))
-    figure.set_layout_engine("none")
-    figure.patch.set_alpha(0.0)
-    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-    axes.patch.set_alpha(0.0)
-    draw_instant(axes, plane, frame)
-    picture = Image.fromarray(np.asarray(render_canvas(figure, _DOTS_PER_INCH).buffer_rgba()))
+def _encode_picture(pixels: npt.NDArray[np.uint8]) -> bytes:
+    """Return a picture with a transparent background as the bytes of a PNG file."""
+    picture = Image.fromarray(pixels)
     data = _encode_png(picture)
     if len(data) > _MOST_BYTES:
         data = _encode_png(picture.quantize(_COLOURS, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE))
@@ -115,7 +103,7 @@ def _encode_png(picture: Image.Image) -> bytes:
 
 @use_style
 def _colour_bars(plane: Plane) -> str:
-    return to_svg(draw_colour_bars(plane.scales.colours, _LARGEST[0], 0.7), "film-bars")
+    return to_svg(draw_colour_bars(plane.scales.colours, *_BAR_SIZE), "film-bars")
 
 
 def _event_bars(log: Any, instants: FloatArray) -> tuple[tuple[float, ...], str]:

@@ -11,33 +11,34 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import EllipseCollection, LineCollection, PolyCollection
 from matplotlib.figure import Figure
-from matplotlib.ticker import EngFormatter
-from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar
 
 from granular_env.components.support.float_arrays import FloatArray
-from granular_env.components.support.round_numbers import round_down_to_125
+from granular_env.components.variables import Variable
 from granular_env.recording.preview.visible_drawables import area_vectors
 
-from ..cracks import MOST_LINES, crack_lines
+from ..cracks import MOST_LINES, corner_pieces, crack_lines
 from ..picture_sentences import picture_sentences
+from ..recorded_fields import located_events
 from ..scene_builder import load_shapes
 from ..scene_data import LinkFrames, MeshFrames, Motion, SceneData, drawn_positions
-from ..scene_scales import Scales, make_scales
-from .colour_bar import add_colour_bar
+from ..scene_scales import ColourScale, Scales, make_scales
 from .drawing import new_figure, time_unit, use_style
+from .keys import draw_keys, keys_height
+from .overlays import Arrows, Overlay, load_overlays
 
 # Pictures with more shapes than this are embedded as pixels: a page with one SVG path for each shape would be slow.
 _MOST_SHAPES = 400
 _WIDTH, _TWO_ABREAST, _LARGEST_HEIGHT = 8.0, 2.5, 4.5  # inch, width over height, inch
-# Largest length of the scale bar, as a fraction of the picture's width.
-_LENGTH_PART, _LENGTH_HEIGHT = 0.3, 0.4  # and its height, inch
-# Colours of edges, links, cracks, spokes; links and cracks are visible on white, on red, and on light and dark pages.
-_EDGE, _LINK, _CRACK, _SPOKE = "#737373", "#218a52", "#101214", "#808080"
+# Colours of edges, links, cracks, spokes, and of bodies below force chains or crosses. Intact links are thin, cracks thick.
+_EDGE, _LINK, _CRACK, _SPOKE, _PALE, _PALE_EDGE = "#737373", "#5b6068", "#101214", "#808080", (0.9, 0.91, 0.92), "#c4c8cc"
+_LINK_WIDTH, _CRACK_WIDTH = 0.7, 1.1  # point
 _WIDEST_EDGE, _EDGE_PART, _LEAST_EDGED = 0.6, 1.0 / 16.0, 3.0  # largest width [point], part of the size, smallest size [point]
 # Smallest cell drawn with edges [point]: cells touch, and the edges of smaller cells would hide the colours.
 _LEAST_EDGED_CELL = 8.0
 # Light comes from the eye: the more a cell faces away, the darker it is, by up to this fraction; the inside has this colour.
 _SHADE, _INSIDE = 0.35, np.array([0.23, 0.24, 0.26])
+# Brightness of broken cells.
+_BROKEN = 0.45
 # Events closer than this to the start or the end, as a fraction of the run, get no extra picture.
 _MARGIN = 0.05
 
@@ -48,6 +49,27 @@ class Plane:
 
     scene: SceneData
     scales: Scales
+    overlays: tuple[Overlay, ...] = ()
+    is_pale: bool = False
+    """Whether the shapes have no colours, so that the overlays are easy to see."""
+
+    @property
+    def colour_scales(self) -> tuple[ColourScale, ...]:
+        """The colour scales of the drawn shapes."""
+        return () if self.is_pale else self.scales.colours
+
+    def points_per_metre(self, axes: Axes) -> float:
+        """Return the scale of a picture [point/m]."""
+        low, high = self.bounding_box
+        return (
+            72.0 / axes.get_figure(root=True).dpi * float((np.array([axes.bbox.width, axes.bbox.height]) / (high - low)).min())
+        )
+
+    def fill_colours(self, variable: Variable, values: FloatArray | None, count: int) -> FloatArray:
+        """Return the colours of `count` points or cells with the values of an output, shape (count, 3)."""
+        if self.is_pale:
+            return np.broadcast_to(np.array(_PALE), (count, 3))
+        return self.scales.value_colours(variable, values, count) / 255.0
 
     @property
     def times(self) -> FloatArray:
@@ -82,7 +104,11 @@ class Plane:
 
 
 def load_plane(
-    log: Any, scene_data: SceneData, times: Sequence[float] | None = None, colour: str | None = None
+    log: Any,
+    scene_data: SceneData,
+    times: Sequence[float] | None = None,
+    colour: str | None = None,
+    show: Sequence[str] = (),
 ) -> Plane | None:
     """Read the shapes of a log at given times; None if no shape lies or moves in a plane or in space.
 
@@ -91,9 +117,11 @@ def load_plane(
         scene_data: scene data of the whole log, which set the displacement factor and the colour scales.
         times: times of the pictures [s]; default: four times that include the first event.
         colour: a recorded output that colours the shapes, with a scale for these times.
+        show: recorded outputs to draw over the shapes: vectors as arrows, stresses as crosses along the principal directions,
+            forces of links as lines. Stresses and forces are drawn over pale shapes, unless `colour` is given.
 
     Raises:
-        ParameterError: a time outside the recorded span, or an output that can colour no shape.
+        ParameterError: a time outside the recorded span, or an output that can colour or be drawn over no shape.
     """
     scales = make_scales(scene_data)
     if scales is None or not scene_data.is_plane:
@@ -101,13 +129,18 @@ def load_plane(
     scene = load_shapes(log, _choose_instants(log, scene_data.shapes[0].times) if times is None else times, colour)
     if colour is not None:
         scales = make_scales(scene, scales.exaggeration) or scales
-    return Plane(scene, scales)
+    overlays = load_overlays(log, scene.shapes[0].times, show)
+    return Plane(scene, scales, overlays, is_pale(overlays, colour))
+
+
+def is_pale(overlays: Sequence[Overlay], colour: str | None) -> bool:
+    """Return whether shapes below overlays get no colours: the user chose none, and coloured lines are drawn over them."""
+    return colour is None and any(not isinstance(one, Arrows) for one in overlays)
 
 
 def visible_events(log: Any) -> Sequence[Any]:
     """Return the events located at a drawn shape, or all events if there are none (for example ignition in a tube)."""
-    happened, details = log.events(), log.event_details
-    return [event for event in happened if event.kind in details and details[event.kind].counts] or happened
+    return located_events(log) or log.events()
 
 
 def _choose_instants(log: Any, clock: FloatArray) -> list[float]:
@@ -125,22 +158,20 @@ def draw_plane(plane: Plane) -> Figure:
     """Draw the plane at each of its times, with a colour bar for each quantity."""
     low, high = plane.bounding_box
     width, height = (high - low).tolist()
-    bars, times = plane.scales.colours, plane.times
+    times = plane.times
     columns = 2 if width < _TWO_ABREAST * height and len(times) > 1 else 1
     rows = -(-len(times) // columns)
-    tall = min(_WIDTH / columns * height / width + 0.35, _LARGEST_HEIGHT)
-    figure = new_figure(_WIDTH, rows * tall + 0.7 * len(bars) + _LENGTH_HEIGHT)
-    panels = np.atleast_1d(figure.subplots(rows, columns)).ravel()
+    tall = rows * min(_WIDTH / columns * height / width + 0.35, _LARGEST_HEIGHT)
+    below = keys_height(plane, len(plane.colour_scales))
+    figure = new_figure(_WIDTH, tall + below)
+    above, keys = figure.subfigures(2, 1, height_ratios=[tall, below])
+    panels = np.atleast_1d(above.subplots(rows, columns)).ravel()
     for frame, axes in enumerate(panels[: len(times)]):
         draw_instant(axes, plane, frame)
         axes.set_title(f"t = {instant_text(plane, frame)}", fontsize=11)
     for axes in panels[len(times) :]:
         axes.set_visible(False)
-    _add_scale_bar(panels[0], plane)
-    if stretched := exaggeration_text(plane):
-        figure.supxlabel(stretched, x=0.0, horizontalalignment="left", fontsize=10)
-    for one in bars:
-        add_colour_bar(figure, one, ax=panels, shrink=0.5, aspect=40, pad=0.02)
+    draw_keys(keys, panels[0], plane)
     return figure
 
 
@@ -149,18 +180,6 @@ def instant_text(plane: Plane, frame: int) -> str:
     scale, unit = time_unit(float(plane.times[-1]))
     time = plane.times[frame]
     return f"{time * scale:.4g} {unit}{'' if time < plane.scene.valid_until else ', not valid'}"
-
-
-def _add_scale_bar(axes: Axes, plane: Plane) -> None:
-    """Draw a scale bar of a round length below a picture."""
-    low, high = plane.bounding_box
-    length = round_down_to_125(_LENGTH_PART * float(high[0] - low[0]))
-    axes.add_artist(
-        AnchoredSizeBar(
-            axes.transData, length, EngFormatter("m")(length), "upper left", bbox_to_anchor=(0.0, 0.0),
-            bbox_transform=axes.transAxes, borderpad=0.0, pad=0.3, sep=3, frameon=False,
-        )
-    )  # fmt: skip
 
 
 def draw_instant(axes: Axes, plane: Plane, frame: int) -> None:
@@ -175,15 +194,13 @@ def draw_instant(axes: Axes, plane: Plane, frame: int) -> None:
     for motion in plane.scene.motions:
         for links in motion.links:
             _draw_links(axes, plane, motion, links, frame)
+    for overlay in plane.overlays:
+        overlay.draw(axes, plane, frame)
 
 
 def _edge_width(axes: Axes, plane: Plane, size: float, least: float = _LEAST_EDGED) -> float:
     """Return the width of edges [point] for shapes of a size [m]; 0 if shapes are smaller than `least` [point] when drawn."""
-    low, high = plane.bounding_box
-    place, figure = axes.get_position(), axes.get_figure(root=True)
-    assert figure is not None
-    inches = figure.get_size_inches() * np.array([place.width, place.height])
-    drawn = size * float((72.0 * inches / (high - low)).min())
+    drawn = size * plane.points_per_metre(axes)
     return min(_WIDEST_EDGE, _EDGE_PART * drawn) if drawn >= least else 0.0
 
 
@@ -191,37 +208,46 @@ def _draw_points(axes: Axes, plane: Plane, motion: Motion, frame: int) -> None:
     places, size = plane.picture_coordinates(motion, frame)[:, :2], 2.0 * motion.radius
     width = _edge_width(axes, plane, float(np.median(size)))
     values = None if motion.colour is None else motion.colour[frame]
+    fill, edge = plane.fill_colours(motion.colour_variable, values, len(size)), _PALE_EDGE if plane.is_pale else _EDGE
     discs = EllipseCollection(
-        size, size, np.zeros(len(size)), units="xy", offsets=places, offset_transform=axes.transData, edgecolor=_EDGE,
-        linewidth=width, facecolor=plane.scales.value_colours(motion.colour_variable, values, len(size)) / 255.0,
+        size, size, np.zeros(len(size)), units="xy", offsets=places, offset_transform=axes.transData, edgecolor=edge,
+        linewidth=width, facecolor=fill,
     )  # fmt: skip
     discs.set_rasterized(len(size) > _MOST_SHAPES)
     axes.add_collection(discs)
-    if width and motion.rotation is not None:
+    if width and motion.rotation is not None and not plane.is_pale:
         angle = motion.rotation[frame]
         along = motion.radius[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
         _add_lines(axes, np.stack([places, places + along], axis=1), _SPOKE, 2.0 * width)
 
 
 def _draw_cells(axes: Axes, plane: Plane, mesh: MeshFrames, frame: int) -> None:
-    seen = plane.picture_coordinates(mesh, frame)
-    shown = np.arange(len(mesh.connectivity)) if mesh.whole is None else np.flatnonzero(mesh.whole[frame])
+    whole = np.ones(len(mesh.connectivity), bool) if mesh.whole is None else mesh.whole[frame]
     values = None if mesh.field is None else mesh.field[frame]
-    if values is not None and not mesh.has_cell_values:
-        values = values[mesh.connectivity].mean(axis=1)
-    colours = plane.scales.value_colours(mesh.field_variable, values, len(mesh.connectivity)) / 255.0
-    if plane.scene.is_solid:
-        # Draw the nearest cells last, so that they hide the others.
-        shown = shown[np.argsort(seen[mesh.connectivity[shown], 2].mean(axis=1), kind="stable")]
-        colours = _shade_colours(colours, seen[mesh.connectivity])
-    corners = seen[mesh.connectivity[shown]][..., :2]
-    size = float(np.sqrt(np.median(np.ptp(corners, axis=1).prod(axis=1)))) if len(corners) else 0.0
+    if values is not None:  # one value per corner, shape (m, k)
+        values = np.tile(values[:, None], mesh.connectivity.shape[1]) if mesh.has_cell_values else values[mesh.connectivity]
+    cells = plane.picture_coordinates(mesh, frame)[mesh.connectivity[whole]]
+    # Broken cells are dark pieces that stay with the parts of the body, so that only opened cracks are gaps.
+    moved = plane.scales.exaggeration * mesh.displacement[frame]
+    pieces = corner_pieces(mesh.nodes, moved, mesh.connectivity[~whole]) @ plane.eye_axes
+    colours, depths = np.zeros((0, 3)), np.zeros(0)
+    for corners, own, brightness in (
+        (cells, None if values is None else values[whole].mean(axis=1), 1.0),
+        (pieces, None if values is None else values[~whole].ravel(), _BROKEN),
+    ):
+        fill = brightness * plane.fill_colours(mesh.field_variable, own, len(corners))
+        colours = np.concatenate([colours, _shade_colours(fill, corners) if plane.scene.is_solid else fill])
+        depths = np.concatenate([depths, corners[..., 2].mean(axis=1)])
+    # In space, draw the nearest cells last, so that they hide the others.
+    order = np.argsort(depths, kind="stable") if plane.scene.is_solid else np.arange(len(depths))
+    polygons = [*cells[..., :2], *pieces[..., :2]]
+    size = float(np.sqrt(np.median(np.ptp(cells[..., :2], axis=1).prod(axis=1)))) if len(cells) else 0.0
     width = min(0.2, _edge_width(axes, plane, size, _LEAST_EDGED_CELL))
     # Without edge lines, antialiasing would leave seams between cells.
     edge = {"edgecolor": _EDGE, "linewidth": width} if width else {"linewidth": 0.0, "antialiased": False}
-    shapes = PolyCollection(list(corners), facecolor=colours[shown], **edge)
+    shapes = PolyCollection([polygons[one] for one in order], facecolor=colours[order], **edge)
     # Rasterise shapes without lines: browsers round narrow ones to whole pixels, which leaves gaps.
-    shapes.set_rasterized(len(corners) > _MOST_SHAPES or not width)
+    shapes.set_rasterized(len(polygons) > _MOST_SHAPES or not width)
     axes.add_collection(shapes)
 
 
@@ -243,12 +269,13 @@ def _draw_links(axes: Axes, plane: Plane, motion: Motion, links: LinkFrames, fra
     places, state = plane.picture_coordinates(motion, frame)[:, :2], links.state[frame]
     width = _edge_width(axes, plane, 2.0 * float(np.median(motion.radius)))
     if len(links.pairs) <= MOST_LINES:
-        _add_lines(axes, places[links.pairs[state != 0.0]], _LINK, 2.0)
-    _add_lines(axes, crack_lines(places, motion.reference[:, :2], links.pairs, state), _CRACK, max(3.0 * width, 0.5))
+        _add_lines(axes, places[links.pairs[state != 0.0]], _LINK, _LINK_WIDTH)
+    cracks = crack_lines(places, motion.reference[:, :2], links.pairs, state)
+    _add_lines(axes, cracks, _CRACK, max(4.0 * width, _CRACK_WIDTH), zorder=4)  # above overlays
 
 
-def _add_lines(axes: Axes, lines: FloatArray, colour: str, width: float) -> None:
-    shapes = LineCollection(list(lines), colors=colour, linewidths=width, capstyle="round")
+def _add_lines(axes: Axes, lines: FloatArray, colour: str, width: float, zorder: int = 2) -> None:
+    shapes = LineCollection(list(lines), colors=colour, linewidths=width, capstyle="round", zorder=zorder)
     shapes.set_rasterized(len(lines) > _MOST_SHAPES)
     axes.add_collection(shapes)
 

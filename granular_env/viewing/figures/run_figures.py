@@ -6,9 +6,8 @@ Every function returns a matplotlib Figure created without pyplot: global state 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
-from math import prod
-from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure, FigureBase
@@ -17,10 +16,9 @@ from matplotlib.ticker import MaxNLocator
 from granular_env.colours import PALETTE
 from granular_env.components.errors import ParameterError
 
-from ..curves import MOST_CURVES, Curve, load_input_curves
-from ..recorded_fields import Field, array_names, load_curves, load_fields, nearest_frame, recorded_outputs
+from ..curves import Curve
+from ..recorded_fields import Field, nearest_frame
 from ..scene_data import SceneData
-from ..unit_labels import label_with_unit
 from .drawing import (
     add_legend,
     draw_curves,
@@ -30,9 +28,10 @@ from .drawing import (
     mark_end_of_validity,
     marker_style,
     new_figure,
-    place_name,
+    run_style,
     time_unit,
     use_style,
+    value_scale,
 )
 
 # Number of frames read for a figure: more than for a viewer, because a figure is drawn only once.
@@ -54,10 +53,10 @@ def draw_fields(
     indices: Sequence[int] | None = None,
     valid_until: float = np.inf,
 ) -> Figure:
-    """Draw one field (values at many places over time), or several (such as the components of vectors) one above the other.
+    """Draw fields (values at many places over time), each quantity (such as a component of vectors) below the last one.
 
     Args:
-        fields: the fields to draw.
+        fields: the fields to draw; profiles and histories of one quantity, from several runs, share their axes.
         kind: "space-time" (x-t diagram), "profiles" (along the places at given times) or "histories" (of given places).
         times: times of the profiles [s]; default: four, evenly spaced.
         indices: places of the histories; default: up to five, evenly spaced among those that the wave reached.
@@ -67,10 +66,12 @@ def draw_fields(
         ParameterError: a time outside the recorded span, or an unknown place.
     """
     count = (_PROFILES if times is None else len(times)) if kind == "profiles" else 1
-    figure = new_figure(8.0, len(fields) * count * _HEIGHTS[kind])
-    for part, shown in zip(figure.subfigures(len(fields), 1, squeeze=False).flat, fields, strict=True):
+    quantities = list(dict.fromkeys(field.variable.name for field in fields))
+    figure = new_figure(8.0, len(quantities) * count * _HEIGHTS[kind])
+    for part, quantity in zip(figure.subfigures(len(quantities), 1, squeeze=False).flat, quantities, strict=True):
+        shown = [field for field in fields if field.variable.name == quantity]
         if kind == "space-time":
-            draw_space_time(part, part.subplots(), shown, None)
+            draw_space_time(part, part.subplots(), shown[0], None)
         elif kind == "profiles":
             _draw_profiles(part, shown, times)
         else:
@@ -78,34 +79,46 @@ def draw_fields(
     return figure
 
 
-def _draw_profiles(figure: FigureBase, field: Field, times: Sequence[float] | None) -> None:
-    first, last = float(field.times[0]), float(field.times[-1])
+def _draw_profiles(figure: FigureBase, fields: Sequence[Field], times: Sequence[float] | None) -> None:
+    first, last = max(float(field.times[0]) for field in fields), min(float(field.times[-1]) for field in fields)
     scale, unit = time_unit(last)
     chosen = np.linspace(first, last, _PROFILES + 1)[1:].tolist() if times is None else list(times)
+    frames = [[nearest_frame(field.times, time) for time in chosen] for field in fields]
+    values = [field.values[own] for field, own in zip(fields, frames, strict=True)]
+    factor, label = value_scale(fields[0].variable.name, fields[0].variable.unit, *values)
+    across, axis = fields[0].place_axis
     panels = np.atleast_1d(figure.subplots(len(chosen), 1, sharex=True, sharey=True))
-    for panel, time in zip(panels, chosen, strict=True):
-        frame = nearest_frame(field.times, time)
-        panel.plot(field.coordinates, field.values[frame], color=PALETTE[0], **marker_style(field))
-        panel.set_title(f"t = {field.times[frame] * scale:.4g} {unit}", fontsize=11)
+    for place, panel in enumerate(panels):
+        for number, (field, own) in enumerate(zip(fields, values, strict=True)):
+            style = {**line_style(number), **marker_style(field)}
+            panel.plot(across * field.coordinates, factor * own[place], label=field.run, **style)
+        panel.set_title(f"t = {fields[0].times[frames[0][place]] * scale:.4g} {unit}", fontsize=11)
         panel.margins(x=0.01)
-    figure.supylabel(field.label, fontsize=11)
-    panels[-1].set_xlabel(field.axis)
+    if len(fields) > 1:
+        add_legend(panels[0])
+    figure.supylabel(label, fontsize=11)
+    panels[-1].set_xlabel(axis)
 
 
-def _draw_histories(figure: FigureBase, field: Field, indices: Sequence[int] | None, valid_until: float) -> None:
-    scale, unit = time_unit(float(field.times[-1]))
+def _draw_histories(figure: FigureBase, fields: Sequence[Field], indices: Sequence[int] | None, valid_until: float) -> None:
+    scale, unit = time_unit(max(float(field.times[-1]) for field in fields))
     axes = figure.subplots()
-    for place, index in enumerate(_default_indices(field) if indices is None else indices):
-        column = _place_column(field, index)
-        times, values = insert_gaps(field.times * scale, field.values[:, column], field.cuts)
-        axes.plot(times, values, label=place_name(field, column), **line_style(place))
-    axes.set(xlabel=f"time [{unit}]", ylabel=field.label)
+    chosen = default_indices(fields[0]) if indices is None else indices
+    lines = [(field, find_place(field, index) // field.every) for index in chosen for field in fields]
+    variable, values = fields[0].variable, [field.values[:, column] for field, column in lines]
+    factor, label = value_scale(variable.name, variable.unit, *values)
+    for place, ((field, column), own) in enumerate(zip(lines, values, strict=True)):
+        style = run_style(place, len(fields) if len(chosen) > 1 else 1)
+        axes.plot(
+            *insert_gaps(field.times * scale, factor * own, field.cuts), label=field.place_name(column * field.every), **style
+        )
+    axes.set(xlabel=f"time [{unit}]", ylabel=label)
     axes.margins(x=0.0)
     mark_end_of_validity(axes, valid_until * scale)
     add_legend(axes)
 
 
-def _default_indices(field: Field) -> list[int]:
+def default_indices(field: Field) -> list[int]:
     """Return the numbers of up to five places, evenly spaced among those that the wave reached (all, if nothing changed)."""
     with np.errstate(invalid="ignore", over="ignore"):
         change = np.abs(field.values - field.values[0]).max(axis=0)
@@ -117,13 +130,13 @@ def _default_indices(field: Field) -> list[int]:
     return (columns * field.every).tolist()
 
 
-def _place_column(field: Field, index: int) -> int:
-    """Return the column of a field with the place number `index` (negative: from the end); `ParameterError` without it."""
+def find_place(field: Field, index: int) -> int:
+    """Return the number of the place with an index, which may count from the end; `ParameterError` if there is none."""
     if not isinstance(index, int) or not -field.total <= index < field.total:
         raise ParameterError(
             f"got {index!r}", expected=f"a whole number from {-field.total} to {field.total - 1}", at="indices"
         )
-    return (index % field.total) // field.every
+    return index % field.total
 
 
 @use_style
@@ -135,12 +148,12 @@ def draw_balance(scene_data: SceneData, quantity: str = "energy") -> Figure | No
     residuals = scene_data.named_curves(name for name in scene_data.curves if name.startswith(names.residual))
     words = quantity.replace("_", " ")
     figure = new_figure(8.0, 5.6 if residuals else 4.0)
-    ratios = [3, 1] if residuals else [1]
+    ratios = [2, 1] if residuals else [1]
     panels = np.atleast_1d(figure.subplots(len(ratios), 1, sharex=True, height_ratios=ratios))
-    draw_curves(panels[0], amounts, label_with_unit(words, names.unit), scene_data.valid_until)
+    draw_curves(panels[0], amounts, words, scene_data.valid_until)
     if residuals:
         panels[0].set_xlabel("")
-        draw_curves(panels[1], residuals, label_with_unit("residual", names.unit))
+        draw_curves(panels[1], residuals, "residual")
     return figure
 
 
@@ -152,8 +165,9 @@ def draw_curve_panels(chosen: Sequence[Curve], valid_until: float = np.inf) -> F
     panels = np.atleast_1d(figure.subplots(len(units), 1, sharex=True))
     for panel, unit in zip(panels, units, strict=True):
         panel_curves = [curve for curve in chosen if curve.unit == unit]
-        name = panel_curves[0].name if len(panel_curves) == 1 else ""
-        draw_curves(panel, panel_curves, label_with_unit(name, unit).strip(), valid_until)
+        # The name of the variable without direction and place, if all curves show one variable.
+        names = {re.sub(r"(_[xyz])?(\[.*)?$", "", curve.name) for curve in panel_curves}
+        draw_curves(panel, panel_curves, names.pop() if len(names) == 1 else "", valid_until)
         if panel is not panels[-1]:
             panel.set_xlabel("")
     return figure
@@ -183,46 +197,3 @@ def draw_event_counts(events: Sequence[tuple[float, str]], span: tuple[float, fl
     axes.yaxis.set_major_locator(MaxNLocator(integer=True))
     add_legend(axes)
     return figure
-
-
-def plot(
-    log: Any,
-    variable: str,
-    kind: str = "space-time",
-    *,
-    times: Sequence[float] | None = None,
-    indices: Sequence[int] | None = None,
-) -> Figure:
-    """Return a figure of a recorded variable or an input of a log.
-
-        figure = ge.viewing.plot(log, "contact_force", "histories", indices=[10, 20])
-        figure.savefig("force.pdf")              # a notebook displays it after %matplotlib inline
-
-    Args:
-        log: an open log.
-        variable: a recorded output, or an input. Scalars and inputs of a few numbers are drawn as curves over time for every
-            kind; the components of vectors are drawn one above the other.
-        kind: figure of an array: "space-time", "profiles" (at `times`) or "histories" (of `indices`).
-        times: times of the profiles [s]; default: four, evenly spaced.
-        indices: elements of the histories; default: up to five that changed.
-
-    Returns:
-        A figure outside pyplot; its axes (`figure.axes`) may be changed.
-
-    Raises:
-        MissingExtraError: matplotlib is not installed.
-        ParameterError: the log does not contain the variable, a time or an index, or the kind is unknown.
-    """
-    if kind not in _HEIGHTS:
-        raise ParameterError(f"got {kind!r}", expected=f"one of {', '.join(_HEIGHTS)}", at="kind")
-    if variable in array_names(log):
-        return draw_fields(load_fields(log, variable, FRAMES), kind, times, indices)
-    if variable in (recorded := recorded_outputs(log)):
-        return draw_curve_panels(list(load_curves(log, variable)))
-    if variable in log.input_variables and (acted := load_input_curves(log, variable)) is not None:
-        if prod(acted.variable.shape) <= MOST_CURVES:
-            return draw_curve_panels(acted.curves)
-        fields = load_fields(log, variable, FRAMES)
-        return draw_fields([one for one in fields if one.values.any()] or fields[:1], kind, times, indices)
-    known = ", ".join([*recorded, *log.input_variables])
-    raise ParameterError(f"{variable!r} was not recorded", hint=f"this log contains {known}", at="variable")

@@ -1,25 +1,30 @@
-"""The report of a run: a self-contained HTML page, and its pictures as PNG files."""
+"""The report of a run: a self-contained HTML page, and its figures as files."""
 
 from __future__ import annotations
 
+import io
 import os
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from markupsafe import Markup
 
-from granular_env.output_files import count_text, require_writable, size_text, write_files
+from granular_env.components.errors import ParameterError
+from granular_env.output_files import count_text, require_writable, size_text, valid_file_name, write_files
 from granular_env.progress import Progress, progress_bar
 
 from ..figures import drawing
 from ..figures.html_film import make_film
-from ..html_page import parts, render_page
+from ..html_page import Page, parts, render_page
 from ..scene_builder import require_log
 from ..scene_data import SceneData
 from . import tables
 from .figures import CaptionedFigure, ReportChoice, draw_report
 
+# Formats of figures, each with the entry of its metadata that is omitted: the date or the program.
+FORMATS = {"png": "Software", "svg": "Date", "pdf": "CreationDate"}
 _FILM_WORDS = "Film of the run: choose an instant on the time axis below (arrow keys step through the instants), or play."
 
 
@@ -30,8 +35,9 @@ def report(
     indices: Sequence[int] | None = None,
     variables: Sequence[str] | None = None,
     progress: Progress = False,
+    file_format: str = "png",
 ) -> Path:
-    """Write ``report.html`` and the PNG files of its figures.
+    """Write ``report.html`` and its figures as files; both replace an earlier report in the folder.
 
         ge.viewing.report(log, "piston", variables=["contact_force"], indices=[10, 20], times=[1e-4, 2e-4])
 
@@ -45,40 +51,74 @@ def report(
         indices: elements of the histories; default: up to five that changed.
         variables: recorded outputs to show; default: all. Arrays get x-t diagrams and histories, scalars curves.
         progress: show a bar, or call this with the completed fraction.
+        file_format: format of the figures' files: "png", "svg" or "pdf".
 
     Returns:
         The path of the page.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
-        ParameterError: a variable, time or index that the log does not contain, or `folder` is a file; nothing is written.
+        ParameterError: a variable, time or index that the log does not contain, another format, or `folder` is a file; nothing
+            is written.
         GranularError: the files cannot be written; none is written.
     """
     require_log(log)
     target = Path(folder) / "report.html"
-    require_writable(target)
+    require_page(target, file_format)
     choice = ReportChoice(variables, times, indices)
     with progress_bar(f"report in {target.parent.name}", show=progress) as bar:
-        scene_data, drawn = draw_report(log, choice, bar.update)
-        sections = _sections(log, scene_data, drawn)
+        scene_data, drawn, omissions = draw_report(log, choice, bar.update)
+        sections = _sections(log, scene_data, drawn, omissions)
         if choice.variables is None and choice.times is None and (film := make_film(log, scene_data)) is not None:
             words = " ".join(one for one in (_FILM_WORDS, film.stretch, scene_data.remark) if one)
             sections = [("Film", parts.film(film, words)), *sections]
-        html = render_page(f"Run report: {scene_data.title}", _lead_paragraphs(log, scene_data), sections)
-        pictures = {target.parent / f"{name}.png": drawing.to_png(shown.figure) for name, shown in drawn.items()}
-        write_files({**pictures, target: html.encode("utf-8", "replace")})
+        page = Page(f"Run report: {scene_data.title}", _lead_paragraphs(log, scene_data), sections)
+        write_page(target, page, drawn, file_format)
         bar.update(1.0)
     return target
 
 
-def _sections(log: Any, scene_data: SceneData, drawn: Mapping[str, CaptionedFigure]) -> list[tuple[str, Markup]]:
+def require_page(target: Path, file_format: str) -> None:
+    """Raise an error if the page `target` cannot be written, or figures have no such format."""
+    require_writable(target)
+    if file_format not in FORMATS:
+        raise ParameterError(f"got {file_format!r}", expected=f"one of {', '.join(FORMATS)}", at="file_format")
+
+
+def write_page(target: Path, page: Page, drawn: Mapping[str, CaptionedFigure], file_format: str) -> None:
+    """Write a page and its figures as files next to it, and delete further figures of an earlier page at the same path."""
+    contents = {}
+    for name, one in drawn.items():
+        buffer = io.BytesIO()
+        one.figure.savefig(buffer, format=file_format, dpi=130, metadata={FORMATS[file_format]: None})
+        # Names of figures contain names from the log, which may contain any characters.
+        contents[f"{valid_file_name(name, 'figure')}.{file_format}"] = buffer.getvalue()
+    before = target.read_text("utf-8", "replace") if target.exists() else ""
+    html = render_page(page, list(contents)).encode("utf-8", "replace")
+    write_files({**{target.parent / name: data for name, data in contents.items()}, target: html})
+    for name in re.findall(r"[^ /]+", "".join(re.findall(r'<meta name="figures" content="(.*?)">', before)[:1])):
+        if name not in contents and Path(name).suffix[1:] in FORMATS:
+            (target.parent / name).unlink(missing_ok=True)
+
+
+def figure_sections(drawn: Mapping[str, CaptionedFigure]) -> dict[str, Markup]:
+    """Return the HTML of the figures by heading."""
+    found: dict[str, Markup] = {}
+    for name, one in drawn.items():
+        picture = parts.picture(drawing.to_svg(one.figure, name), one.words)
+        found[one.heading] = found.get(one.heading, Markup()) + picture
+    return found
+
+
+def _sections(
+    log: Any, scene_data: SceneData, drawn: Mapping[str, CaptionedFigure], omissions: Sequence[str]
+) -> list[tuple[str, Markup]]:
     """Return the heading and HTML of each section."""
-    shown = {name: (one.heading, parts.picture(drawing.to_svg(one.figure, name), one.words)) for name, one in drawn.items()}
-    balances = Markup().join(shown.pop(name)[1] for name in list(shown) if name.startswith("balance-"))
-    inputs = Markup().join(shown.pop(name)[1] for name in list(shown) if shown[name][0] == "Inputs")
-    happened = shown.pop("events")[1] if "events" in shown else Markup()
+    shown = figure_sections(drawn)
+    inputs, balances, happened = (shown.pop(heading, Markup()) for heading in ("Inputs", "Balances", "Events"))
     sections = [
-        *shown.values(),
+        *shown.items(),
+        ("Outputs without a figure", Markup().join(map(parts.paragraph, omissions))),
         ("Inputs", inputs),
         ("Balances", tables.balance_table(scene_data) + balances),
         ("Events", happened + tables.event_section(log)),
@@ -92,18 +132,17 @@ def _sections(log: Any, scene_data: SceneData, drawn: Mapping[str, CaptionedFigu
 
 
 def _lead_paragraphs(log: Any, scene_data: SceneData) -> Markup:
-    """Return the paragraphs at the top of the report: description of the experiment, length of the run, and notes."""
+    """Return the paragraphs at the top of the report: conclusions, cautions, notes, and description and length of the run."""
     metadata = log.metadata
     experiment = metadata.get("experiment") if isinstance(metadata.get("experiment"), dict) else {}
     scale, unit = drawing.time_unit(log.duration)
     calls = count_text(log.calls, "call")
     what = f"{log.duration * scale:.6g} {unit} of component {metadata.get('component')}, {calls} of step()"
-    lead = [parts.paragraph(experiment["description"])] if experiment.get("description") else []
+    lead = [parts.bullets(concluded)] if (concluded := metadata.get("conclusions")) else []
+    if notes := [*tables.incident_sentences(log), *metadata["cautions"], *scene_data.notes]:
+        lead.append(parts.bullets(notes, "cautions"))
+    lead += [parts.paragraph(experiment["description"])] if experiment.get("description") else []
     lead += [parts.paragraph(f"From: {experiment['source']}", "dim")] if experiment.get("source") else []
     size = size_text(os.path.getsize(log.path))
     lead.append(parts.paragraph(f"{what}; recorded {metadata.get('created')}; {size}.", "dim"))
-    if concluded := metadata.get("conclusions"):
-        lead.append(parts.bullets(concluded))
-    if notes := [*tables.incident_sentences(log), *scene_data.notes]:
-        lead.append(parts.bullets(notes, "cautions"))
     return Markup().join(lead)

@@ -15,12 +15,15 @@ from granular_env.components.errors import GranularError
 from granular_env.components.support.parameter_fields import absent_meaning, field_unit
 from granular_env.documents import to_toml
 from granular_env.recording.event_places import event_table, listed_events
+from granular_env.recording.header import BalanceNames
 
 from ..html_page import parts
 from ..scene_data import SceneData
 from ..unit_labels import typeset_unit
 
 _LONGEST_LIST = 8
+# A residual below this fraction of the largest entry of its balance is a rounding error.
+_ROUNDING = 1e-11
 _MOST_EVENTS = 200
 _MOST_INCIDENTS, _LONGEST_MESSAGE = 20, 1000
 
@@ -34,17 +37,27 @@ def balance_table(scene_data: SceneData) -> Markup:
         residuals = [curve for name, curve in scene_data.curves.items() if name.startswith(balance.residual)]
         largest = [max((float(np.abs(one.values).max()) for one in some), default=0.0) for some in (entries, residuals)]
         for one in (*entries, *residuals):
-            first, last, most = float(one.values[0]), float(one.values[-1]), float(np.abs(one.values).max())
+            first, last, most = (float(value) + 0.0 for value in (one.values[0], one.values[-1], np.abs(one.values).max()))
             rows.append([one.name.replace("_", " "), typeset_unit(one.unit), first, last, most])
-        if residuals and largest[0] > 0.0:
-            scale = f"{largest[0]:.2g} {typeset_unit(balance.unit)}"
-            part = f"at most {largest[1] / largest[0]:.2g} of the largest entry, {scale}"
-            sentences.append(f"Residual of {balance.quantity.replace('_', ' ')}: {part}.")
+        if residuals:
+            sentences.append(_residual_sentence(balance, *largest))
     if not rows:
         return parts.paragraph("No balance was recorded.")
-    sentences.append("Residuals are numerical errors.")
     table = parts.table(["entry", "unit", "start", "end", "largest magnitude"], rows)
     return table + parts.paragraph(" ".join(sentences))
+
+
+def _residual_sentence(balance: BalanceNames, entry: float, residual: float) -> str:
+    """Return a sentence on the largest residual of a balance, compared with the largest magnitude of its entries."""
+    quantity, unit = balance.quantity.replace("_", " "), typeset_unit(balance.unit)
+    if residual == 0.0:
+        return f"The {quantity} balance closes exactly."
+    if residual < _ROUNDING * entry:
+        return f"The {quantity} balance is at round-off ({residual:.2g} {unit})."
+    if residual > 0.5 * entry:
+        return f"No entry of the {quantity} balance is much larger than its residual, {residual:.2g} {unit}."
+    part = f"{residual / entry:.2g} of the largest entry, {entry:.2g} {unit}"
+    return f"The residual of the {quantity} balance, a numerical error, is at most {residual:.2g} {unit} ({part})."
 
 
 def incident_sentences(log: Any) -> list[str]:
@@ -76,12 +89,12 @@ def event_section(log: Any) -> Markup:
         return Markup()
     found, earlier = log.events(), log.earlier_events()
     start = f"{log.start_tick * log.step_size:.9g} s"
-    sentences = ["; ".join(f"{kind}: {text}" for kind, text in kinds.items()) + "."]
+    sentences = ["; ".join(f"{kind.replace('_', ' ')}: {text}" for kind, text in kinds.items()) + "."]
     if earlier is None:
         sentences.append(f"This log begins at {start}; earlier events are unknown.")
     elif earlier:
         counts = Counter(event.kind for event in earlier).most_common()
-        words = ", ".join(f"{count} x {kind}" for kind, count in counts)
+        words = ", ".join(f"{count} x {kind.replace('_', ' ')}" for kind, count in counts)
         sentences.append(f"Of these, {len(found)} are in this log and {len(earlier)} precede its start at {start}: {words}.")
     shown = listed_events(found, earlier or [], _MOST_EVENTS)
     if not shown:
@@ -89,6 +102,7 @@ def event_section(log: Any) -> Markup:
     if (count := len(found) + len(earlier or [])) > len(shown):
         sentences.append(f"The table has {len(shown)} of {count} events; `granular-env events` prints all.")
     heads, rows = event_table(shown, log)
+    rows = [[time, kind.replace("_", " "), *others] for time, kind, *others in rows]
     return parts.table(heads, rows) + parts.paragraph(" ".join(sentences))
 
 
@@ -124,15 +138,17 @@ def _parameter_rows(prefix: str, values: Mapping[str, Any], model: Any) -> Itera
             unit, meaning, absent = "", "", "none"
             if name in fields:
                 unit, meaning, absent = field_unit(fields[name]), fields[name].description or "", absent_meaning(fields[name])
-            yield [prefix + name, absent if value is None else _short_value(value), typeset_unit(unit), meaning]
+            yield [prefix + name, absent if value is None else short_value(value), typeset_unit(unit), meaning]
 
 
-def _short_value(value: Any) -> str:
+def short_value(value: Any) -> str:
+    """Return a value of a parameter or another setting as text; long lists are shortened."""
     if isinstance(value, list):
-        if len(value) > 1 and all(entry == value[0] for entry in value):
-            return f"{_short_value(value[0])} ({len(value)} times)"
+        if len(value) > 2 and all(entry == value[0] for entry in value):
+            return f"{short_value(value[0])} ({len(value)} times)"
         more = f", ... ({len(value)} values)" if len(value) > _LONGEST_LIST else ""
-        return ", ".join(_short_value(entry) for entry in value[:_LONGEST_LIST]) + more
+        shown = [short_value(entry) for entry in value[:_LONGEST_LIST]]
+        return ", ".join(f"({text})" if isinstance(value[0], list) else text for text in shown) + more
     return f"{value + 0.0:.6g}" if isinstance(value, float) else "" if value is None else str(value)  # avoid -0
 
 
@@ -150,7 +166,7 @@ def environment_table(log: Any) -> Markup:
     """Return a table of the software and the machine that recorded the log, and the identity of its component."""
     metadata = log.metadata
     rows = [[f"{name} version", text] for name, text in metadata["versions"].items()]
-    rows += [[name.replace("_", " "), _short_value(value)] for name, value in metadata["machine"].items()]
+    rows += [[name.replace("_", " "), short_value(value)] for name, value in metadata["machine"].items()]
     rows.append(["identity of component and parameters", metadata.get("identity", "")])
     return parts.table(["fact", "value"], rows)
 

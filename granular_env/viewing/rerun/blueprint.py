@@ -18,6 +18,8 @@ from .scene import LEGEND, TIMELINE, plot_paths, whole_camera
 _PLAYBACK_SECONDS = 10.0
 # Largest number of plots, with particles and without: more would be too small to read; users can add others in the viewer.
 _SHOWN_PLOTS, _SHOWN_PLOTS_ALONE = 3, 4
+# A plot gets this part more of the height for each curve, so that its legend fits.
+_LEGEND_SHARE = 0.2
 # Largest number of panes with fields along a line.
 _SHOWN_PROFILES = 4
 
@@ -40,7 +42,8 @@ def make_blueprint(scene_data: SceneData, scales: Scales | None, views: Views | 
     shown: list[Any] = [rrb.TextDocumentView(origin="caption", name="What you see")]
     scalars = select_plots(scene_data, _SHOWN_PLOTS_ALONE if scales is None else _SHOWN_PLOTS)
     if scalars:
-        shown.insert(0, rrb.Vertical(*(_plot_pane(plot) for plot in scalars)))
+        shares = [1.0 + _LEGEND_SHARE * len(plot.curves) for plot in scalars]
+        shown.insert(0, rrb.Vertical(*(_plot_pane(plot) for plot in scalars), row_shares=shares))
     motion = scene_data.motion
     rows: list[tuple[Any, float]] = []
     if scales is not None:

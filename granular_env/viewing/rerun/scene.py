@@ -3,7 +3,7 @@
 scene/particles_...     spheres with true radii, coloured by a variable, displacements stretched by a stated factor
 scene/spokes_...        rotation of the particles
 scene/links_..., scene/cracks_...   intact and broken links
-scene/cells_..., scene/edges_...    meshes, coloured by a variable
+scene/cells_..., scene/edges_..., scene/broken_...   meshes, coloured by a variable, and pieces of broken cells
 legend                  colour bars
 profiles/...            fields along a line
 scene/..., closeup/...  additions of the component's domain (`domain_views.Views`)
@@ -87,7 +87,7 @@ def send_static(recording: Any, scene_data: SceneData, scales: Scales | None, vi
             views.send_static(recording, scene_data.motion, scales)
     for plot in make_plots(scene_data):
         for place, (path, curve) in enumerate(zip(plot_paths(plot), plot.curves, strict=True)):
-            name, colour = f"{curve.name.replace('_', ' ')} [{curve.unit}]", parse_rgb(PALETTE[place % len(PALETTE)])
+            name, colour = curve.name.replace("_", " "), parse_rgb(PALETTE[place % len(PALETTE)])
             # Switch off rerun's averaging of samples on one pixel, which would turn stairs into ramps of other heights.
             off = rr.components.AggregationPolicy.Off
             lines = rr.SeriesLines(names=name, colors=colour, widths=2.0, aggregation_policy=off)

@@ -8,24 +8,25 @@ import numpy as np
 import numpy.typing as npt
 import rerun as rr
 
-from granular_env.colours import sequential_colours
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.recording.preview.visible_drawables import area_vectors
 
-from ..cracks import MOST_LINES, crack_lines
+from ..cracks import MOST_LINES, corner_pieces, crack_lines
 from ..scene_data import MeshFrames, Motion
 
 # Radii of lines, relative to the smallest particle radius; distance of lines in front of the particles' centres, over the
 # largest radius. Lines are moved along the ray to the camera, so that their place in the picture does not change.
-_THICKNESS, _CRACK_THICKNESS, _SPOKE_THICKNESS, _IN_FRONT = 0.12, 0.16, 0.05, 1.05
-# The crack colour is visible on the dark and light backgrounds and on every colour of particles.
-_CRACK, _SPOKE = (190, 0, 255), (90, 95, 100)
+_THICKNESS, _CRACK_THICKNESS, _SPOKE_THICKNESS, _IN_FRONT = 0.05, 0.2, 0.05, 1.05
+# The crack colour is visible on the dark and light backgrounds and on every colour of particles; intact links are dim.
+_CRACK, _LINK, _SPOKE = (190, 0, 255), (70, 76, 84), (90, 95, 100)
 _SPOKE_LENGTH = 0.9
 # With more cells than these, in total or along the longest side, only the edges on the mesh's boundary are drawn.
 _MOST_EDGED_CELLS, _MOST_ALONG = 2000, 200.0
 # Distance of the edges in front of the cells, relative to the mesh's length.
 _EDGES_IN_FRONT = 2e-3
 _EDGE = (120, 124, 128)
+# Brightness of the pieces of broken cells.
+_BROKEN = 0.45
 # Colour of the inside of a body in space, and its distance below the surface, relative to the mesh's length.
 _INSIDE, _LINING = (45, 48, 52, 255), 2e-3
 
@@ -56,12 +57,8 @@ def send_links(recording: Any, motion: Motion, positions: npt.NDArray[Any], eye:
         _send_lines(recording, entity_path("scene/cracks_", links.name), cracks, _CRACK, _CRACK_THICKNESS * smallest, when)
         if len(links.pairs) > MOST_LINES:
             continue
-        frame, link = np.nonzero(links.state)
-        limit = float(links.state.max(initial=0.0)) or 1.0
-        held = front[frame[:, None], links.pairs[link]]
-        counts = np.count_nonzero(links.state, axis=1)
-        colours = sequential_colours(links.state[frame, link], limit)
-        _send_strips(recording, entity_path("scene/links_", links.name), held, counts, colours, _THICKNESS * smallest, when)
+        intact = [places[links.pairs[state != 0.0]] for places, state in zip(front, links.state, strict=True)]
+        _send_lines(recording, entity_path("scene/links_", links.name), intact, _LINK, _THICKNESS * smallest, when)
 
 
 def send_spokes(recording: Any, motion: Motion, positions: npt.NDArray[Any], eye: FloatArray, when: list[Any]) -> None:
@@ -92,23 +89,10 @@ def _send_lines(
     recording: Any, path: str, frames: list[npt.NDArray[Any]], colour: tuple[int, int, int], radius: float, when: list[Any]
 ) -> None:
     """Send lines of one colour; each entry of `frames` holds the lines of a frame, shape (lines, 2, 3) [m]."""
-    strips = np.concatenate(frames)
+    strips = np.concatenate(frames).astype(np.float32)
     colours = np.broadcast_to(np.array(colour, np.uint8), (len(strips), 3))
-    _send_strips(recording, path, strips, np.array([len(one) for one in frames]), colours, radius, when)
-
-
-def _send_strips(
-    recording: Any,
-    path: str,
-    strips: npt.NDArray[Any],
-    counts: npt.NDArray[np.int64],
-    colours: npt.NDArray[np.uint8],
-    radius: float,
-    when: list[Any],
-) -> None:
-    radii = np.full(len(strips), radius, np.float32)
-    lines = rr.LineStrips3D.columns(strips=strips.astype(np.float32), colors=colours, radii=radii)
-    recording.send_columns(path, when, lines.partition(counts))
+    lines = rr.LineStrips3D.columns(strips=strips, colors=colours, radii=np.full(len(strips), radius, np.float32))
+    recording.send_columns(path, when, lines.partition([len(one) for one in frames]))
 
 
 def cells_path(mesh: MeshFrames) -> str:
@@ -162,8 +146,9 @@ def send_mesh(
         colours: colours of the nodes or of the cells, shape (frames, n or m, 3).
         when: rerun's time columns.
     """
-    frames = len(positions)
-    corners = positions
+    frames, corners = len(positions), positions
+    if mesh.whole is not None:
+        _send_pieces(recording, mesh, positions, colours, when)
     if mesh.has_cell_values:
         corners = positions[:, mesh.connectivity.ravel()]
         colours = np.repeat(colours, mesh.connectivity.shape[1], axis=1)
@@ -174,6 +159,26 @@ def send_mesh(
     _send_edges(recording, mesh, positions, when)
     if mesh.is_solid:
         _send_lining(recording, mesh, positions, when)
+
+
+def _send_pieces(
+    recording: Any, mesh: MeshFrames, positions: npt.NDArray[Any], colours: npt.NDArray[np.uint8], when: list[Any]
+) -> None:
+    """Send the broken cells as dark pieces that move with their corners; arguments as for `send_mesh`."""
+    assert mesh.whole is not None
+    pieces, shades, broken = [], [], ~mesh.whole
+    for places, own, cells in zip(positions, colours, broken, strict=True):
+        corners = mesh.connectivity[cells]
+        pieces.append(corner_pieces(mesh.nodes, places - mesh.nodes, corners))
+        by_corner = np.repeat(own[cells], corners.shape[1], axis=0) if mesh.has_cell_values else own[corners.ravel()]
+        shades.append(np.repeat((_BROKEN * by_corner).astype(np.uint8), 4, axis=0))
+    counts = np.array([len(one) for one in pieces])
+    path = entity_path("scene/broken_", mesh.name)
+    vertices = np.concatenate(pieces).reshape(-1, 3).astype(np.float32)
+    shown = rr.Mesh3D.columns(vertex_positions=vertices, vertex_colors=np.concatenate(shades))
+    recording.send_columns(path, when, shown.partition(4 * counts))
+    triangles = np.concatenate([make_triangles(np.arange(4 * count).reshape(-1, 4)) for count in counts]).astype(np.uint32)
+    recording.send_columns(path, when, rr.Mesh3D.columns(triangle_indices=triangles).partition(2 * counts))
 
 
 def _send_lining(recording: Any, mesh: MeshFrames, drawn: npt.NDArray[Any], when: list[Any]) -> None:

@@ -22,6 +22,7 @@ from granular_env.output_files import require_writable, write_files
 from granular_env.progress import Progress, progress_bar
 
 from ..domain_views import make_views
+from ..recorded_fields import located_events
 from ..scene_builder import load_scene, require_log
 from ..scene_scales import make_scales
 from .blueprint import make_blueprint
@@ -128,7 +129,7 @@ def screenshot(
     Args:
         log: an open log.
         png: path of the picture.
-        at: time shown [s]; by default the end of a run with events, two thirds of any other run.
+        at: time shown [s]; by default the end of a run in which a drawn body broke or yielded, two thirds of any other run.
         size: width and height of the viewer's window [points].
         exaggerate: factor of the displacements, as in `save_rrd`.
         colour: output that colours the shapes, as in `save_rrd`.
@@ -180,9 +181,9 @@ def output_path(path: str | os.PathLike[str], suffix: str) -> Path:
 
 
 def _shown_time(log: Any, at: float | None) -> float:
-    """Return the time to show [s]: `at` or, by default, the end of a run with events, two thirds of any other run."""
+    """Return the time to show [s]: `at`, the end of a run with events at drawn bodies, or two thirds of any other run."""
     start = log.start_tick * log.step_size
-    shown = log.duration if log.events() else 2.0 / 3.0 * log.duration
+    shown = log.duration if located_events(log) else 2.0 / 3.0 * log.duration
     instant = start + shown if at is None else finite_number("at", at, "seconds")
     # Allow for rounding in a user's value of the end time.
     slack = 1e-9 * max(abs(start), log.duration)

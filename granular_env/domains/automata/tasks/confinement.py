@@ -101,6 +101,10 @@ class ConfinementTask(Task):
         is_lost = broken > self.lost
         return before - (1.0 if is_lost else broken) - self.price * pressed / self.deadline, is_lost
 
+    def colours(self, component: Component) -> Mapping[str, FloatArray]:
+        """Return the axial compression of each automaton over the stress that its observation shows as 1."""
+        return {"automata": -component.get("stress")[:, 1] / self.observations["stress"]}
+
     def baselines(self) -> Mapping[str, Policy]:
         """Return the policies "nothing", "constant" (pressure), "theory" and "best" (best known drive).
 

@@ -11,6 +11,7 @@ import numpy as np
 from granular_env.components.component import Component
 from granular_env.components.discs import Discs
 from granular_env.components.errors import ParameterError, one_line
+from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.validation import finite_number, positive_number, whole_number
 from granular_env.envs.environment import ComponentEnv
 from granular_env.envs.factory import Options, environment_factory, refuse_early_deadline
@@ -39,7 +40,7 @@ class SplittingTask(Task):
         self.actions = {"force[0,0]": force_scale, "force[-1,0]": force_scale}
         self.observations = {"displacement": p.breaking_strain * 2.0 * p.radius, "velocity": 0.25, "linked": 1.0}
         self.target, self._limit = target, p.breaking_strain * 2.0 * p.radius
-        self._price = work_price / (0.5 * p.stiffness * self._limit**2)
+        self._strength, self._price = p.stiffness * self._limit, work_price / (0.5 * p.stiffness * self._limit**2)
         # A wave passes one link, of length 2 r, in this time: long waves run at the speed 2 r sqrt(k / m).
         self._disc_time, self._control_step, self._links = math.sqrt(p.mass / p.stiffness), control_step, p.columns - 1
 
@@ -60,6 +61,10 @@ class SplittingTask(Task):
         }
         gain, wrong, work = (self.counters[name] - before[name] for name in self.counters)
         return gain - wrong - self._price * work, is_split
+
+    def colours(self, component: Component) -> Mapping[str, FloatArray]:
+        """Return the tension of each link over that at which it breaks; the discs are grey."""
+        return {"discs": np.zeros(self._links + 1), "links": -component.get("link_force") / self._strength}
 
     def baselines(self) -> Mapping[str, Policy]:
         """Return the policies "nothing" and "theory"; the latter pulls both ends so that the pulses meet at the target link."""

@@ -13,6 +13,7 @@ from granular_env.components.detonation.gases import gas_from_name
 from granular_env.components.detonation.theory import chapman_jouguet, reflected_pressure
 from granular_env.components.materials.thermoviscoplastic import Thermoviscoplastic
 from granular_env.components.shell.theory import static_hoop_stress
+from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.support.validation import positive_number, whole_number
 from granular_env.components.tube import Tube
 from granular_env.envs.environment import ComponentEnv
@@ -55,7 +56,7 @@ class ReliefTask(Task):
         self.actions = {"vent_area": vent_area}
         strongest = tube.gas.front.burnt.pressure
         self.observations = {"gas_gauge_pressure": strongest, "radial_displacement": 1e-4}
-        self.limit = limit
+        self.limit, self._reflected = limit, _reflected_pressure(_MOST)
         self.unit = strongest * _AREA * duration
 
     def begin_episode(self, component: Component, outputs: Seen) -> None:
@@ -83,6 +84,11 @@ class ReliefTask(Task):
         self.counters |= {"impulse": impulse, "plastic_strain": strain}
         is_lost = strain > self.limit
         return (impulse - before) / self.unit - float(is_lost), is_lost
+
+    def colours(self, component: Component) -> Mapping[str, FloatArray]:
+        """Return the gas pressure over the largest reflected one, and the stress of the wall over its yield stress."""
+        pressure, stress = component.get("gas_pressure"), component.get("shell_surface_stress")
+        return {"tube": pressure / self._reflected, "surface": stress / Thermoviscoplastic().yield_stress}
 
     def baselines(self) -> Mapping[str, Policy]:
         """Return "nothing" (weakest filling), "strongest", "theory" (`safe_pressure`, vent closed) and "best" (best known)."""

@@ -1,0 +1,198 @@
+"""Comparison of two logs of one component, bit for bit: outputs at common times, inputs, events and settings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..components.errors import ParameterError
+from ..components.support.float_arrays import FloatArray
+from ..components.variables import Variable
+from ..output_files import count_text
+from .header import header_table
+from .index import COUNT
+from .log import Log
+from .steps import sample_intervals
+
+Logs = tuple[Log, Log]
+# Numbers of one output that are read at a time.
+_BLOCK = 2_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """The first difference between the values of an input or output, or between the events.
+
+    Attributes:
+        kind: "input", "output" or "events".
+        name: name of the variable; "events" for events.
+        unit: unit of the values.
+        time: first common time of the difference [s].
+        index: index of the first differing element; empty for a number.
+        values: the two values; for events, their numbers in the common time of the logs.
+        largest: largest magnitude of the difference over elements and common times; None for inputs and events.
+    """
+
+    kind: str
+    name: str
+    unit: str
+    time: float
+    index: tuple[int, ...]
+    values: tuple[float, float]
+    largest: float | None = None
+
+    def __str__(self) -> str:
+        element = f"[{','.join(map(str, self.index))}]" if self.index else ""
+        what = f"{self.kind} {self.name}{element}" if self.kind != "events" else "number of events, which differ"
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        return f"{what} at {self.time:.9g} s: {self.values[0]!r} and {self.values[1]!r}{unit}"
+
+
+@dataclass(frozen=True, slots=True)
+class LogComparison:
+    """The differences between two logs, A and B.
+
+    Attributes:
+        relation: sentence on the logs if one is a branch of the other; else "".
+        span: start and end of the time that both logs contain [s].
+        frames: largest number of common times of an output.
+        compared: names of the compared outputs.
+        not_compared: names of outputs that only one log contains, or that have different shapes.
+        differences: the first difference of each variable and of the events, in the order of time.
+        settings: settings that differ (they do not count as differences): name and both values, None if missing.
+    """
+
+    relation: str
+    span: tuple[float, float]
+    frames: int
+    compared: list[str]
+    not_compared: list[str]
+    differences: list[Difference]
+    settings: list[tuple[str, Any, Any]]
+
+    @property
+    def outcome(self) -> str:
+        """The result as "identical", "different" or "nothing was compared"."""
+        return "different" if self.differences else "identical" if self.frames else "nothing was compared"
+
+    @property
+    def message(self) -> str:
+        """The first difference, or what is identical, as text."""
+        if self.differences:
+            return f"first difference: {self.differences[0]}"
+        if not self.frames:
+            return "nothing was compared: the logs have no output with a common time"
+        outputs, times = count_text(len(self.compared), "output"), count_text(self.frames, "common time")
+        return f"identical: {outputs} at {times} from {self.span[0]:.9g} s to {self.span[1]:.9g} s, inputs and events"
+
+
+def compare_logs(first: Log, second: Log) -> LogComparison:
+    """Compare two logs at their common times; `ParameterError` if they have different components."""
+    logs = first, second
+    components = [log.header.get("component") for log in logs]
+    if components[0] != components[1]:
+        raise ParameterError(f"got {components[0]!r} and {components[1]!r}", expected="two logs of one component", at="logs")
+    span = max(log.start_tick * log.step_size for log in logs), min(log.end_tick * log.step_size for log in logs)
+    outputs = [{name: one for name, one in log.variables.items() if one.causality == "output"} for log in logs]
+    same = [name for name, one in outputs[0].items() if name in outputs[1] and one.shape == outputs[1][name].shape]
+    found = [_event_difference(logs, span), *(_input_difference(logs, one) for one in first.input_variables.values())]
+    found += [_output_difference(logs, outputs[0][name]) for name in same]
+    return LogComparison(
+        _branch_sentence(first, second, "B is a branch of A") or _branch_sentence(second, first, "A is a branch of B"),
+        span,
+        max((len(common_frames(logs, name)[0]) for name in same), default=0),
+        same,
+        [name for name in {**outputs[0], **outputs[1]} if name not in same],
+        sorted(filter(None, found), key=lambda one: one.time),
+        list(_different_settings(logs)),
+    )
+
+
+def _branch_sentence(parent: Log, log: Log, words: str) -> str:
+    is_branch = header_table(log.header.get("parent")).get("log") == parent.identity
+    return f"{words} from {log.start_tick * log.step_size:.9g} s on." if is_branch else ""
+
+
+def common_frames(logs: Logs, name: str) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Return the indices of the frames of an output at the times (to a thousandth of a tick) of both logs, for each log."""
+    marks = [np.rint(1000.0 * log.times(name) / logs[0].step_size) for log in logs]
+    _, first, second = np.intersect1d(marks[0], marks[1], return_indices=True)
+    return first, second
+
+
+def _read_frames(log: Log, name: str, frames: npt.NDArray[np.int64]) -> FloatArray:
+    """Return the values of an output in frames with ascending indices, shape (frames, *shape)."""
+    rows = log.frame_rows(name)
+    ends = np.cumsum(rows[:, COUNT])
+    first, last = np.searchsorted(ends, frames[[0, -1]], side="right")
+    values = np.concatenate([log.frames(row, name)[1] for row in rows[first : last + 1]])
+    return np.asarray(values[frames - (ends[first] - rows[first, COUNT])], dtype=np.float64)
+
+
+def _output_difference(logs: Logs, variable: Variable) -> Difference | None:
+    name, found, largest = variable.name, None, 0.0
+    frames = np.stack(common_frames(logs, name), axis=1)
+    each = max(1, _BLOCK // max(1, int(np.prod(variable.shape))))
+    for start in range(0, len(frames), each):
+        block = frames[start : start + each]
+        values = [_read_frames(log, name, own) for log, own in zip(logs, block.T, strict=True)]
+        places = np.argwhere(values[0].view(np.int64) != values[1].view(np.int64))
+        if len(places):
+            frame, *index = places[0].tolist()
+            with np.errstate(invalid="ignore", over="ignore"):
+                largest = max(largest, float(np.nanmax(np.abs(values[0] - values[1]), initial=0.0)))
+            pair = float(values[0][frame, *index]), float(values[1][frame, *index])
+            found = found or (float(logs[0].times(name)[block[frame, 0]]), tuple(index), pair)
+    return None if found is None else Difference("output", name, variable.unit, *found, largest)
+
+
+def _input_difference(logs: Logs, variable: Variable) -> Difference | None:
+    """Compare an input at the ends of its intervals and at samples of its profiles; None for logs with different ticks."""
+    intervals = [[one for one in log.input_intervals(variable.name) if one.end > one.begin] for log in logs]
+    if logs[0].step_size != logs[1].step_size or not all(intervals):
+        return None
+    first, last = max(log.start_tick for log in logs), min(log.end_tick for log in logs)
+    sampled = {first} | {tick + one.shift for own in intervals for one in own for tick in one.sample_ticks()}
+    ticks = sorted(tick for tick in sampled if first <= tick < last)
+    for tick, *values in zip(ticks, *(sample_intervals(own, ticks) for own in intervals), strict=True):
+        if np.any(values[0] != values[1]):
+            index = tuple(np.argwhere(values[0] != values[1])[0].tolist()) if variable.shape else ()
+            pair = float(np.asarray(values[0])[index]), float(np.asarray(values[1])[index])
+            return Difference("input", variable.name, variable.unit, tick * logs[0].step_size, index, pair)
+    return None
+
+
+def _event_difference(logs: Logs, span: tuple[float, float]) -> Difference | None:
+    events = [[(one.tick * log.step_size, one.kind, one.index, one.value, one.limit) for one in log.events()] for log in logs]
+    rows = [[row for row in own if span[0] < row[0] <= span[1]] for own in events]
+    same = next((place for place, pair in enumerate(zip(*rows, strict=False)) if pair[0] != pair[1]), min(map(len, rows)))
+    times = [own[same][0] for own in rows if len(own) > same]
+    return Difference("events", "events", "1", min(times), (), (len(rows[0]), len(rows[1]))) if times else None
+
+
+def _different_settings(logs: Logs) -> Iterator[tuple[str, Any, Any]]:
+    first, second = (
+        {
+            **{group: header_table(log.header.get(group)) for group in ("parameters", "versions", "machine")},
+            # The component of an experiment is in the parameters.
+            "experiment": {**header_table(log.header.get("experiment")), "component": None, "description": None},
+            "step_size": log.step_size,
+        }
+        for log in logs
+    )
+    tables = dict(_flat_settings("", first)), dict(_flat_settings("", second))
+    for name in {**tables[0], **tables[1]}:
+        if tables[0].get(name) != tables[1].get(name):
+            yield name, tables[0].get(name), tables[1].get(name)
+
+
+def _flat_settings(prefix: str, table: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    for name, value in table.items():
+        if isinstance(value, dict):
+            yield from _flat_settings(f"{prefix}{name}.", value)
+        else:
+            yield f"{prefix}{name}", value

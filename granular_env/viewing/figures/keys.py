@@ -1,0 +1,78 @@
+"""The keys below a picture of a body: scale bar, displacement factor, samples of overlays, colour bars."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure, SubFigure
+from matplotlib.lines import Line2D
+from matplotlib.offsetbox import AnchoredOffsetbox, AuxTransformBox, HPacker, OffsetBox, TextArea, VPacker
+
+from granular_env.components.support.round_numbers import round_down_to_125
+
+from ..unit_labels import scaled_unit
+from .colour_bar import fill_with_colour_bars
+
+if TYPE_CHECKING:
+    from .plane import Plane
+
+# Largest length of the scale bar, as a fraction of the picture's width.
+_LENGTH_PART = 0.25
+# Heights of a row of keys and of a labelled colour bar [inch]; gaps between keys, and between a sample and its label [point].
+_ROW, _BAR, _GAP, _SEPARATION = 0.27, 0.72, 18.0, 5.0
+_FONT_SIZE = 10.0
+
+
+def keys_height(plane: Plane, bars: int) -> float:
+    """Return the height of the keys with a number of colour bars [inch]."""
+    return _ROW * (1 + len(plane.overlays)) + 0.1 + _BAR * bars
+
+
+def draw_keys(figure: Figure | SubFigure, axes: Axes, plane: Plane, bars: bool = True) -> None:
+    """Fill a figure with the keys of a picture.
+
+    Args:
+        figure: an empty figure of the height `keys_height`.
+        axes: axes of the picture, which give the samples their lengths.
+        plane: what the picture shows.
+        bars: whether to draw colour bars.
+    """
+    scales = plane.colour_scales if bars else ()
+    if scales:
+        figure, below = figure.subfigures(2, 1, height_ratios=[keys_height(plane, 0), _BAR * len(scales)])
+        fill_with_colour_bars(below, scales)
+    rows = [HPacker(children=_first_row(axes, plane), align="center", pad=0.0, sep=_GAP)]
+    for overlay in plane.overlays:
+        samples = [_labelled_sample(axes, sample, label) for sample, label in overlay.key()]
+        rows.append(HPacker(children=samples, align="center", pad=0.0, sep=_GAP))
+    box = VPacker(children=rows, align="left", pad=0.0, sep=3.0)
+    place = {"bbox_to_anchor": (0.01, 1.0), "bbox_transform": figure.transSubfigure}
+    figure.add_artist(AnchoredOffsetbox("upper left", child=box, frameon=False, pad=0.0, borderpad=0.2, **place))
+
+
+def _first_row(axes: Axes, plane: Plane) -> list[OffsetBox]:
+    low, high = plane.bounding_box
+    length = round_down_to_125(_LENGTH_PART * float(high[0] - low[0]))
+    factor, unit = scaled_unit("m", length)
+    bar = Line2D([0.0, length], [0.0, 0.0], color=axes.title.get_color(), linewidth=1.5, solid_capstyle="butt")
+    texts = [_text(one) for one in displacement_notes(plane)]
+    return [_labelled_sample(axes, bar, f"{factor * length:g} {unit}"), *texts]
+
+
+def displacement_notes(plane: Plane) -> list[str]:
+    """Return the texts in a picture on the drawn displacements: the factor, and shapes without recorded displacements."""
+    factor, still = plane.scales.exaggeration, plane.scene.unmoved_shapes
+    notes = [] if factor == 1.0 else [f"displacements \u00d7 {factor:,.12g}".replace(",", "\u2009")]
+    return notes + ([f"{', '.join(still)}: initial positions"] if still else [])
+
+
+def _labelled_sample(axes: Axes, sample: Artist, label: str) -> OffsetBox:
+    drawn = AuxTransformBox(axes.transData)
+    drawn.add_artist(sample)
+    return HPacker(children=[drawn, _text(label)], align="center", pad=0.0, sep=_SEPARATION)
+
+
+def _text(label: str) -> TextArea:
+    return TextArea(label, textprops={"fontsize": _FONT_SIZE})

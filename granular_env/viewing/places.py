@@ -1,0 +1,73 @@
+"""Names and initial positions of the elements of a variable (grains, nodes, receivers), for legends."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from granular_env.components.drawables import OUTPUT_FIELDS, Cells, Curve, Drawable, Points
+from granular_env.components.support.float_arrays import FloatArray
+from granular_env.components.variables import Variable
+
+from .unit_labels import scaled_unit
+
+AXES = "xyz"
+
+
+def is_vector(shape: tuple[int, ...], axes: tuple[str, ...]) -> bool:
+    """Return whether an array is a single vector: up to three numbers that count directions and no other elements."""
+    return len(shape) == 1 and shape[0] <= len(AXES) and axes in ((), ("direction",))
+
+
+def element_positions(log: Any, variable: Variable) -> FloatArray | None:
+    """Return the initial positions of the elements along a variable's first axis, shape (n, d) [m]; None if unknown.
+
+    They are those of a drawable whose outputs have this axis, or the parameter named after it, such as `receivers`.
+    """
+    if not variable.axes:
+        return None
+    for drawable in log.drawables:
+        drawn = (log.variables.get(getattr(drawable, name, "")) for name in OUTPUT_FIELDS)
+        if any(one is not None and one.axes[:1] == variable.axes[:1] for one in drawn):
+            found = next((one for one in _drawn_positions(drawable) if len(one) == variable.shape[0]), None)
+            if found is not None:
+                return found
+    try:
+        given = np.array(log.metadata["parameters"][f"{variable.axes[0]}s"], dtype=np.float64)
+    except (KeyError, TypeError, ValueError):
+        return None
+    given = given[:, None] if given.ndim == 1 else given
+    return given if given.ndim == 2 and len(given) == variable.shape[0] and 1 <= given.shape[1] <= len(AXES) else None
+
+
+def _drawn_positions(drawable: Drawable) -> list[FloatArray]:
+    match drawable:
+        case Points():
+            return [drawable.reference]
+        case Cells():
+            return [drawable.nodes, drawable.nodes[drawable.connectivity].mean(axis=1)]
+        case Curve():
+            return [drawable.coordinate[:, None]]
+        case _:
+            return []
+
+
+def place_name(place: str, number: int, positions: FloatArray | None) -> str:
+    """Return the name of one of the places with the given positions: "node 2010, x = 0.1 m, y = 0.2 m"."""
+    if positions is None:
+        return f"{place} {number}"
+    factor, unit = scaled_unit("m", float(np.abs(positions).max()))
+    own = (f"{axis} = {factor * float(value):.4g} {unit}" for axis, value in zip(AXES, positions[number], strict=False))
+    return ", ".join([f"{place} {number}", *own])
+
+
+def element_label(variable: Variable, index: tuple[int, ...], positions: FloatArray | None) -> str:
+    """Return an element of a variable as text for legends: "force y, node 3, x = 0.1 m, y = 0.2 m"."""
+    axes, words = variable.axes, variable.name.replace("_", " ")
+    if is_vector(variable.shape, axes) or (len(index) == 2 and is_vector(variable.shape[1:], axes[1:])):
+        words, index = f"{words} {AXES[index[-1]]}", index[:-1]
+    if not index:
+        return words
+    place, (number, *others) = axes[0].replace("_", " ") if axes else "element", index
+    return ", ".join([words, place_name(place, number, positions), *map(str, others)])
