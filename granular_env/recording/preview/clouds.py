@@ -1,7 +1,6 @@
-"""Point clouds of the preview: the drawables of a log as coloured dots seen from the front.
+"""Point clouds of the preview: the drawables of a log as coloured dots.
 
-Rows along x and bodies in a plane lie in the plane of x and z, which stock viewers show from the front. Bodies in space keep
-their axes.
+Rows and bodies in a plane lie in x and z, which stock viewers show from the front; bodies in space keep their axes.
 """
 
 from __future__ import annotations
@@ -20,10 +19,9 @@ from .visible_drawables import colour_name, is_hidden, is_plane, is_solid, with_
 
 # Largest number of drawn elements of a drawable, and of positions from which the displacement factor follows.
 MOST_PLACES, _MOST_POSITIONS = 5_000, 1_000_000
-# Drawn height of the largest value above a row or of a curve, and distance of stacked curves, relative to their length.
-_HEIGHT, _STACKED = 0.22, 0.33
-# A broken link is a dot while the drawn distance of its ends is below this multiple of their distance at rest.
-_FARTHEST = 1.5
+# Drawn height of the largest value above a row or of a curve, and distance of stacked curves, relative to their length; a
+# broken link is a dot while the drawn distance of its ends is below the last multiple of their distance at rest.
+_HEIGHT, _STACKED, _FARTHEST = 0.22, 0.33, 1.5
 # Number of colours on each side of the value 0, which is a grey that is visible on light and dark backgrounds.
 _SHADES, _ZERO, _BROKEN = 15, "#bebebe", (190, 0, 255, 255)
 _FOLDERS = {Points: "points", Links: "links", Cells: "cells", Curve: "curves"}
@@ -121,11 +119,10 @@ def shown_drawables(drawables: Sequence[Drawable], variables: Mapping[str, Varia
             continue
         one = with_recorded_colour(one, variables)
         roles = {role: name for role in OUTPUT_FIELDS if (name := getattr(one, role, ""))}
-        recorded = {role: name if name in variables and role != "rotation" else "" for role, name in roles.items()}
-        if isinstance(one, Links) and one.points not in {points.name for points in found}:
-            continue
-        if any(recorded.values()):
-            found.append(dataclasses.replace(one, **recorded))
+        drawn = {role: name if name in variables and role not in ("rotation", "force") else "" for role, name in roles.items()}
+        has_points = not isinstance(one, Links) or one.points in {points.name for points in found}
+        if has_points and any(drawn.values()):
+            found.append(dataclasses.replace(one, **drawn))
     return tuple(found)
 
 

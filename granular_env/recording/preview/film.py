@@ -4,10 +4,8 @@ A wave lasts microseconds and moves particles by microns. Therefore:
 
 - `log_time`, which viewers play, is a **slow clock**: the whole run lasts about 10 s. `publish_time` and the time stamps inside
   the messages are the simulated time.
-- Each drawable is a ``foxglove.PointCloud``: ``/points/NAME``, ``/cells/NAME``, ``/curves/NAME``, and dots for the broken links
-  in ``/links/NAME``; see `clouds`.
-- Each number that changes is a ROS 2 ``Float64MultiArray``, which viewers plot, in the topic ``/QUANTITY/NAME``, such as
-  ``/energy/kinetic_energy``; its unit is in the metadata of the channel.
+- Each drawable is a ``foxglove.PointCloud`` in ``/points/NAME``, ``/cells/NAME``, ``/curves/NAME`` or ``/links/NAME``.
+- Each number that changes is a ROS 2 ``Float64MultiArray`` in ``/QUANTITY/NAME``, with its unit in the channel's metadata.
 - ``/about`` describes clock, factor and colours, and lists units and constants.
 """
 
