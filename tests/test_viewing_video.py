@@ -190,3 +190,17 @@ def test_a_missing_encoder_and_options_without_a_film_are_reported(pressed_log: 
         done = subprocess.run([*view, str(pressed_log.path), *arguments], capture_output=True, text=True)
         assert done.returncode == 2 and words in done.stderr and "Traceback" not in done.stderr
     assert not list(tmp_path.iterdir())
+
+
+def test_a_map_shows_the_variable_as_crosses_arrows_or_force_chains(pressed_log: Any) -> None:
+    kinds = {"stress": overlays.PrincipalStresses, "velocity": overlays.Arrows, "link_force": overlays.ForceChains}
+    for name, kind in kinds.items():
+        figure = ge.viewing.plot(pressed_log, name, at=DURATION)
+        plane = load_plane(pressed_log, load_scene(pressed_log), [DURATION], show=[name])
+        assert plane is not None and isinstance(plane.overlays[0], kind)
+        words = {one.get_text() for part in figure.subfigs for one in part.findobj(lambda one: hasattr(one, "get_text"))}
+        assert plane.overlays[0].key()[0][1] in words
+    figure = ge.viewing.plot(pressed_log, "speed", "map", at=DURATION, show=["link_force"])
+    assert figure.axes[-1].get_xlabel().startswith("speed [")
+    with pytest.raises(ParameterError, match="does not apply to histories"):
+        ge.viewing.plot(pressed_log, "speed", "histories", show=["link_force"])

@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from granular_env.colours import PALETTE
 from granular_env.components.support.float_arrays import FloatArray
 
-from ..scene_data import Motion, ProfileFrames
+from ..scene_data import ProfileFrames
 from ..unit_labels import scaled_label
 from .drawing import new_figure, render_canvas, use_style
 from .keys import draw_keys, keys_height
@@ -29,42 +29,38 @@ class FilmFigure:
 
     Args:
         plane: the bodies in all frames of the film.
-        title: title of the film; "" for a picture on an HTML page, which prints title, time and colour bars itself.
+        is_page: whether an HTML page, which prints title, time and colour bars itself, shows the pictures.
         dots_per_inch: resolution, for the natural size.
         size: width and height in pixels; None for the natural size, which fits the bodies.
     """
 
     @use_style
-    def __init__(self, plane: Plane, title: str, dots_per_inch: float, size: tuple[int, int] | None = None) -> None:
-        self._plane, self._is_page = plane, not title
-        self._profiles = [] if self._is_page else _profiles_to_show(plane)
-        bars = 0 if self._is_page else len(plane.colour_scales)
+    def __init__(self, plane: Plane, dots_per_inch: float, size: tuple[int, int] | None = None, is_page: bool = False) -> None:
+        self._plane, self._profiles = plane, [] if is_page else _profiles_to_show(plane)
+        bars = 0 if is_page else len(plane.colour_scales)
         low, high = plane.bounding_box
         across, up = (high - low).tolist()
         scale = min(_LARGEST[0] / across, _LARGEST[1] / up)
         width = max(scale * across, _LARGEST[0] if self._profiles else _NARROWEST)
         body, below = max(scale * up, _LOWEST) + _MARGIN, keys_height(plane, bars)
-        above = (0.0 if self._is_page else _TITLE) + body + _PROFILE * len(self._profiles)
+        above = (0.0 if is_page else _TITLE) + body + _PROFILE * len(self._profiles)
         if size is None:
             # Codecs need even numbers of pixels.
             size = 2 * round(0.5 * dots_per_inch * width), 2 * round(0.5 * dots_per_inch * (above + below))
         self._dots_per_inch = dots_per_inch = min(size[0] / width, size[1] / (above + below))
         # The small addend keeps rounding errors from taking off a pixel.
         self._figure = new_figure(*((pixels + 1e-3) / dots_per_inch for pixels in size))
-        with matplotlib.rc_context({"text.color": _PAGE_TEXT} if self._is_page else {}):
-            upper, keys = self._figure.subfigures(2, 1, height_ratios=[above, below])
+        with matplotlib.rc_context({"text.color": _PAGE_TEXT} if is_page else {}):
+            upper, keys = self._figure.subfigures(2, 1, squeeze=False, height_ratios=[above, below]).flat
             ratios = [body, *(_PROFILE for _ in self._profiles)]
             self._axes, *panels = upper.subplots(len(ratios), 1, height_ratios=ratios, squeeze=False)[:, 0]
-            draw_keys(keys, self._axes, plane, bars=not self._is_page)
+            draw_keys(keys, self._axes, plane, bars=not is_page)
         self._curves = [_draw_profile(axes, one, plane) for axes, one in zip(panels, self._profiles, strict=True)]
         for axes in panels[:-1]:
             axes.set_xlabel("")
             axes.tick_params(labelbottom=False)
-        self._title, self._heading = (
-            title,
-            upper.suptitle(" ", x=0.01, horizontalalignment="left", fontsize=11) if title else None,
-        )
-        if self._is_page:
+        self._heading = upper.suptitle(" ", x=0.01, horizontalalignment="left", fontsize=11) if not is_page else None
+        if is_page:
             self._figure.patch.set_alpha(0.0)
             self._axes.patch.set_alpha(0.0)
         self.draw_frame(0)
@@ -77,7 +73,7 @@ class FilmFigure:
             drawn.remove()
         draw_instant(self._axes, self._plane, frame)
         if self._heading is not None:
-            self._heading.set_text(f"{self._title}      t = {instant_text(self._plane, frame)}")
+            self._heading.set_text(f"{self._plane.scene.title}      t = {instant_text(self._plane, frame)}")
         for (line, values), profile in zip(self._curves, self._profiles, strict=True):
             line.set_ydata(values[np.abs(profile.times - self._plane.times[frame]).argmin()])
         return np.asarray(render_canvas(self._figure, self._dots_per_inch).buffer_rgba())
@@ -85,24 +81,24 @@ class FilmFigure:
 
 def _profiles_to_show(plane: Plane) -> list[ProfileFrames]:
     """Return the fields along x: those of the component, or the values that colour a row of particles."""
-    rows = (one for one in plane.scene.motions if not one.is_plane and one.colour is not None)
-    return [*plane.scene.profiles, *map(_row_profile, rows)][:_MOST_PROFILES]
-
-
-def _row_profile(row: Motion) -> ProfileFrames:
-    assert row.colour is not None
-    return ProfileFrames(row.name, row.times, row.ticks, row.reference[:, 0], row.colour, row.colour_variable)
+    rows = [
+        ProfileFrames(one.name, one.times, one.ticks, one.reference[:, 0], one.colour, one.colour_variable)
+        for one in plane.scene.motions
+        if not one.is_plane and one.colour is not None
+    ]
+    return [*plane.scene.profiles, *rows][:_MOST_PROFILES]
 
 
 def _draw_profile(axes: Axes, profile: ProfileFrames, plane: Plane) -> tuple[Line2D, FloatArray]:
     """Draw the first frame with the limits of all frames; return the curve, and its values in the unit of the axis."""
     low, high = float(profile.values.min(initial=0.0)), float(profile.values.max(initial=0.0))
     factor, label = scaled_label(profile.variable.name, profile.variable.unit, max(-low, high))
-    ends = np.array([plane.bounding_box[0][0], plane.bounding_box[1][0]])
-    length, name = scaled_label("x", "m", float(np.abs(ends).max()))
+    # Align the curve with the picture, except a body in space, whose picture is not along x.
+    across = profile.coordinate[[0, -1]] if plane.scene.is_solid else np.array(plane.bounding_box)[:, 0]
+    length, name = scaled_label("x", "m", float(np.abs(across).max()))
     [line] = axes.plot(length * profile.coordinate, factor * profile.values[0], color=PALETTE[0])
     room = 0.05 * (high - low) or 1.0
-    axes.set(xlim=length * ends, ylim=(factor * (low - room * (low < 0.0)), factor * (high + room)))
+    axes.set(xlim=length * across, ylim=(factor * (low - room * (low < 0.0)), factor * (high + room)))
     axes.set_xlabel(name, fontsize=10)
     axes.set_ylabel(label.replace(" [", "\n["), fontsize=10)
     return line, factor * profile.values

@@ -65,7 +65,7 @@ def make_film(log: Any, scene_data: SceneData) -> Film | None:
     plane = None if frames < _FEWEST_FRAMES else load_plane(log, scene_data, _choose_instants(log, clocks[0], frames))
     if plane is None:
         return None
-    instants, figure, ratio = [], FilmFigure(plane, "", _DOTS_PER_INCH), 1.0
+    instants, figure, ratio = [], FilmFigure(plane, _DOTS_PER_INCH, is_page=True), 1.0
     for frame in range(len(plane.times)):
         pixels = figure.draw_frame(frame)
         ratio = pixels.shape[1] / pixels.shape[0]

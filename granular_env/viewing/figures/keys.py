@@ -41,18 +41,18 @@ def draw_keys(figure: Figure | SubFigure, axes: Axes, plane: Plane, bars: bool =
     """
     scales = plane.colour_scales if bars else ()
     if scales:
-        figure, below = figure.subfigures(2, 1, height_ratios=[keys_height(plane, 0), _BAR * len(scales)])
+        figure, below = figure.subfigures(2, 1, squeeze=False, height_ratios=[keys_height(plane, 0), _BAR * len(scales)]).flat
         fill_with_colour_bars(below, scales)
-    rows = [HPacker(children=_first_row(axes, plane), align="center", pad=0.0, sep=_GAP)]
+    rows: list[Artist] = [HPacker(children=_first_row(axes, plane), align="center", pad=0.0, sep=_GAP)]
     for overlay in plane.overlays:
-        samples = [_labelled_sample(axes, sample, label) for sample, label in overlay.key()]
+        samples: list[Artist] = [_labelled_sample(axes, sample, label) for sample, label in overlay.key()]
         rows.append(HPacker(children=samples, align="center", pad=0.0, sep=_GAP))
     box = VPacker(children=rows, align="left", pad=0.0, sep=3.0)
     place = {"bbox_to_anchor": (0.01, 1.0), "bbox_transform": figure.transSubfigure}
     figure.add_artist(AnchoredOffsetbox("upper left", child=box, frameon=False, pad=0.0, borderpad=0.2, **place))
 
 
-def _first_row(axes: Axes, plane: Plane) -> list[OffsetBox]:
+def _first_row(axes: Axes, plane: Plane) -> list[Artist]:
     low, high = plane.bounding_box
     length = round_down_to_125(_LENGTH_PART * float(high[0] - low[0]))
     factor, unit = scaled_unit("m", length)

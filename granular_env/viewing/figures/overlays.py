@@ -148,10 +148,8 @@ class Arrows(Overlay):
 
     def key(self) -> list[tuple[Artist, str]]:
         """Return an arrow of the length of the limit."""
-        end = (_ARROW_LENGTH * self.spacing, 0.0)
-        return [
-            (FancyArrowPatch((0.0, 0.0), end, arrowstyle="-|>", mutation_scale=7.0, shrinkA=0.0, shrinkB=0.0), self.label())
-        ]
+        ends, shape = ((0.0, 0.0), (_ARROW_LENGTH * self.spacing, 0.0)), {"arrowstyle": "-|>", "mutation_scale": 7.0}
+        return [(FancyArrowPatch(*ends, **shape, shrinkA=0.0, shrinkB=0.0), self.label())]
 
 
 @dataclass(frozen=True)
@@ -192,16 +190,7 @@ def principal_stresses(stresses: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def load_overlays(log: Any, times: FloatArray, names: Sequence[str]) -> tuple[Overlay, ...]:
-    """Read the overlays of outputs at given times.
-
-    Args:
-        log: an open log.
-        times: times of the pictures [s].
-        names: recorded outputs: vectors of points, nodes or cells, their stresses, or forces of links.
-
-    Raises:
-        ParameterError: an output that cannot be drawn over a picture, or a time outside its record.
-    """
+    """Read vectors, stresses and link forces at given times [s]; `ParameterError` for an output of another kind."""
     known = overlay_drawables(log)
     if unknown := [name for name in names if name not in known]:
         raise ParameterError(
@@ -239,16 +228,14 @@ def _read_overlay(log: Any, drawable: Drawable, variable: Variable, times: Float
     rest, displacement = _read_places(log, drawable, times)
     if isinstance(drawable, Cells) and variable.shape[0] == len(drawable.connectivity) != len(drawable.nodes):
         rest, displacement = rest[drawable.connectivity].mean(axis=1), displacement[:, drawable.connectivity].mean(axis=2)
-    kind = Arrows if variable.axes[-1:] == ("direction",) else PrincipalStresses
+    kind = Arrows if variable.axes[1:] == ("direction",) else PrincipalStresses
     return kind(variable, values, rest, displacement, limit)
 
 
 def _magnitudes(variable: Variable, values: FloatArray) -> FloatArray:
-    if values.ndim == 2:
-        return values
-    if variable.axes[-1:] == ("direction",):
+    if variable.axes[1:] == ("direction",):
         return np.sqrt((values * values).sum(axis=-1))
-    return principal_stresses(values.reshape(-1, values.shape[-1]))[0]
+    return values if values.ndim == 2 else principal_stresses(values.reshape(-1, values.shape[-1]))[0]
 
 
 def _read_places(log: Any, drawable: Points | Cells, times: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -60,10 +60,9 @@ class Plane:
 
     def points_per_metre(self, axes: Axes) -> float:
         """Return the scale of a picture [point/m]."""
-        low, high = self.bounding_box
-        return (
-            72.0 / axes.get_figure(root=True).dpi * float((np.array([axes.bbox.width, axes.bbox.height]) / (high - low)).min())
-        )
+        (low, high), figure = self.bounding_box, axes.get_figure(root=True)
+        assert figure is not None
+        return 72.0 / figure.dpi * float((np.array([axes.bbox.width, axes.bbox.height]) / (high - low)).min())
 
     def fill_colours(self, variable: Variable, values: FloatArray | None, count: int) -> FloatArray:
         """Return the colours of `count` points or cells with the values of an output, shape (count, 3)."""
@@ -164,7 +163,7 @@ def draw_plane(plane: Plane) -> Figure:
     tall = rows * min(_WIDTH / columns * height / width + 0.35, _LARGEST_HEIGHT)
     below = keys_height(plane, len(plane.colour_scales))
     figure = new_figure(_WIDTH, tall + below)
-    above, keys = figure.subfigures(2, 1, height_ratios=[tall, below])
+    above, keys = figure.subfigures(2, 1, squeeze=False, height_ratios=[tall, below]).flat
     panels = np.atleast_1d(above.subplots(rows, columns)).ravel()
     for frame, axes in enumerate(panels[: len(times)]):
         draw_instant(axes, plane, frame)

@@ -22,6 +22,7 @@ from granular_env.recording.preview.visible_drawables import colouring_outputs, 
 from ..curves import MOST_CURVES, Curve, component_names, load_input_curves
 from ..recorded_fields import Field, curve_names, load_curves, load_fields, recorded_outputs, validity_limit
 from ..scene_builder import load_scene, log_title, require_log
+from .overlays import overlay_drawables
 from .plane import draw_plane, load_plane
 from .run_figures import FRAMES, default_indices, draw_balance, draw_curve_panels, draw_fields, find_place
 from .spectra import Spectrum, draw_dispersion, draw_spectra, load_spectrum
@@ -37,6 +38,7 @@ def plot(
     *,
     at: float | Sequence[float] | None = None,
     indices: Sequence[int] | None = None,
+    show: Sequence[str] = (),
 ) -> Figure:
     """Return a figure of a recorded variable, an input or a balance of a log.
 
@@ -48,7 +50,7 @@ def plot(
     | "space-time" | an array along a row: values as colours over place and time (x-t diagram) |
     | "profiles" | an array along a row at times |
     | "histories" | scalars, or elements of an array, over time |
-    | "map" | a body in a plane or in space at times: deformed, coloured by the variable |
+    | "map" | a deformed body at times: coloured by the variable, or with arrows, principal stresses or force chains |
     | "spectrum" | one-sided amplitude spectrum of scalars or elements |
     | "dispersion" | magnitude over wave number and frequency of an array along a row, with the curves of theory |
     | "balances" | all entries of a balance, such as "energy", and its residual |
@@ -60,6 +62,7 @@ def plot(
             histories for scalars and up to six elements. Components of vectors are drawn one above the other.
         at: time or times of profiles and maps [s]; default: four, evenly spaced, or with the first event for maps.
         indices: elements of histories and spectra; default: up to five that changed.
+        show: further outputs drawn over a map: vectors, stresses, forces of links.
 
     Returns:
         A figure outside pyplot; its axes (`figure.axes`) have physical units and may be changed.
@@ -70,12 +73,12 @@ def plot(
     """
     logs = list(log) if isinstance(log, (list, tuple)) else [log]
     kind = _choose_kind(logs, name, kind)
-    for argument, given, kinds in (("at", at, _AT_TIMES), ("indices", indices, _OF_ELEMENTS)):
+    for argument, given, kinds in (("at", at, _AT_TIMES), ("indices", indices, _OF_ELEMENTS), ("show", show or None, ("map",))):
         if given is not None and kind not in kinds:
             raise ParameterError(f"does not apply to {kind}", expected=f"kind={' or '.join(map(repr, kinds))}", at=argument)
     times = None if at is None else [finite_number("at", time) for time in np.atleast_1d(np.asarray(at, object)).tolist()]
     try:
-        return _draw(logs, name, kind, times, indices)
+        return _draw_map(logs[0], name, times, show) if kind == "map" else _draw(logs, name, kind, times, indices)
     except ParameterError as error:
         raise error.with_argument("times", "at") from None
 
@@ -89,12 +92,6 @@ def _draw(logs: Sequence[Any], name: str, kind: str, times: Sequence[float] | No
             if figure is None:
                 raise ParameterError(f"all entries of the balance of {quantity} are 0", at="name")
             return figure
-        case "map":
-            colour = name if name in _colouring_outputs(log) else None
-            plane = load_plane(log, load_scene(log), times, colour)
-            if plane is None:
-                raise ParameterError(f"the shapes that {name!r} colours or moves were not recorded", at="name")
-            return draw_plane(plane)
         case "dispersion":
             return draw_dispersion(log, name, component_names(log.variables[name]), _dispersion_curves(log))
         case "spectrum":
@@ -104,6 +101,14 @@ def _draw(logs: Sequence[Any], name: str, kind: str, times: Sequence[float] | No
         return draw_curve_panels(list(_load_run_curves(logs, name)), until)
     fields = [field for own in _load_run_fields(logs, name) for field in own]
     return draw_fields(fields, kind, times, indices, until)
+
+
+def _draw_map(log: Any, name: str, times: Sequence[float] | None, show: Sequence[str]) -> Figure:
+    colour, own = name if name in _colouring_outputs(log) else None, [name] if name in overlay_drawables(log) else []
+    plane = load_plane(log, load_scene(log), times, colour, list(dict.fromkeys([*own, *show])))
+    if plane is None:
+        raise ParameterError(f"the shapes that {name!r} colours or moves were not recorded", at="name")
+    return draw_plane(plane)
 
 
 def _choose_kind(logs: Sequence[Any], name: str, kind: str | None) -> str:
@@ -159,8 +164,8 @@ def _colouring_outputs(log: Any) -> list[str]:
 
 
 def _mapped_outputs(log: Any) -> list[str]:
-    """Return the outputs that colour, move or break a body."""
-    return [*_colouring_outputs(log), *drawn_outputs(log.drawables)]
+    """Return the outputs that colour, move or break a body, or are drawn over it."""
+    return [*_colouring_outputs(log), *drawn_outputs(log.drawables), *overlay_drawables(log)]
 
 
 def _run_names(logs: Sequence[Any]) -> list[str]:

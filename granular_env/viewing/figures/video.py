@@ -85,11 +85,13 @@ def video(
         raise ParameterError(
             f"got {seconds:g} s at {rate:g} pictures per second", expected=f"at most {_MOST_PICTURES} pictures", at="duration"
         )
+    if size is not None and (len(size) != 2 or any(side % 2 or not 64 <= side <= _LARGEST_SIDE for side in size)):
+        raise ParameterError(f"got {size}", expected=f"two even numbers of pixels from 64 to {_LARGEST_SIDE}", at="size")
     if write is _write_mp4:
         import_optional("imageio_ffmpeg", "an MP4 film")
     count = max(2, round(rate * seconds))
     plane = _load_film(log, count, colour, show, exaggerate)
-    figure = FilmFigure(plane, plane.scene.title, _DOTS_PER_INCH, _checked_size(size))
+    figure = FilmFigure(plane, _DOTS_PER_INCH, size)
     instants = np.linspace(plane.times[0], plane.times[-1], count)
     frames = np.abs(plane.times[:, None] - instants).argmin(axis=0)
     with progress_bar(f"film {target.name}", count, show=progress) as bar, replace_file(path) as part:
@@ -115,21 +117,10 @@ def _load_film(log: Any, count: int, colour: str | None, show: Sequence[str], ex
     scene = load_shapes(log, times.tolist(), colour)
     factor = None if exaggerate is None else positive_number("exaggerate", exaggerate)
     if (scales := make_scales(scene, factor)) is None:
-        raise ParameterError(
-            "this log contains no body to draw",
-            hint="record displacements, or an output that colours particles or cells",
-            at="log",
-        )
+        hint = "record displacements, or an output that colours particles or cells"
+        raise ParameterError("this log contains no body to draw", hint=hint, at="log")
     overlays = load_overlays(log, scene.shapes[0].times, show)
     return Plane(scene, scales, overlays, is_pale(overlays, colour))
-
-
-def _checked_size(size: tuple[int, int] | None) -> tuple[int, int] | None:
-    if size is None:
-        return None
-    if len(size) != 2 or any(side % 2 or not 64 <= side <= _LARGEST_SIDE for side in size):
-        raise ParameterError(f"got {size}", expected=f"two even numbers of pixels from 64 to {_LARGEST_SIDE}", at="size")
-    return size
 
 
 def _write_mp4(path: Path, pictures: Iterator[Pixels], rate: float) -> None:
@@ -146,7 +137,7 @@ def _write_mp4(path: Path, pictures: Iterator[Pixels], rate: float) -> None:
             for picture in pictures:
                 writer.send(picture)
                 count += 1
-        # The encoder does not report a full disk, so count what it wrote.
+        # The encoder does not report a full disk, so count the written pictures.
         complete = encoder.count_frames_and_secs(path)[0] == count
     except (OSError, RuntimeError):
         complete = False
@@ -155,7 +146,8 @@ def _write_mp4(path: Path, pictures: Iterator[Pixels], rate: float) -> None:
 
 
 def _write_gif(path: Path, pictures: Iterator[Pixels], rate: float) -> None:
-    """Encode pictures as GIF, in a palette taken from the first and the last picture."""
-    frames = (Image.fromarray(one).quantize(_COLOURS, dither=Image.Dither.NONE) for one in pictures)
+    """Encode pictures as GIF, each with its own palette."""
+    options: Any = {"method": Image.Quantize.FASTOCTREE, "dither": Image.Dither.NONE}
+    frames = (Image.fromarray(one).quantize(_COLOURS, **options) for one in pictures)
     first = next(frames)
     first.save(path, "GIF", save_all=True, append_images=frames, duration=round(1000.0 / rate), loop=0)
