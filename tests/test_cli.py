@@ -202,6 +202,8 @@ OPENING = [
     ["check", "a.mcap"],
     ["branch", "a.mcap", "--at", "5", "--log", "b.mcap"],
     ["recover", "a.mcap", "-o", "whole.mcap"],
+    ["export", "a.mcap", "--to", "csv"],
+    ["compare", "a.mcap", "a.mcap", "--json"],
 ]
 
 

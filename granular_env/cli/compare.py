@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 from pathlib import Path
 
 import click
 
-from granular_env.cli.command import Status, command
+from granular_env.cli.command import Status, command, print_json
 from granular_env.cli.options import FILE, FOLDER, allow_large_option, format_option, json_option
 from granular_env.terminal_text import align_columns, printable_text, wrap_text
 
@@ -42,8 +41,7 @@ def compare(first: str, second: str, out: str | None, file_format: str, as_json:
 
             found = viewing.compare(log, other, folder, progress=not as_json, file_format=file_format)
     if as_json:
-        facts = {"outcome": found.outcome, **dataclasses.asdict(found), "written": page and str(page)}
-        print(json.dumps(facts, indent=2))
+        print_json({"outcome": found.outcome, **dataclasses.asdict(found), "written": page})
         return _STATUS[found.outcome]
     for text in filter(None, (found.relation, found.message)):
         print(wrap_text(printable_text(text)))

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import click
 from click.shell_completion import shell_complete
 
-from granular_env.cli import check, compare, contents, events, logs, runs, studies, sweeps, views
+from granular_env.cli import check, compare, contents, events, export, logs, runs, studies, sweeps, views
 from granular_env.cli.command import EXIT_STATUS, Command, Status
 from granular_env.cli.failures import discard_output, report_failure, report_misuse
 
@@ -28,6 +28,7 @@ COMMANDS: tuple[Command, ...] = (
     events.events,
     views.view,
     views.report,
+    export.export,
     compare.compare,
     sweeps.sweep,
     studies.study,

@@ -81,7 +81,7 @@ class LogComparison:
 
     @property
     def message(self) -> str:
-        """The first difference, or what is identical, as text."""
+        """The result as text: the first difference, or the numbers of identical outputs and times."""
         if self.differences:
             return f"first difference: {self.differences[0]}"
         if not self.frames:

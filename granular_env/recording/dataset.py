@@ -1,48 +1,125 @@
-"""A log as an `xarray.Dataset`."""
+"""A log as an `xarray.Dataset` that can be drawn without this package: values, positions, connectivity, units, parameters."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import json
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..components.drawables import Cells, Curve, Links, Points
 from ..components.errors import LogError
-from ..components.variables import Variable
+from ..documents import to_toml
 from ..optional_packages import import_optional
+from .element_arrays import cell_arrays, point_arrays
+from .header import header_table, header_title
 
 if TYPE_CHECKING:
     from .log import Log
 
+# Names of the entries along an axis of a variable: of vectors, and of symmetric tensors by their number of entries.
+_DIRECTIONS = ("x", "y", "z")
+_TENSORS = {3: ("xx", "yy", "xy"), 4: ("xx", "yy", "zz", "xy"), 6: ("xx", "yy", "zz", "xy", "yz", "zx")}
+
 
 def make_dataset(log: Log) -> Any:
     """Return all frames of a log; see `Log.to_xarray`."""
-    xarray = import_optional("xarray", "to_xarray")
-    times, data = None, {}
-    sizes: dict[str, int] = {}
-    for name, variable in log.variables.items():
-        own_times, values = log.series(name)
-        times = own_times if times is None else times
+    times, values = np.zeros(0), {}
+    for name in log.variables:
+        own_times, values[name] = log.series(name)
+        if len(values) == 1:
+            times = own_times
         if not np.array_equal(times, own_times):
             came = f"the frames of {name!r} have other times than those of the preceding variables"
             raise LogError(came, hint="read each variable with series(name)", source=log.source)
-        attributes = {"units": variable.unit, "description": variable.description}
-        data[name] = (["time", *_dimension_names(variable, sizes, log.variables)], values, attributes)
-    coordinates: dict[str, Any] = {name: (name, np.arange(size), {"units": "1"}) for name, size in sizes.items()}
-    coordinates["time"] = ("time", np.zeros(0) if times is None else times, {"units": "s"})
-    return xarray.Dataset(data, coordinates, {"component": str(log.header.get("component"))})
+    return assemble_dataset(log, list(log.variables), times, values)
 
 
-def _dimension_names(variable: Variable, sizes: dict[str, int], used_names: Iterable[str]) -> list[str]:
-    """Return the names of a variable's dimensions (except time), and store their sizes in `sizes`.
+def assemble_dataset(log: Log, names: Sequence[str], times: np.ndarray, values: Mapping[str, np.ndarray]) -> Any:
+    """Return a dataset of some variables of a log with these times and values; without values it has no frames."""
+    xarray = import_optional("xarray", "to_xarray")
+    dimensions, data = _dimensions(log), {}
+    coordinates: dict[str, Any] = {"time": ("time", times, {"units": "s", "description": "simulated time"})}
+    for name in names:
+        variable, own = log.variables[name], dimensions[name]
+        frames = values.get(name, np.zeros((0, *variable.shape)))
+        data[name] = (["time", *own], frames, {"units": variable.unit, "description": variable.description})
+        for dimension, size, axis in zip(own, variable.shape, variable.axes or own, strict=True):
+            coordinates.setdefault(dimension, (dimension, _entry_names(axis, size)))
+    for name, dimension, content, unit, description in _geometry(log, dimensions):
+        if name not in log.variables:
+            coordinates.setdefault(name, (dimension, content, {"units": unit, "description": description}))
+    experiment, facts = header_table(log.header.get("experiment")), log.header
+    attributes = {
+        "title": header_title(facts), "component": str(facts.get("component")), "step_size": log.step_size,
+        "experiment": to_toml(experiment) if experiment else "", "parameters": json.dumps(facts.get("parameters")),
+        "versions": json.dumps(facts.get("versions")), "created": str(facts.get("created")),
+    }  # fmt: skip
+    return xarray.Dataset(data, coordinates, attributes)
+
+
+def _entry_names(axis: str, size: int) -> np.ndarray:
+    """Return the names of the entries along an axis; numbers from 0 if they have no names."""
+    if axis in ("entry", "component") and size in _TENSORS:
+        return np.array(_TENSORS[size])
+    return np.array(_DIRECTIONS[:size]) if axis == "direction" and size <= len(_DIRECTIONS) else np.arange(size)
+
+
+def _dimensions(log: Log) -> dict[str, list[str]]:
+    """Return the names of the dimensions of each variable except time: its axes; for vectors in a balance, the direction.
 
     If another dimension of that name has another size, or a variable has the name, the name combines variable and axis.
     """
-    names = []
-    for axis, size in enumerate(variable.shape):
-        name = variable.axes[axis] if variable.axes else f"{variable.name}_{axis}"
-        if name in ("time", *used_names) or sizes.get(name, size) != size:
-            name = f"{variable.name}_{axis}"
-        sizes[name] = size
-        names.append(name)
-    return names
+    balanced = {name for one in log.balances for name in (*one.entries, one.residual)}
+    sizes: dict[str, int] = {}
+    found: dict[str, list[str]] = {}
+    for name, variable in log.variables.items():
+        axes = variable.axes or (("direction",) if name in balanced and len(variable.shape) == 1 else ())
+        found[name] = []
+        for axis, size in enumerate(variable.shape):
+            own = axes[axis] if axes else f"{name}_{axis}"
+            if own in ("time", *log.variables, *found[name]) or sizes.get(own, size) != size:
+                own = f"{name}_{axis}"
+            sizes[own] = size
+            found[name].append(own)
+    return found
+
+
+def _geometry(log: Log, dimensions: Mapping[str, list[str]]) -> Iterator[tuple[str, Any, np.ndarray, str, str]]:
+    """Yield coordinates: name, dimensions, content, unit, description.
+
+    The elements of a drawable have the dimension of its recorded outputs or, if none is recorded, the drawable's name.
+    """
+
+    def positions(own: str, points: np.ndarray, what: str) -> Iterator[tuple[str, Any, np.ndarray, str, str]]:
+        for direction, column in zip(_DIRECTIONS, points.reshape(len(points), -1).T, strict=False):
+            yield f"{own}_{direction}", own, column, "m", what
+
+    of_points: dict[str, str] = {}
+    for one in log.drawables:
+        own, cell = (
+            dimensions[names[0]][0] if names else one.name
+            for names in (point_arrays(one, log.variables), cell_arrays(one, log.variables))
+        )
+        of_points[one.name] = own
+        match one:
+            case Points():
+                yield from positions(own, one.reference, "initial position")
+                yield f"{own}_radius", own, one.radius, "m", "radius"
+            case Cells():
+                own = own if own != cell else f"{cell}_node"
+                yield from positions(own, one.nodes, "initial position")
+                yield from positions(cell, one.nodes[one.connectivity].mean(axis=1), "initial position of the centre")
+                text = f"nodes of each cell in cyclic order, as indices of {own}"
+                yield f"{cell}_nodes", (cell, f"{cell}_vertex"), one.connectivity, "1", text
+            case Curve():
+                yield from positions(own, one.coordinate, "position")
+            case Links():
+                yield (
+                    f"{cell}_points",
+                    (cell, "link_end"),
+                    one.pairs,
+                    "1",
+                    f"linked points, as indices of {of_points[one.points]}",
+                )

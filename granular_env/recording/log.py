@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -30,6 +30,10 @@ from .records import EVENTS, INCIDENTS, SNAPSHOTS, STEPS, damage_error
 from .replay import make_component, restore_snapshot
 from .steps import InputInterval, StepHistory
 from .writer import to_path
+
+if TYPE_CHECKING:
+    from ..progress import Progress
+    from .export.formats import Export
 
 # Limit on the memory for one variable, or for all steps [bytes].
 _MOST_BYTES = 8 << 30
@@ -235,11 +239,13 @@ class Log(RecordReader):
         return float(value) if value.ndim == 0 else value.copy()
 
     def to_xarray(self) -> Any:
-        """Return all frames as an `xarray.Dataset` over time.
+        """Return all frames as an `xarray.Dataset` over time, which can be drawn without this package.
 
-        Variables over the same elements, such as grains, share a dimension with the coordinate 0, 1, 2, ..., so that
-        ``data.velocity * data.displacement`` has the dimensions (time, grain). Units and descriptions are in the
-        attributes.
+        Variables over the same elements, such as grains, share a dimension, so that ``data.velocity * data.displacement`` has
+        the dimensions (time, grain). Coordinates are the initial positions and radii (``grain_x``, ``grain_radius``), the
+        nodes of cells (``cell_nodes``), the points of links (``link_points``), and the names of directions and of entries of
+        tensors. Units and descriptions are in the attributes of the variables; experiment, parameters, step size and
+        versions in those of the dataset.
 
         Raises:
             MissingExtraError: xarray is not installed.
@@ -248,6 +254,39 @@ class Log(RecordReader):
         from .dataset import make_dataset
 
         return make_dataset(self)
+
+    def export(
+        self,
+        to: str,
+        path: str | os.PathLike[str] | None = None,
+        *,
+        start: float | None = None,
+        end: float | None = None,
+        every: float | None = None,
+        variables: Sequence[str] | None = None,
+        overwrite: bool = False,
+        progress: Progress = False,
+    ) -> Export:
+        """Write frames in the format of another program; the memory does not depend on their number.
+
+        Args:
+            to: "vtk", "xyz", "csv", "netcdf" or "hdf5".
+            path: the file or, for VTK and for XYZ with several sets of points, the folder; by default next to the log.
+            start: time of the first frame [s].
+            end: time of the last frame [s].
+            every: length of the intervals with at most one frame each, from the first frame on [s]; by default all frames.
+            variables: names of variables; by default all that the format can contain, and in CSV those with at most 16 values.
+            overwrite: whether an existing file or folder may be replaced.
+            progress: whether to show a progress bar, or a function to call with the fraction done.
+
+        Raises:
+            ParameterError: an unknown format or variable, no frame in the time range, or the path exists.
+            LogError: the format does not apply, the log has no intact frame, or the path cannot be written; no file is left.
+            MissingExtraError: the format needs a package that is not installed.
+        """
+        from .export.formats import export_log
+
+        return export_log(self, to, path, (start, end, every), variables, overwrite, progress)
 
     def input_intervals(self, name: str) -> Iterator[InputInterval]:
         """Yield the intervals between changes of an input in order, each with the value or profile held in it; not sampled."""

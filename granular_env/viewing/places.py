@@ -27,7 +27,8 @@ def element_positions(log: Any, variable: Variable) -> FloatArray | None:
     """
     if not variable.axes:
         return None
-    for drawable in log.drawables:
+    # Curves first: a coordinate says more than the centres of cells along a tube.
+    for drawable in sorted(log.drawables, key=lambda one: not isinstance(one, Curve)):
         drawn = (log.variables.get(getattr(drawable, name, "")) for name in OUTPUT_FIELDS)
         if any(one is not None and one.axes[:1] == variable.axes[:1] for one in drawn):
             found = next((one for one in _drawn_positions(drawable) if len(one) == variable.shape[0]), None)

@@ -23,6 +23,7 @@ ACTIONS: dict[str, Callable[[Path], object]] = {
     "drawables": lambda path: open_log(path).drawables,
     "events": lambda path: open_log(path).events(),
     "xarray": lambda path: open_log(path).to_xarray(),
+    "export": lambda path: open_log(path).export("vtk", path.with_suffix(".vtk"), overwrite=True),
     "recover": lambda path: recover(path, path.with_suffix(".out"), overwrite=True),
     "branch": lambda path: open_log(path).branch(0.0).run(path.with_suffix(".child"), overwrite=True),
 }

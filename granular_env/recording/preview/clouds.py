@@ -1,4 +1,4 @@
-"""Point clouds of the preview: the drawables of a log as coloured dots that stand upright in front of the viewer.
+"""Point clouds of the preview: the drawables of a log as coloured dots seen from the front.
 
 Rows along x and bodies in a plane lie in the plane of x and z, which stock viewers show from the front. Bodies in space keep
 their axes.

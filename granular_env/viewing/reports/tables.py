@@ -89,7 +89,8 @@ def event_section(log: Any) -> Markup:
         return Markup()
     found, earlier = log.events(), log.earlier_events()
     start = f"{log.start_tick * log.step_size:.9g} s"
-    sentences = ["; ".join(f"{kind.replace('_', ' ')}: {text}" for kind, text in kinds.items()) + "."]
+    happened = {event.kind for event in (*found, *(earlier or []))} or kinds
+    sentences = ["; ".join(f"{kind.replace('_', ' ')}: {text}" for kind, text in kinds.items() if kind in happened) + "."]
     if earlier is None:
         sentences.append(f"This log begins at {start}; earlier events are unknown.")
     elif earlier:
@@ -98,7 +99,7 @@ def event_section(log: Any) -> Markup:
         sentences.append(f"Of these, {len(found)} are in this log and {len(earlier)} precede its start at {start}: {words}.")
     shown = listed_events(found, earlier or [], _MOST_EVENTS)
     if not shown:
-        return parts.paragraph(f"No events. {' '.join(sentences)}")
+        return parts.paragraph(f"No events. Possible events: {' '.join(sentences)}")
     if (count := len(found) + len(earlier or [])) > len(shown):
         sentences.append(f"The table has {len(shown)} of {count} events; `granular-env events` prints all.")
     heads, rows = event_table(shown, log)

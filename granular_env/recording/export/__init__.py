@@ -1,0 +1,1 @@
+"""Export of a log to the formats of other programs: VTK, extended XYZ, CSV, NetCDF and HDF5."""
