@@ -59,7 +59,9 @@ def place_name(place: str, number: int, positions: FloatArray | None) -> str:
     if positions is None:
         return f"{place} {number}"
     factor, unit = scaled_unit("m", float(np.abs(positions).max()))
-    own = (f"{axis} = {factor * float(value):.4g} {unit}" for axis, value in zip(AXES, positions[number], strict=False))
+    # Rounding errors of zero are 0, not -0.
+    values = [round(factor * float(value), 6) + 0.0 for value in positions[number]]
+    own = (f"{axis} = {value:.4g} {unit}" for axis, value in zip(AXES, values, strict=False))
     return ", ".join([f"{place} {number}", *own])
 
 

@@ -40,6 +40,8 @@ _REACH_OF_FRAME = 1.05
 _FEWEST_FRAMES = 40
 # A curve whose change, relative to its size, is smaller than this counts as constant.
 _FLAT = 1e-3
+# Legends with longer texts are above the axes [letters].
+_LONG_TEXT = 26
 # Background of an x-t diagram, visible at times without a frame.
 NOT_SAMPLED = "#8b9096"
 _STYLE: Any = {
@@ -201,7 +203,7 @@ def draw_curves(axes: Axes, curves: Sequence[Curve], name: str, valid_until: flo
         axes.plot(times, values, label=curve.label or curve.name.replace("_", " "), **line_style(place))
     axes.set(xlabel=f"time [{unit}]", ylabel=label)
     axes.margins(x=0.0)
-    _show_zero_of_flat_curves(axes, curves, factor)
+    show_zero_of_flat_lines(axes)
     mark_end_of_validity(axes, valid_until * scale)
     if len(curves) > 1 or curves[0].label:
         add_legend(axes)
@@ -219,15 +221,15 @@ def mark_end_of_validity(axes: Axes, time: float) -> None:
         axes.text(time, 0.98, " not valid", transform=axes.get_xaxis_transform(), va="top", color=DIVERGING[-1], fontsize=9)
 
 
-def _show_zero_of_flat_curves(axes: Axes, curves: Sequence[Curve], factor: float) -> None:
-    """Include zero in the value axis of nearly constant curves, because a narrow range would show rounding errors enlarged."""
-    values = np.concatenate([curve.values for curve in curves])
+def show_zero_of_flat_lines(axes: Axes) -> None:
+    """Include zero in the value axis of nearly constant lines, because a narrow range would show rounding errors enlarged."""
+    values = np.concatenate([np.asarray(line.get_ydata(), np.float64) for line in axes.lines])
     values = values[np.isfinite(values)]
     if not values.size or float(np.ptp(values)) > _FLAT * float(np.abs(values).max()):
         return
     largest = float(values[np.abs(values).argmax()])
     if largest != 0.0:
-        axes.set_ylim(*sorted((0.0, 1.25 * factor * largest)))
+        axes.set_ylim(*sorted((0.0, 1.25 * largest)))
 
 
 def insert_gaps(times: FloatArray, values: FloatArray, cuts: npt.NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
@@ -248,8 +250,12 @@ def run_style(place: int, runs: int) -> dict[str, Any]:
 
 
 def add_legend(axes: Axes) -> None:
-    """Add a legend to the right of the axes."""
-    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
+    """Add a legend to the right of the axes or, if its texts are long, above axes without a title."""
+    longest = max((len(text) for text in axes.get_legend_handles_labels()[1]), default=0)
+    if longest <= _LONG_TEXT or axes.get_title(loc="left"):
+        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
+    else:
+        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.2, ncols=1 if longest > 2 * _LONG_TEXT else 2)
 
 
 def marker_style(field: Field) -> dict[str, Any]:

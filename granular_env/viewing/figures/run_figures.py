@@ -29,6 +29,7 @@ from .drawing import (
     marker_style,
     new_figure,
     run_style,
+    show_zero_of_flat_lines,
     time_unit,
     use_style,
     value_scale,
@@ -114,6 +115,7 @@ def _draw_histories(figure: FigureBase, fields: Sequence[Field], indices: Sequen
         )
     axes.set(xlabel=f"time [{unit}]", ylabel=label)
     axes.margins(x=0.0)
+    show_zero_of_flat_lines(axes)
     mark_end_of_validity(axes, valid_until * scale)
     add_legend(axes)
 

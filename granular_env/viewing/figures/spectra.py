@@ -101,9 +101,11 @@ def draw_dispersion(log: Any, name: str, components: Sequence[str], curves: Curv
         )  # fmt: skip
         axes.grid(False)
         figure.colorbar(image, ax=axes, label=f"{components[number].replace('_', ' ')} [dB], 0 at the largest", pad=0.02)
-        highest = max(_draw_theory(axes, curves, scale), scale * float(frequencies[(decibels > -_RANGE).any(axis=1)].max()))
+        highest = max(
+            _draw_theory(axes, curves, scale), scale * float(frequencies[(decibels > -_RANGE).any(axis=1)].max(initial=0.0))
+        )
         axes.set(xlabel="wave number x spacing [rad]", ylabel=f"frequency [{unit}]", xlim=(-np.pi, np.pi))
-        axes.set_ylim(0.0, min(_HEADROOM * highest, scale * float(frequencies[-1])))
+        axes.set_ylim(0.0, min(_HEADROOM * highest or np.inf, scale * float(frequencies[-1])))
         axes.set_xticks(np.pi * np.linspace(-1.0, 1.0, 5), ["\u2212\u03c0", "\u2212\u03c0/2", "0", "\u03c0/2", "\u03c0"])
     return figure
 
