@@ -51,10 +51,9 @@ def sequential_colours(values: npt.NDArray[np.float64], limit: float) -> npt.NDA
 
 
 def colour_limit(values: npt.NDArray[np.float64], clips: bool) -> float:
-    """Return the limit of the colours of finite values of any shape, as `symmetric_limit`.
+    """Return the `symmetric_limit` of finite values; with `clips`, without a few values far above all others.
 
-    With `clips`, a few values that exceed nearly all others by far do not set the limit; otherwise those at the place of a
-    point load would leave the wave in a plane nearly without colour.
+    In a plane, the values at the place of a point load would otherwise leave the wave nearly without colour.
     """
     magnitudes = np.abs(values)
     largest = float(magnitudes.max(initial=0.0))

@@ -46,10 +46,11 @@ class Difference:
     largest: float | None = None
 
     def __str__(self) -> str:
+        if self.kind == "events":
+            return f"events from {self.time:.9g} s on, {self.values[0]} and {self.values[1]} in the common time"
         element = f"[{','.join(map(str, self.index))}]" if self.index else ""
-        what = f"{self.kind} {self.name}{element}" if self.kind != "events" else "number of events, which differ"
         unit = "" if self.unit == "1" else f" {self.unit}"
-        return f"{what} at {self.time:.9g} s: {self.values[0]!r} and {self.values[1]!r}{unit}"
+        return f"{self.kind} {self.name}{element} at {self.time:.9g} s: {self.values[0]!r} and {self.values[1]!r}{unit}"
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,12 +14,7 @@ from granular_env.components.drawables import Curve, Drawable, main_points
 from granular_env.components.errors import ParameterError
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.variables import Variable
-from granular_env.recording.preview.visible_drawables import (
-    colouring_outputs,
-    is_hidden,
-    with_colour,
-    with_recorded_colour,
-)
+from granular_env.recording.preview.visible_drawables import colouring_outputs, is_hidden, with_colour, with_recorded_colour
 from granular_env.recording.steps import sample_intervals
 
 from . import curves

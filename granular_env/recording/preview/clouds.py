@@ -1,7 +1,6 @@
-"""Point clouds of the preview: the drawables of a log as coloured dots seen from the front.
+"""Point clouds of the preview: the drawables of a log as coloured dots.
 
-Rows along x and bodies in a plane lie in the plane of x and z, which stock viewers show from the front. Bodies in space keep
-their axes.
+Rows and bodies in a plane lie in x and z, which stock viewers show from the front; bodies in space keep their axes.
 """
 
 from __future__ import annotations
@@ -9,8 +8,6 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from functools import cache
-from typing import NamedTuple
 
 import numpy as np
 
@@ -22,10 +19,9 @@ from .visible_drawables import colour_name, is_hidden, is_plane, is_solid, with_
 
 # Largest number of drawn elements of a drawable, and of positions from which the displacement factor follows.
 MOST_PLACES, _MOST_POSITIONS = 5_000, 1_000_000
-# Drawn height of the largest value above a row or of a curve, and distance of stacked curves, relative to their length.
-_HEIGHT, _STACKED = 0.22, 0.33
-# A broken link is a dot while the drawn distance of its ends is below this multiple of their distance at rest.
-_FARTHEST = 1.5
+# Drawn height of the largest value above a row or of a curve, and distance of stacked curves, relative to their length; a
+# broken link is a dot while the drawn distance of its ends is below the last multiple of their distance at rest.
+_HEIGHT, _STACKED, _FARTHEST = 0.22, 0.33, 1.5
 # Number of colours on each side of the value 0, which is a grey that is visible on light and dark backgrounds.
 _SHADES, _ZERO, _BROKEN = 15, "#bebebe", (190, 0, 255, 255)
 _FOLDERS = {Points: "points", Links: "links", Cells: "cells", Curve: "curves"}
@@ -35,22 +31,11 @@ COUNTED = {Points: "radius", Links: "pairs", Cells: "nodes", Curve: "coordinate"
 Picture = tuple[int, dict[str, np.ndarray]]
 
 
-class CloudScale(NamedTuple):
-    """The colour scale of outputs with one unit: value at its end, whether any value is negative, or drawn as a height."""
-
-    names: tuple[str, ...]
-    unit: str
-    limit: float
-    has_sign: bool
-    is_height: bool
-
-
 class Clouds:
     """The drawables as point clouds, with one factor for displacements and one colour limit per unit for all pictures.
 
     Attributes:
-        factor: factor of the drawn displacements.
-        scales: the colour scales.
+        sentences: description of factor, colours and dots.
     """
 
     def __init__(self, drawables: Sequence[Drawable], variables: Mapping[str, Variable], pictures: Sequence[Picture]) -> None:
@@ -58,15 +43,36 @@ class Clouds:
         self._points = {one.name: one for one in drawables if isinstance(one, Points)}
         self._rest = rest_positions(drawables)
         self._is_flat = not _has_solid(drawables)
-        self.factor = _displacement_factor(drawables, pictures)
-        self.scales = _colour_scales(drawables, variables, pictures)
-        self._limits = {"": 1.0} | {name: scale.limit for scale in self.scales for name in scale.names}
+        self._factor, self._limits = _displacement_factor(drawables, pictures), {"": 1.0}
+        larger = f"{self._factor:g} times larger" if self._factor != 1.0 else "true to scale"
+        moves = any(getattr(one, "displacement", "") for one in drawables)
+        self.sentences = [f"Displacements are {larger}."] if moves else []
+        for names in _scale_groups(drawables, variables):
+            self._add_scale(names, variables, pictures)
+        curves = [one.name for one in drawables if isinstance(one, Curve)]
+        self.sentences += [f"Curves from the top: {', '.join(curves)}."] if len(curves) > 1 else []
+        self.sentences += ["Violet dots: broken links."] if any(isinstance(one, Links) for one in drawables) else []
+
+    def _add_scale(self, names: Sequence[str], variables: Mapping[str, Variable], pictures: Sequence[Picture]) -> None:
+        """Add the colour scale of outputs with one unit."""
+        bodies = [one for one in self._drawables if isinstance(one, Points | Cells)]
+        in_plane = any(is_plane(_nodes(one), variables.get(one.displacement)) for one in bodies)
+        unit = "" if variables[names[0]].unit == "1" else variables[names[0]].unit
+        values = np.concatenate([drawn[name].ravel() for _, drawn in pictures for name in names])
+        values = values[np.isfinite(values)]
+        limit = colour_limit(values, clips=in_plane and unit != "")
+        self._limits |= dict.fromkeys(names, limit)
+        full = f"{limit:g} {unit}".strip()
+        low = f"-{full} (blue) over 0" if values.min(initial=0.0) < 0.0 else "0"
+        is_height = any(_value_height(one) for one in self._drawables if _coloured_by(one) in names)
+        shown = "Colour and height" if is_height else "Colour"
+        self.sentences.append(f"{shown}: {', '.join(names)} from {low} (grey) to {full} (red).")
 
     def messages(self, picture: Mapping[str, np.ndarray]) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
         """Yield the topic, the positions (n, 3) [m] and the colours (n, 4) of each drawable in a picture."""
         for one in self._drawables:
             places, colours = self._broken_dots(one, picture) if isinstance(one, Links) else self._dots(one, picture)
-            some = drawn_indices(places)
+            some = slice(None, None, -(-len(places) // MOST_PLACES) or 1)  # evenly spaced if there are too many
             yield cloud_topic(one), places[some], colours[some]
 
     def _dots(self, drawable: Points | Cells | Curve, picture: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
@@ -87,7 +93,8 @@ class Clouds:
     def _broken_dots(self, links: Links, picture: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
         """Return a dot in front of the middle of each link that has broken since the first picture."""
         points = self._points[links.points]
-        pairs = links.pairs[(self._first[links.state] != 0.0) & (picture[links.state] == 0.0)]
+        broken = (self._first[links.state] != 0.0) & (picture[links.state] == 0.0)
+        pairs = links.pairs[broken & points.is_unwrapped(links.pairs)]
         ends, rest = self._positions(points, picture)[pairs], self._rest[cloud_topic(points)][pairs]
         near = np.linalg.norm(np.diff(ends, axis=1), axis=2) < _FARTHEST * np.linalg.norm(np.diff(rest, axis=1), axis=2)
         dots = ends[near[:, 0]].mean(axis=1)
@@ -97,7 +104,7 @@ class Clouds:
     def _positions(self, drawable: Points | Cells | Curve, picture: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return the drawn positions, shape (n, 3): at rest if no displacement was recorded."""
         rest, moved = self._rest[cloud_topic(drawable)], picture.get(getattr(drawable, "displacement", ""))
-        return rest.copy() if moved is None else rest + self.factor * _stand_up(moved.astype(np.float64), self._is_flat)
+        return rest.copy() if moved is None else rest + self._factor * _stand_up(moved.astype(np.float64), self._is_flat)
 
 
 def shown_drawables(drawables: Sequence[Drawable], variables: Mapping[str, Variable]) -> tuple[Drawable, ...]:
@@ -112,11 +119,10 @@ def shown_drawables(drawables: Sequence[Drawable], variables: Mapping[str, Varia
             continue
         one = with_recorded_colour(one, variables)
         roles = {role: name for role in OUTPUT_FIELDS if (name := getattr(one, role, ""))}
-        recorded = {role: name if name in variables and role != "rotation" else "" for role, name in roles.items()}
-        if isinstance(one, Links) and one.points not in {points.name for points in found}:
-            continue
-        if any(recorded.values()):
-            found.append(dataclasses.replace(one, **recorded))
+        drawn = {role: name if name in variables and role not in ("rotation", "force") else "" for role, name in roles.items()}
+        has_points = not isinstance(one, Links) or one.points in {points.name for points in found}
+        if has_points and any(drawn.values()):
+            found.append(dataclasses.replace(one, **drawn))
     return tuple(found)
 
 
@@ -151,20 +157,8 @@ def bounding_box(drawables: Sequence[Drawable]) -> tuple[np.ndarray, np.ndarray]
 
 def value_colours(values: np.ndarray, limit: float) -> np.ndarray:
     """Return the colours of values: blue below 0, grey at 0 and for NaN, red above 0, full at `limit`; shape (n, 4) uint8."""
-    with np.errstate(invalid="ignore"):
-        shades = np.clip(values * np.float32(_SHADES / limit), -_SHADES, _SHADES)
-    return _palette()[np.rint(np.nan_to_num(shades)).astype(np.int16) + _SHADES]
-
-
-@cache
-def _palette() -> np.ndarray:
-    shades = diverging_colours(np.linspace(-1.0, 1.0, 2 * _SHADES + 1), 1.0, _ZERO)
-    return np.concatenate([shades, np.full((len(shades), 1), 255, dtype=np.uint8)], axis=1)
-
-
-def drawn_indices(places: np.ndarray) -> slice:
-    """Return the indices of the elements to draw, evenly spaced if there are too many elements."""
-    return slice(None, None, -(-len(places) // MOST_PLACES) or 1)
+    shades = np.rint(np.clip(np.nan_to_num(values / limit), -1.0, 1.0) * _SHADES) / _SHADES  # few colours, which compress well
+    return np.pad(diverging_colours(shades, 1.0, _ZERO), ((0, 0), (0, 1)), constant_values=255)
 
 
 def _coloured_by(drawable: Drawable) -> str:
@@ -191,24 +185,12 @@ def _value_height(drawable: Drawable) -> float:
     return _HEIGHT * float(np.ptp(drawable.coordinate)) if isinstance(drawable, Curve) else 0.0
 
 
-def _colour_scales(
-    drawables: Sequence[Drawable], variables: Mapping[str, Variable], pictures: Sequence[Picture]
-) -> list[CloudScale]:
-    """Return the colour scales: one per unit, and one per output without a unit."""
-    bodies = [one for one in drawables if isinstance(one, Points | Cells)]
-    in_plane = any(is_plane(_nodes(one), variables.get(one.displacement)) for one in bodies)
+def _scale_groups(drawables: Sequence[Drawable], variables: Mapping[str, Variable]) -> list[list[str]]:
+    """Return the outputs of each colour scale: one scale per unit, and one per output without a unit."""
     groups: dict[str, list[str]] = {}
     for name in dict.fromkeys(filter(None, map(_coloured_by, drawables))):
-        unit = variables[name].unit
-        groups.setdefault(name if unit == "1" else unit, []).append(name)
-    found = []
-    for names in groups.values():
-        values = np.concatenate([drawn[name].ravel() for _, drawn in pictures for name in names])
-        values, unit = values[np.isfinite(values)], variables[names[0]].unit
-        limit, has_sign = colour_limit(values, clips=in_plane and unit != "1"), bool(values.min(initial=0.0) < 0.0)
-        is_height = any(_value_height(one) for one in drawables if _coloured_by(one) in names)
-        found.append(CloudScale(tuple(names), unit, limit, has_sign, is_height))
-    return found
+        groups.setdefault(name if variables[name].unit == "1" else variables[name].unit, []).append(name)
+    return list(groups.values())
 
 
 def _displacement_factor(drawables: Sequence[Drawable], pictures: Sequence[Picture]) -> float:

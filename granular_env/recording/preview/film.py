@@ -4,10 +4,8 @@ A wave lasts microseconds and moves particles by microns. Therefore:
 
 - `log_time`, which viewers play, is a **slow clock**: the whole run lasts about 10 s. `publish_time` and the time stamps inside
   the messages are the simulated time.
-- Each drawable is a ``foxglove.PointCloud``: ``/points/NAME``, ``/cells/NAME``, ``/curves/NAME``, and dots for the broken links
-  in ``/links/NAME``; see `clouds`.
-- Each number that changes is a ROS 2 ``Float64MultiArray``, which viewers plot, in the topic ``/QUANTITY/NAME``, such as
-  ``/energy/kinetic_energy``; its unit is in the metadata of the channel.
+- Each drawable is a ``foxglove.PointCloud`` in ``/points/NAME``, ``/cells/NAME``, ``/curves/NAME`` or ``/links/NAME``.
+- Each number that changes is a ROS 2 ``Float64MultiArray`` in ``/QUANTITY/NAME``, with its unit in the channel's metadata.
 - ``/about`` describes clock, factor and colours, and lists units and constants.
 """
 
@@ -19,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...components.drawables import Curve, Drawable, Links, drawn_outputs
+from ...components.drawables import Drawable, drawn_outputs
 from ...components.variables import Variable
 from . import encoding
 from .clouds import Clouds, Picture, shown_drawables
@@ -122,17 +120,7 @@ class Preview:
         if not self._drawables:
             return
         clouds = Clouds(self._drawables, self._variables, self._pictures)
-        if any(getattr(one, "displacement", "") for one in self._drawables):
-            larger = f"Displacements are {clouds.factor:g} times larger."
-            text.append(larger if clouds.factor != 1.0 else "Displacements are true to scale.")
-        for scale in clouds.scales:
-            full = f"{scale.limit:g} {'' if scale.unit == '1' else scale.unit}".strip()
-            low = f"-{full} (blue) over 0" if scale.has_sign else "0"
-            shown = "Colour and height" if scale.is_height else "Colour"
-            text.append(f"{shown}: {', '.join(scale.names)} from {low} (grey) to {full} (red).")
-        curves = [one.name for one in self._drawables if isinstance(one, Curve)]
-        text += [f"Curves from the top: {', '.join(curves)}."] if len(curves) > 1 else []
-        text += ["Violet dots: broken links."] if any(isinstance(one, Links) for one in self._drawables) else []
+        text += clouds.sentences
         for time, drawn in self._pictures:
             for name, places, colours in clouds.messages(drawn):
                 topic = Topic(name, "foxglove.PointCloud", "protobuf", encoding.point_cloud_schema())
@@ -143,10 +131,10 @@ class Preview:
         columns = np.array([row for _, row in self._rows]).T
         groups = {topic: self._quantities.get(one.name, one.name) for topic, (one, _) in self._topics.items()}
         plotted, constant, omits = _group_numbers(dict(zip(self._topics, columns, strict=True)), groups)
-        units = {topic_quantity(topic): self._topics[topic][0].unit for topic in plotted}
-        named = [f"{name} {unit}" for name, unit in units.items() if unit != "1"]
+        units = {topic: "" if one.unit == "1" else one.unit for topic, (one, _) in self._topics.items()}
+        named = dict.fromkeys(f"{topic_quantity(topic)} {units[topic]}" for topic in plotted if units[topic])
         text += [f"Units: {', '.join(named)}."] if named else []
-        kept = [_value_text(topic.rpartition("/")[2], value, self._topics[topic][0]) for topic, value in constant.items()]
+        kept = [f"{topic.rpartition('/')[2]} {value:.4g} {units[topic]}".strip() for topic, value in constant.items()]
         text += [f"Constant: {', '.join(kept)}."] if kept else []
         text += [f"Not plotted: numbers below {_SMALL:.0%} of the largest in their balance or array."] if omits else []
         for name, column in plotted.items():
@@ -181,10 +169,6 @@ def topic_quantity(topic: str) -> str:
     return topic.split("/")[1]
 
 
-def _value_text(name: str, value: float, variable: Variable) -> str:
-    return f"{name} {value:.4g} {'' if variable.unit == '1' else variable.unit}".strip()
-
-
 def _group_numbers(
     numbers: Mapping[str, np.ndarray], groups: Mapping[str, str]
 ) -> tuple[dict[str, np.ndarray], dict[str, float], bool]:
@@ -192,10 +176,6 @@ def _group_numbers(
 
     Small numbers of a group (a balance or an array) are omitted: they are below `_SMALL` times the largest of the group. So is
     a balance whose residual is as large as its entries, which are rounding errors then.
-
-    Args:
-        numbers: topic -> values, shape (frames,).
-        groups: topic -> group.
     """
     plotted, constant, omits = dict[str, np.ndarray](), dict[str, float](), False
     finite = {name: values[np.isfinite(values)] for name, values in numbers.items()}

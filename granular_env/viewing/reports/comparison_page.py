@@ -81,11 +81,12 @@ def compare(
 
 
 def _difference_table(found: LogComparison) -> Markup:
-    rows = [
-        [one.name.replace("_", " "), typeset_unit(one.unit), one.time, ", ".join(map(str, one.index)),
-         *(f"{value:.9g}" for value in one.values), "" if one.largest is None else f"{one.largest:.4g}"]
-        for one in found.differences
-    ]  # fmt: skip
+    rows = []
+    for one in found.differences:
+        digits = 6 if f"{one.values[0]:.6g}" != f"{one.values[1]:.6g}" else 17
+        values = [f"{value:.{digits}g}" for value in one.values]
+        largest, index = "" if one.largest is None else f"{one.largest:.4g}", ", ".join(map(str, one.index))
+        rows.append([one.name.replace("_", " "), typeset_unit(one.unit), one.time, index, *values, largest])
     differ = {one.name for one in found.differences}
     equal = ", ".join(name.replace("_", " ") for name in found.compared if name not in differ)
     words = parts.paragraph(f"Equal at all common times: {equal or 'none'}.")
