@@ -6,9 +6,11 @@ import errno
 import fcntl
 import os
 import re
+import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import IO, Any
 
 from .components.errors import GranularError, ParameterError
@@ -43,6 +45,23 @@ def replace_file(path: str | os.PathLike[str], kind: type[GranularError] = Granu
         if part is not None:
             with suppress(OSError):
                 part.unlink(missing_ok=True)
+
+
+@contextmanager
+def replace_folder(path: Path, kind: type[GranularError] = GranularError) -> Iterator[Path]:
+    """Make a folder that replaces `path` if the block succeeds and is deleted if it fails; errors as in `replace_file`."""
+    try:
+        target = path.absolute()
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with TemporaryDirectory(prefix=".", dir=target.parent) as hidden:
+            part = Path(hidden, target.name)
+            part.mkdir()
+            yield part
+            if target.exists():
+                shutil.rmtree(target)
+            os.replace(part, target)
+    except OSError as error:
+        raise _unwritable_error(path, error, kind) from error
 
 
 def write_error_hint(error: BaseException) -> str:

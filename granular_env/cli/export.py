@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from typing import Any
 
 import click
 
-from granular_env.cli.command import Status, command
+from granular_env.cli.command import Status, command, print_json
 from granular_env.cli.logs import log_argument
 from granular_env.cli.options import FILE, TIME, allow_large_option, json_option, overwrite_option
 from granular_env.output_files import count_text
@@ -36,15 +35,20 @@ def export(log: str, to: str, out: str | None, as_json: bool, allow_large: bool,
             done = opened.export(to, out, **selection, progress=not as_json)
         except ParameterError as error:
             raise error.with_argument("path", "out") from None
+    left_out = (
+        []
+        if selection["variables"]
+        else [name for name, one in opened.variables.items() if one.shape and name not in done.variables]
+    )
     if as_json:
-        facts = {"written": str(done.path), "frames": done.frames, "variables": done.variables}
-        print(json.dumps({**facts, "left_out": done.left_out, "missing": done.missing}, indent=2))
+        facts = done._asdict()
+        print_json({"written": facts.pop("path"), **facts, "left_out": left_out})
     else:
         size = f"{count_text(done.frames, 'frame')} of {count_text(len(done.variables), 'variable')}"
         print(printable_text(f"written: {done.path}, {size}"))
-        if done.left_out:
+        if left_out:
             where = "request them with --variables" if to == "csv" else "the formats csv, netcdf and hdf5 contain them"
-            print(wrap_text(printable_text(f"left out: {', '.join(done.left_out)}; {where}")))
+            print(wrap_text(printable_text(f"left out: {', '.join(left_out)}; {where}")))
     if done.missing:
         print(printable_text(f"granular-env export: {done.missing}"), file=sys.stderr)
     return Status.DIFFERENT if done.missing else Status.DONE
