@@ -35,18 +35,14 @@ def export(log: str, to: str, out: str | None, as_json: bool, allow_large: bool,
             done = opened.export(to, out, **selection, progress=not as_json)
         except ParameterError as error:
             raise error.with_argument("path", "out") from None
-    left_out = (
-        []
-        if selection["variables"]
-        else [name for name, one in opened.variables.items() if one.shape and name not in done.variables]
-    )
+    left_out = [name for name, one in opened.variables.items() if one.shape and name not in done.variables]
     if as_json:
         facts = done._asdict()
         print_json({"written": facts.pop("path"), **facts, "left_out": left_out})
     else:
         size = f"{count_text(done.frames, 'frame')} of {count_text(len(done.variables), 'variable')}"
         print(printable_text(f"written: {done.path}, {size}"))
-        if left_out:
+        if left_out and not selection["variables"]:
             where = "request them with --variables" if to == "csv" else "the formats csv, netcdf and hdf5 contain them"
             print(wrap_text(printable_text(f"left out: {', '.join(left_out)}; {where}")))
     if done.missing:

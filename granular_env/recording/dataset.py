@@ -75,7 +75,7 @@ def _dimensions(log: Log) -> dict[str, list[str]]:
         axes = variable.axes or (("direction",) if name in balanced and len(variable.shape) == 1 else ())
         found[name] = []
         for axis, size in enumerate(variable.shape):
-            own = axes[axis] if axes else ""
+            own = axes[axis].replace(" ", "_") if axes else ""
             if own in ("", "time", *log.variables, *found[name]) or sizes.get(own, size) != size:
                 own = f"{name}_{axis}"
             sizes[own] = size

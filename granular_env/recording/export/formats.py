@@ -66,7 +66,7 @@ def export_log(
     default = log.path.with_name(f"{log.path.stem}-{to}") if is_folder else log.path.with_suffix(suffix)
     target = default if path is None else Path(path)
     with progress_bar(f"export of {log.path.name}", show=progress) as bar:
-        frames = Frames(log, names, *times, bar)
+        frames = Frames(log, names, times, bar)
         _check_target(target, is_folder, overwrite, log)
         with (replace_folder if is_folder else replace_file)(target, LogError) as part:
             write(frames, part)

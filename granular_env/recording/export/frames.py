@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ...components.errors import LogError, ParameterError
 from ...components.support.float_arrays import FloatArray
+from ...components.support.quantities import parse_quantity
 from ...progress import Bar
 from ..index import FIRST, LAST, SEGMENT
 
@@ -28,22 +29,17 @@ class Frames:
         missing: a sentence on frames that cannot be read; empty if there are none.
     """
 
-    def __init__(self, log: Log, names: Sequence[str], start: Any, end: Any, every: Any, bar: Bar) -> None:
-        self.log, self.names, self.count, self.missing, self._bar = log, tuple(names), 0, "", bar
-        self._first = log.start_tick if start is None else math.ceil(self._to_ticks("start", start) - _ROUNDING)
-        self._last = log.end_tick if end is None else math.floor(self._to_ticks("end", end) + _ROUNDING)
-        self._every = None if every is None else self._to_ticks("every", every)
-        if self._every is not None and self._every <= 0.0:
-            raise ParameterError(f"got {every!r}", expected="a number of seconds above 0", at="every")
-
-    def _to_ticks(self, name: str, seconds: Any) -> float:
-        try:
-            ticks = float(seconds) / self.log.step_size
-        except (TypeError, ValueError):
-            ticks = math.nan
-        if not math.isfinite(ticks):
-            raise ParameterError(f"got {seconds!r}", expected="a number of seconds", at=name)
-        return ticks
+    def __init__(self, log: Log, names: Sequence[str], times: Sequence[float | None], bar: Bar) -> None:
+        start, end, every = (
+            None if value is None else parse_quantity(str(value), "s", name) / log.step_size
+            for name, value in zip(("start", "end", "every"), times, strict=True)
+        )
+        if every is not None and every <= 0.0:
+            raise ParameterError(f"got {times[-1]!r}", expected="a number of seconds above 0", at="every")
+        self.log, self.names, self.count, self.missing = log, tuple(names), 0, ""
+        self._first = log.start_tick if start is None else math.ceil(start - _ROUNDING)
+        self._last = log.end_tick if end is None else math.floor(end + _ROUNDING)
+        self._every, self._bar = every, bar
 
     def __iter__(self) -> Iterator[tuple[float, dict[str, FloatArray]]]:
         """Yield the time [s] and the values of each variable, frame by frame."""

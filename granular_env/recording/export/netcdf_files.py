@@ -25,7 +25,7 @@ def write_netcdf(frames: Frames, path: Path) -> None:
     variables = {name: frames.log.variables[name] for name in frames.names}
     dataset = assemble_dataset(frames.log, np.zeros(0), {name: np.zeros((0, *one.shape)) for name, one in variables.items()})
     names = {name: printable_text(name).replace("/", "_") for name in (*dataset.variables, *dataset.dims)}
-    dataset = dataset.rename({old: new for old, new in names.items() if old != new})
+    dataset = dataset.rename(names)
     for name in variables:
         dataset[names[name]].encoding = {"zlib": True, "complevel": 1, "shuffle": True, "_FillValue": None}
     count = max(1, _BLOCK // (8 * sum(prod(one.shape) for one in variables.values())))

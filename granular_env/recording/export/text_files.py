@@ -41,12 +41,11 @@ def write_xyz(frames: Frames, path: Path) -> None:
         files = [stack.enter_context(one.open("w" if one == path else "x", encoding="utf-8")) for one in paths]
         for time, frame in frames:
             for file, points in zip(files, sets, strict=True):
-                moved = to_three_columns(frame[points.displacement]) if points.displacement in frame else 0.0
                 own = [name for name in element_arrays(points, variables)[0] if name in frame]
-                columns = [
-                    ("pos", "m", to_three_columns(points.reference) + moved),
-                    ("radius", "m", vector_rows(points.radius)),
-                ]
+                positions = to_three_columns(points.reference)
+                if points.displacement in frame:
+                    positions = positions + to_three_columns(frame[points.displacement])
+                columns = [("pos", "m", positions), ("radius", "m", vector_rows(points.radius))]
                 columns += [(_word(name), variables[name].unit, vector_rows(frame[name])) for name in own]
                 rows = np.hstack([values for *_, values in columns])
                 head = f"{len(rows)}\n{_comment(points, columns)} Time={time!r}"
