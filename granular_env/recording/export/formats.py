@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from ...components.errors import LogError, ParameterError, one_line, spelling_hint
-from ...output_files import replace_file, replace_folder, require_writable
+from ...output_files import replace_file, replace_folder
 from ...progress import Progress, progress_bar
 from ..element_arrays import element_arrays
 from .frames import Frames
 from .netcdf_files import write_netcdf
-from .text_files import points_of, write_csv, write_xyz
+from .text_files import particles, write_csv, write_xyz
 from .vtk_files import drawn_once, write_vtk
 
 if TYPE_CHECKING:
@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 
 # Largest number of values of a variable that is a history, not a field.
 _HISTORY = 16
-# The suffix of each format, and the function that writes a file or fills a folder.
+# The end of the name of a file (of a folder for VTK) in each format, and the function that writes it.
 FORMATS = {
-    "vtk": ("", write_vtk),
+    "vtk": ("-vtk", write_vtk),
     "xyz": (".xyz", write_xyz),
     "csv": (".csv", write_csv),
     "netcdf": (".nc", write_netcdf),
@@ -62,13 +62,11 @@ def export_log(
         raise ParameterError(f"got {one_line(to)}", expected=", ".join(FORMATS), at="to")
     suffix, write = FORMATS[to]
     names = _choose_variables(log, to, [variables] if isinstance(variables, str) else variables or ())
-    is_folder = to == "vtk" or (to == "xyz" and len(points_of(log)) > 1)
-    default = log.path.with_name(f"{log.path.stem}-{to}") if is_folder else log.path.with_suffix(suffix)
-    target = default if path is None else Path(path)
+    target = log.path.with_name(log.path.stem + suffix) if path is None else Path(path)
     with progress_bar(f"export of {log.path.name}", show=progress) as bar:
         frames = Frames(log, names, times, bar)
-        _check_target(target, is_folder, overwrite, log)
-        with (replace_folder if is_folder else replace_file)(target, LogError) as part:
+        with (replace_folder if to == "vtk" else replace_file)(target, LogError) as part:
+            _check_target(target, overwrite, log)
             write(frames, part)
     return Export(target, frames.count, frames.names, frames.missing)
 
@@ -77,7 +75,7 @@ def _choose_variables(log: Log, to: str, requested: Sequence[str]) -> list[str]:
     """Return the variables to export: those requested and, in formats with geometry, the displacements."""
     names, moving, others = list(log.variables), set[str](), "the formats csv, netcdf and hdf5 contain every variable"
     if to in ("vtk", "xyz"):
-        drawables = drawn_once(log) if to == "vtk" else points_of(log)
+        drawables = drawn_once(log) if to == "vtk" else particles(log)
         drawn = {name for one in drawables for found in element_arrays(one, log.variables) for name in found}
         names, moving = [name for name in names if name in drawn], {getattr(one, "displacement", "") for one in drawables}
     if not names:
@@ -92,10 +90,8 @@ def _choose_variables(log: Log, to: str, requested: Sequence[str]) -> list[str]:
     return [name for name in names if to != "csv" or prod(log.variables[name].shape) <= _HISTORY] or names
 
 
-def _check_target(target: Path, is_folder: bool, overwrite: bool, log: Log) -> None:
+def _check_target(target: Path, overwrite: bool, log: Log) -> None:
     """Raise `ParameterError` for a target that must not be replaced."""
-    if not is_folder:
-        require_writable(target, LogError)
     if not os.path.lexists(target):
         return
     if not overwrite:
@@ -103,6 +99,5 @@ def _check_target(target: Path, is_folder: bool, overwrite: bool, log: Log) -> N
         raise ParameterError(f"{str(target)!r} exists already", hint=hint, at="path")
     if target.exists() and target.samefile(log.path):
         raise ParameterError("this file is the log", hint="choose another name", at="path")
-    exported = target.is_dir() and all(one.is_dir() or one.suffix in (".vtu", ".pvd", ".xyz") for one in target.rglob("*"))
-    if is_folder and not exported:
+    if target.is_dir() and not all(one.is_dir() or one.suffix in (".vtu", ".pvd") for one in target.rglob("*")):
         raise ParameterError(f"{str(target)!r} is not a folder of exported files alone", hint="choose another name", at="path")

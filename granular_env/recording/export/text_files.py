@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import re
-from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,9 +12,9 @@ import numpy as np
 from ...components.drawables import Points, to_three_columns
 from ...components.support.float_arrays import FloatArray
 from ...components.variables import Element
-from ...output_files import valid_file_name
 from ...terminal_text import printable_text
 from ..element_arrays import element_arrays
+from ..preview.visible_drawables import is_hidden
 from .frames import Frames
 
 if TYPE_CHECKING:
@@ -34,22 +33,19 @@ def write_csv(frames: Frames, path: Path) -> None:
 
 
 def write_xyz(frames: Frames, path: Path) -> None:
-    """Write a file or, for several sets of points, a folder with one file per set."""
-    sets, variables = points_of(frames.log), frames.log.variables
-    paths = [path / f"{valid_file_name(one.name, 'unnamed')}.xyz" for one in sets] if len(sets) > 1 else [path]
-    with ExitStack() as stack:
-        files = [stack.enter_context(one.open("w" if one == path else "x", encoding="utf-8")) for one in paths]
+    """Write the positions and radii of the particles, and their arrays."""
+    points, variables = particles(frames.log)[0], frames.log.variables
+    names = [name for name in element_arrays(points, variables)[0] if name in frames.names]
+    with path.open("w", encoding="utf-8") as file:
         for time, frame in frames:
-            for file, points in zip(files, sets, strict=True):
-                own = [name for name in element_arrays(points, variables)[0] if name in frame]
-                positions = to_three_columns(points.reference)
-                if points.displacement in frame:
-                    positions = positions + to_three_columns(frame[points.displacement])
-                columns = [("pos", "m", positions), ("radius", "m", vector_rows(points.radius))]
-                columns += [(_word(name), variables[name].unit, vector_rows(frame[name])) for name in own]
-                rows = np.hstack([values for *_, values in columns])
-                head = f"{len(rows)}\n{_comment(points, columns)} Time={time!r}"
-                np.savetxt(file, rows, "X" + rows.shape[1] * " %.17g", header=head, comments="")
+            positions = to_three_columns(points.reference)
+            if points.displacement in frame:
+                positions = positions + to_three_columns(frame[points.displacement])
+            columns = [("pos", "m", positions), ("radius", "m", vector_rows(points.radius))]
+            columns += [(_word(name), variables[name].unit, vector_rows(frame[name])) for name in names]
+            rows = np.hstack([values for *_, values in columns])
+            head = f"{len(rows)}\n{_comment(points, columns)} Time={time!r}"
+            np.savetxt(file, rows, "X" + rows.shape[1] * " %.17g", header=head, comments="")
 
 
 def _comment(points: Points, columns: list[tuple[str, str, FloatArray]]) -> str:
@@ -67,9 +63,10 @@ def _comment(points: Points, columns: list[tuple[str, str, FloatArray]]) -> str:
     return f'{" ".join(texts)} Properties=species:S:1:{":".join(properties)} units="{units}"'
 
 
-def points_of(log: Log) -> list[Points]:
-    """Return the points among the drawables of a log."""
-    return [one for one in log.drawables if isinstance(one, Points)]
+def particles(log: Log) -> list[Points]:
+    """Return the points that an XYZ file contains, a list of at most one: those that viewers show rather than nodes of cells."""
+    points = [one for one in log.drawables if isinstance(one, Points)]
+    return sorted(points, key=lambda one: is_hidden(one, log.drawables))[:1]
 
 
 def with_unit(name: str, unit: str) -> str:

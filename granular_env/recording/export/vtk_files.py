@@ -18,7 +18,7 @@ from ...output_files import valid_file_name
 from ..element_arrays import element_arrays
 from ..event_places import event_place
 from .frames import Frames
-from .text_files import points_of, vector_rows, with_unit
+from .text_files import vector_rows, with_unit
 
 if TYPE_CHECKING:
     from ..log import Log
@@ -70,7 +70,7 @@ def _make_mesh(drawable: Drawable, log: Log) -> Mesh:
 
 
 def _linked_points(links: Links, log: Log) -> Points:
-    return next(one for one in points_of(log) if one.name == links.points)
+    return next(one for one in log.drawables if isinstance(one, Points) and one.name == links.points)
 
 
 def _frame_arrays(drawable: Drawable, frame: Arrays, log: Log) -> tuple[Arrays, Arrays]:
