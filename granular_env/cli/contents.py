@@ -40,9 +40,7 @@ def list_shipped(word: str | None, as_json: bool) -> int:
 
 @command("describe")
 @click.argument(
-    "name",
-    help="A name from `granular-env list`, an environment such as Splitting-v1, or a TOML file.",
-    type=ANY_KIND,
+    "name", help="A name from `granular-env list`, an environment such as Relief-v1, or a TOML file.", type=ANY_KIND
 )
 @json_option()
 @set_option(help="A parameter of a component, or an argument of an environment, such as grains=5.")
@@ -93,11 +91,7 @@ def _nested_overrides(overrides: Overrides) -> dict[str, Any]:
 
 
 @command("new")
-@click.argument(
-    "template",
-    help="The experiment, plan or study to copy, a log with an experiment, or a component, for a file with all its parameters.",
-    type=ANY_KIND,
-)
+@click.argument("template", help="An experiment, plan, study or component, or a log with an experiment.", type=ANY_KIND)
 @click.option("-o", "--out", metavar="FILE", type=FILE, help="The TOML file to write (default: print it).")
 @click.option("--force", is_flag=True, help="Replace the file if it exists.")
 @json_option()

@@ -78,7 +78,7 @@ def _verify_log(log: str, as_json: bool, allow_large: bool, components: dict[str
 @overwrite_option(help="Replace the branch's log if it exists.")
 @allow_large_option()
 @component_option()
-@output_options("log")
+@output_options
 def branch(
     log: str,
     at: float,

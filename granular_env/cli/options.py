@@ -97,15 +97,10 @@ component_option = partial(
 )  # fmt: skip
 
 
-def output_options(product: str) -> Decorator:
-    """Add the options --quiet and --json to a command, which exclude each other."""
-
-    def decorate(body: Body) -> Body:
-        text = f"No progress bar; print only the {product}'s path."
-        quiet = click.option("--quiet", is_flag=True, callback=_silence_compiler, help=text)
-        return quiet(json_option()(exclusive_options("quiet", "as_json")(body)))
-
-    return decorate
+def output_options(body: Body) -> Body:
+    """Add the options --quiet and --json to a command."""
+    text = "No progress bar; print only the path of the result."
+    return click.option("--quiet", is_flag=True, callback=_silence_compiler, help=text)(json_option()(body))
 
 
 def exclusive_options(*names: str) -> Decorator:

@@ -61,7 +61,7 @@ from granular_env.output_files import valid_file_name
 )
 @allow_large_option(help="With --resume: lift the limits on sizes that a log may declare.")
 @component_option()
-@output_options("log")
+@output_options
 @exclusive_options("log", "no_log")
 @exclusive_options("resumed", "no_log")
 @exclusive_options("resumed", "hash_every")

@@ -29,15 +29,9 @@ _MOST_NOTES = 3
 @click.option("-o", "--out", metavar="FOLDER", type=FOLDER, help="Folder of the results (default: studies/NAME).")
 @set_option(help="Override any key, such as budget=100000, task.grains=30 or method.0.population=8.")
 @click.option("--only", metavar="METHOD", multiple=True, help="Run only this method (may be repeated).")
-@output_options("table")
+@output_options
 def study(
-    study: str | None,
-    listing: bool,
-    out: str | None,
-    overrides: Overrides,
-    only: tuple[str, ...],
-    quiet: bool,
-    as_json: bool,
+    study: str | None, listing: bool, out: str | None, overrides: Overrides, only: tuple[str, ...], quiet: bool, as_json: bool
 ) -> int:
     """Optimise the drive (inputs over time) of a task by several methods, and compare them; an interrupted study continues."""
     if listing:

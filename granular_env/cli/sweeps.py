@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 @click.option("--merge", is_flag=True, help="Only write the table of the results of all parts.")
 @set_option(help="Override a key of the experiment in every task, such as component.grains=500.")
 @allow_large_option(help="Lift the limit on the number of tasks.")
-@output_options("table")
+@output_options
 def sweep(
     *,
     plan: str,

@@ -50,17 +50,16 @@ def assemble_dataset(log: Log, times: np.ndarray, values: Mapping[str, np.ndarra
     experiment, facts = header_table(log.header.get("experiment")), log.header
     attributes = {
         "title": header_title(facts), "component": str(facts.get("component")), "step_size": log.step_size,
-        "experiment": to_toml(experiment) if experiment else "", "parameters": json.dumps(facts.get("parameters")),
-        "versions": json.dumps(facts.get("versions")), "created": str(facts.get("created")),
+        "experiment": to_toml(experiment) if experiment else "", "created": str(facts.get("created")),
+        **{name: json.dumps(facts.get(name)) for name in ("parameters", "versions")},
     }  # fmt: skip
     return xarray.Dataset(data, coordinates, attributes)
 
 
 def _entry_names(axis: str, size: int) -> np.ndarray:
     """Return the names of the entries along an axis; numbers from 0 if they have no names."""
-    if axis in ("entry", "component") and size in _TENSORS:
-        return np.array(_TENSORS[size])
-    return np.array(_DIRECTIONS[:size]) if axis == "direction" and size <= len(_DIRECTIONS) else np.arange(size)
+    names = _TENSORS.get(size, ()) if axis in ("entry", "component") else _DIRECTIONS[:size] if axis == "direction" else ()
+    return np.array(names) if len(names) == size else np.arange(size)
 
 
 def _dimensions(log: Log) -> dict[str, list[str]]:

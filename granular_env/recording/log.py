@@ -271,7 +271,7 @@ class Log(RecordReader):
 
         Args:
             to: "vtk", "xyz", "csv", "netcdf" or "hdf5".
-            path: the file or, for VTK and for XYZ with several sets of points, the folder; by default next to the log.
+            path: the file or, for VTK, the folder; by default next to the log.
             start: time of the first frame [s].
             end: time of the last frame [s].
             every: length of the intervals with at most one frame each, from `start` on [s]; by default all frames.

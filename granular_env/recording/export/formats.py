@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from ...components.errors import LogError, ParameterError, one_line, spelling_hint
-from ...output_files import replace_file, replace_folder
+from ...output_files import replace_file
 from ...progress import Progress, progress_bar
 from ..element_arrays import element_arrays
 from .frames import Frames
 from .netcdf_files import write_netcdf
 from .text_files import particles, write_csv, write_xyz
-from .vtk_files import drawn_once, write_vtk
+from .vtk_files import solid_drawables, write_vtk
 
 if TYPE_CHECKING:
     from ..log import Log
@@ -65,7 +65,7 @@ def export_log(
     target = log.path.with_name(log.path.stem + suffix) if path is None else Path(path)
     with progress_bar(f"export of {log.path.name}", show=progress) as bar:
         frames = Frames(log, names, times, bar)
-        with (replace_folder if to == "vtk" else replace_file)(target, LogError) as part:
+        with replace_file(target, LogError, folder=to == "vtk") as part:
             _check_target(target, overwrite, log)
             write(frames, part)
     return Export(target, frames.count, frames.names, frames.missing)
@@ -75,7 +75,7 @@ def _choose_variables(log: Log, to: str, requested: Sequence[str]) -> list[str]:
     """Return the variables to export: those requested and, in formats with geometry, the displacements."""
     names, moving, others = list(log.variables), set[str](), "the formats csv, netcdf and hdf5 contain every variable"
     if to in ("vtk", "xyz"):
-        drawables = drawn_once(log) if to == "vtk" else particles(log)
+        drawables = solid_drawables(log) if to == "vtk" else particles(log)
         drawn = {name for one in drawables for found in element_arrays(one, log.variables) for name in found}
         names, moving = [name for name in names if name in drawn], {getattr(one, "displacement", "") for one in drawables}
     if not names:

@@ -49,9 +49,8 @@ class Frames:
                 tick, before = frames[0][0], interval
                 if any(own != tick for own, _ in frames):
                     raise LogError("its variables were not recorded at the same times", source=log.source)
-                if self._every is not None:
-                    interval = math.floor((tick - self._first) / self._every + _ROUNDING)
-                if self._every is None or interval > before:
+                interval = math.floor((tick - self._first) / self._every + _ROUNDING) if self._every else before + 1
+                if interval > before:
                     self.count += 1
                     yield tick * log.step_size, {name: values for name, (_, values) in zip(self.names, frames, strict=True)}
                 if self._bar.is_due():

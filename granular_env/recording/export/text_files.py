@@ -64,7 +64,7 @@ def _comment(points: Points, columns: list[tuple[str, str, FloatArray]]) -> str:
 
 
 def particles(log: Log) -> list[Points]:
-    """Return the points that an XYZ file contains, a list of at most one: those that viewers show rather than nodes of cells."""
+    """Return the points that an XYZ file contains, a list of at most one: those that viewers show rather than nodes."""
     points = [one for one in log.drawables if isinstance(one, Points)]
     return sorted(points, key=lambda one: is_hidden(one, log.drawables))[:1]
 

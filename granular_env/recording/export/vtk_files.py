@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from xml.sax.saxutils import escape
@@ -11,7 +10,7 @@ from xml.sax.saxutils import escape
 import numpy as np
 import numpy.typing as npt
 
-from ...components.drawables import Cells, Curve, Drawable, Links, Points, element_count, to_three_columns
+from ...components.drawables import Cells, Curve, Links, Points, element_count, to_three_columns
 from ...components.support.float_arrays import FloatArray
 from ...optional_packages import import_optional
 from ...output_files import valid_file_name
@@ -25,6 +24,7 @@ if TYPE_CHECKING:
 
 # VTK's numbers of types of cells, by the number of points of a cell; other cells are polygons.
 _CELL_TYPES, _POLYGON = {1: 1, 2: 3, 3: 5, 4: 9}, 7
+Solid = Points | Cells | Links
 Arrays = Mapping[str, FloatArray]
 # Points, shape (n, 3) [m], and the indices of the points of each cell, shape (m, k).
 Mesh = tuple[FloatArray, npt.NDArray[np.int64]]
@@ -34,7 +34,7 @@ def write_vtk(frames: Frames, folder: Path) -> None:
     """Write a folder per drawable with a file per frame, the file that lists them, and the events."""
     vtk, log = import_optional("pyevtk.vtk", "export to VTK"), frames.log
     parts = []
-    for drawable in drawn_once(log):
+    for drawable in solid_drawables(log):
         own = folder / valid_file_name(drawable.name, "unnamed")
         own.mkdir()
         parts.append((drawable, _make_mesh(drawable, log), own, vtk.VtkGroup(str(own))))
@@ -47,20 +47,17 @@ def write_vtk(frames: Frames, folder: Path) -> None:
     _write_events(vtk, log, folder)
 
 
-def drawn_once(log: Log) -> list[Drawable]:
-    """Return the drawables with elements; curves along the same coordinate count once, because they share their arrays."""
-    curves = {one.coordinate.tobytes(): replace(one, name="curves") for one in log.drawables if isinstance(one, Curve)}
-    return [*(one for one in log.drawables if element_count(one)), *curves.values()]
+def solid_drawables(log: Log) -> list[Solid]:
+    """Return the drawables with elements: all but curves, whose values belong to cells."""
+    return [one for one in log.drawables if not isinstance(one, Curve) and element_count(one)]
 
 
-def _make_mesh(drawable: Drawable, log: Log) -> Mesh:
+def _make_mesh(drawable: Solid, log: Log) -> Mesh:
     match drawable:
         case Points():
             return to_three_columns(drawable.reference), np.arange(len(drawable.radius))[:, np.newaxis]
         case Cells():
             return to_three_columns(drawable.nodes), drawable.connectivity
-        case Curve():
-            return to_three_columns(drawable.coordinate), np.arange(len(drawable.coordinate) - 1)[:, np.newaxis] + [0, 1]
         case Links():
             ends = _linked_points(drawable, log)
             # Each link has two separate points, because the second one lies across the edge if the body is periodic.
@@ -73,7 +70,7 @@ def _linked_points(links: Links, log: Log) -> Points:
     return next(one for one in log.drawables if isinstance(one, Points) and one.name == links.points)
 
 
-def _frame_arrays(drawable: Drawable, frame: Arrays, log: Log) -> tuple[Arrays, Arrays]:
+def _frame_arrays(drawable: Solid, frame: Arrays, log: Log) -> tuple[Arrays, Arrays]:
     """Return the arrays of a frame per point and per cell, by name with unit; displacements have three columns."""
     of_points, of_cells = (
         {with_unit(name, log.variables[name].unit): vector_rows(frame[name]) for name in names if name in frame}
@@ -84,8 +81,8 @@ def _frame_arrays(drawable: Drawable, frame: Arrays, log: Log) -> tuple[Arrays, 
     moved = getattr(_linked_points(drawable, log) if isinstance(drawable, Links) else drawable, "displacement", "")
     if moved in frame:
         values = to_three_columns(frame[moved])
-        label = with_unit(moved, log.variables[moved].unit)
-        of_points[label] = values[drawable.pairs.ravel()] if isinstance(drawable, Links) else values
+        values = values[drawable.pairs.ravel()] if isinstance(drawable, Links) else values
+        of_points[with_unit(moved, log.variables[moved].unit)] = values
     return of_points, of_cells
 
 
@@ -114,13 +111,11 @@ def _write_mesh(vtk: Any, path: Path, mesh: Mesh, of_points: Arrays, of_cells: A
 
 def _write_events(vtk: Any, log: Log, folder: Path) -> None:
     """Write the events that have a place, at their initial positions: a file per kind of event."""
-    for kind in log.event_kinds:
-        detail = log.event_details.get(kind)
+    for kind, detail in log.event_details.items():
         placed = [(place, event) for event in log.events(kind) if (place := event_place(event.index, detail, log.drawables))]
         if placed:
             mesh = to_three_columns(np.array([place.position for place, _ in placed])), np.arange(len(placed))[:, np.newaxis]
             rows = [(one.tick * log.step_size, one.value, one.limit, one.index or 0) for _, one in placed]
-            unit = detail.unit if detail is not None else ""
-            labels = "time [s]", with_unit("value", unit), with_unit("limit", unit), "index"
+            labels = "time [s]", with_unit("value", detail.unit), with_unit("limit", detail.unit), "index"
             arrays = dict(zip(labels, np.array(rows, dtype=np.float64).T, strict=True))
             _write_mesh(vtk, folder / f"events-{valid_file_name(kind, '')}", mesh, arrays, {})
