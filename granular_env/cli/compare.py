@@ -24,7 +24,7 @@ _MOST_SETTINGS = 20
 @click.argument("second", metavar="B", type=FILE)
 @click.option("-o", "--out", metavar="FOLDER", type=FOLDER, help="Folder of the page (default: A-B, next to A).")
 @format_option()
-@json_option("Print the result as JSON; write the page only if --out is given.")
+@json_option(help="Print the result as JSON; write the page only if --out is given.")
 @allow_large_option()
 def compare(first: str, second: str, out: str | None, file_format: str, as_json: bool, allow_large: bool) -> int:
     """Compare two logs of one component: print the first difference, and write a page with figures of both logs."""
