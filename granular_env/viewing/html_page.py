@@ -22,7 +22,6 @@ _ENVIRONMENT = Environment(
     lstrip_blocks=True,
 )
 _ENVIRONMENT.filters["words"] = lambda value: f"{value:.6g}" if isinstance(value, float) else str(value)
-_ENVIRONMENT.globals["is_number"] = lambda value: isinstance(value, (int, float)) and not isinstance(value, bool)
 
 parts: Any = _ENVIRONMENT.get_template("parts.html").module
 
