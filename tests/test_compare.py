@@ -102,7 +102,7 @@ def test_events_that_differ_are_found(tmp_path):
         ge.viewing.compare(log, other, tmp_path / "page")
     page = (tmp_path / "page" / "compare.html").read_text()
     assert page.count(">B, t = ") == 3 and "parameters.breaking_strain" in page
-    assert {"pictures.png", "linked-histories.png"} <= {one.name for one in (tmp_path / "page").iterdir()}
+    assert {"pictures.png", "linked.png"} <= {one.name for one in (tmp_path / "page").iterdir()}
 
 
 def test_the_page_shows_both_logs_in_the_same_axes(parent, branch, tmp_path, capsys):
@@ -115,8 +115,8 @@ def test_the_page_shows_both_logs_in_the_same_axes(parent, branch, tmp_path, cap
     headings = re.findall(r"<h2[^>]*>([^<]*)</h2>", page)
     assert headings[:2] == ["First differences", "Inputs"] and {"Velocity", "Outputs"} <= set(headings)
     texts = re.findall(r"<text[^>]*>([^<]*)</text>", page)
-    assert {"A: left velocity", "B: left velocity", "A: kinetic energy", "B: kinetic energy"} <= set(texts)
-    assert (folder / "velocity-histories.svg").exists() and "<script" not in page
+    assert {"parent: left velocity", "branch: left velocity", "parent: kinetic energy", "branch: kinetic energy"} <= set(texts)
+    assert (folder / "velocity.svg").exists() and "<script" not in page
 
 
 def test_logs_without_a_common_time_are_not_compared(parent, tmp_path, capsys):

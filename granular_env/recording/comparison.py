@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import zip_longest
 from math import prod
 from typing import Any
 
@@ -20,8 +21,6 @@ from .log import Log
 from .steps import sample_intervals
 
 Logs = tuple[Log, Log]
-# The name of a setting and its values in both logs.
-Setting = tuple[str, Any, Any]
 Frames = tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]
 # Numbers of one output that are read at a time.
 _BLOCK = 2_000_000
@@ -81,7 +80,7 @@ class LogComparison:
     compared: list[str]
     not_compared: list[str]
     differences: list[Difference]
-    settings: list[Setting]
+    settings: list[tuple[str, Any, Any]]
 
     @property
     def outcome(self) -> str:
@@ -184,12 +183,12 @@ def _input_difference(logs: Logs, variable: Variable) -> Difference | None:
 def _event_difference(logs: Logs, span: tuple[float, float]) -> Difference | None:
     events = [[(one.tick * log.step_size, one.kind, one.index, one.value, one.limit) for one in log.events()] for log in logs]
     rows = [[row for row in own if span[0] < row[0] <= span[1]] for own in events]
-    same = next((place for place, pair in enumerate(zip(*rows, strict=False)) if pair[0] != pair[1]), min(map(len, rows)))
-    times = [own[same][0] for own in rows if len(own) > same]
-    return Difference("events", "events", "1", min(times), (), (len(rows[0]), len(rows[1]))) if times else None
+    pair = next((pair for pair in zip_longest(*rows) if pair[0] != pair[1]), None)
+    time = min(row[0] for row in pair if row) if pair else 0.0
+    return Difference("events", "events", "1", time, (), (len(rows[0]), len(rows[1]))) if pair else None
 
 
-def _different_settings(first: Mapping[str, Any], second: Mapping[str, Any], prefix: str = "") -> Iterator[Setting]:
+def _different_settings(first: dict[str, Any], second: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, Any, Any]]:
     """Yield the settings that differ; those in tables are named TABLE.SETTING."""
     for name in {**first, **second}:
         match first.get(name), second.get(name):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,13 +13,12 @@ from markupsafe import Markup
 from granular_env.progress import Progress, progress_bar
 from granular_env.recording.comparison import Difference, LogComparison, Logs, compare_logs
 
-from ..curves import Curve, component_names, load_input_curves
+from ..curves import component_names
 from ..figures.drawing import new_figure, use_style
 from ..figures.keys import draw_keys, keys_height
 from ..figures.plane import Plane, draw_instant, instant_text, plane_text
-from ..figures.run_figures import FRAMES, draw_curve_panels, draw_fields
+from ..figures.plot import plot
 from ..html_page import Page, parts
-from ..recorded_fields import curve_names, load_curves, load_fields
 from ..scene_builder import load_scene, load_shapes, require_log
 from ..scene_scales import make_scales
 from ..unit_labels import typeset_unit
@@ -65,7 +63,7 @@ def compare(
         residuals = {balance.residual for balance in first.balances}
         variables = [one for one in found.differences if one.kind != "events" and one.name not in residuals]
         for done, one in enumerate(variables, start=1):
-            drawn |= _draw_variable(logs, one)
+            drawn[one.name] = _draw_variable(logs, one)
             bar.update(done / (1 + len(variables)))
         files = [f"{name}: {log.path}, recorded {log.metadata.get('created')}" for name, log in zip(_NAMES, logs, strict=True)]
         lead = parts.paragraph(f"{found.message[0].upper()}{found.message[1:]}.")
@@ -90,35 +88,22 @@ def _difference_table(found: LogComparison) -> Markup:
     differ = {one.name for one in found.differences}
     equal = ", ".join(name.replace("_", " ") for name in found.compared if name not in differ)
     words = parts.paragraph(f"Equal at all common times: {equal or 'none'}.")
+    words += parts.paragraph("Figures of arrays show the elements with the first and with the largest difference.", "dim")
     if found.not_compared:
         words += parts.paragraph(f"In one log only, or of different shapes: {', '.join(found.not_compared)}.")
     return (parts.table(["name", "unit", "time [s]", "element", *_NAMES, "largest difference"], rows) if rows else "") + words
 
 
-def _draw_variable(logs: Logs, difference: Difference) -> dict[str, CaptionedFigure]:
+def _draw_variable(logs: Logs, difference: Difference) -> CaptionedFigure:
     """Draw an input or an output of both logs over time; of an array, the elements with the first and largest difference."""
     name, title = difference.name, figure_title(difference.name)
-    if curves := [curve for run, log in zip(_NAMES, logs, strict=True) for curve in _load_curves(log, difference, run)]:
-        heading = "Inputs" if difference.kind == "input" else "Outputs"
-        return {name: CaptionedFigure(heading, draw_curve_panels(curves), f"{title} over time.")}
-    variable, indices = logs[0].variables[name], (difference.index, difference.largest_index)
+    variable = {**logs[0].variables, **logs[0].input_variables}[name]
     components = len(component_names(variable))
-    places = dict.fromkeys(int(np.ravel_multi_index(index, variable.shape)) // components for index in indices)
-    fields = [replace(one, run=run) for run, log in zip(_NAMES, logs, strict=True) for one in load_fields(log, name, FRAMES)]
-    figure = draw_fields(fields, "histories", indices=list(places))
-    words = f"{title} over time of the elements with the first and with the largest difference."
-    return {f"{name}-histories": CaptionedFigure(title, figure, words)}
-
-
-def _load_curves(log: Any, difference: Difference, run: str) -> Iterator[Curve]:
-    """Yield the curves of an input or a number, labelled with the name of the run; none for a recorded array."""
-    name, curves = difference.name, ()
-    if difference.kind == "input":
-        acted = load_input_curves(log, name)
-        curves = () if acted is None else acted.curves
-    elif curve_names(log.variables[name]):
-        curves = load_curves(log, name)
-    return (replace(one, label=f"{run}: {one.label or one.name.replace('_', ' ')}") for one in curves)
+    indices = dict.fromkeys(one for one in (difference.index, difference.largest_index) if one)
+    places = [int(np.ravel_multi_index(index, variable.shape)) // components for index in indices]
+    heading = "Inputs" if difference.kind == "input" else title if places else "Outputs"
+    figure = plot(logs, name, "histories", indices=list(dict.fromkeys(places)) or None)
+    return CaptionedFigure(heading, figure, f"{title}: {variable.description}.")
 
 
 @use_style
