@@ -117,8 +117,8 @@ def test_report_of_a_chain_is_complete_and_self_contained(chain_log, tmp_path):
     html = report(chain_log, tmp_path / "new" / "folder").read_text()
     headings = re.findall(r"<h2[^>]*>([^<]*)</h2>", html)
     assert headings == [
-        "x-t diagram", "Profiles at chosen times", "Histories of chosen grains", "Displacement", "Displacement: histories",
-        "Outputs without a figure", "Inputs", "Balances", "Validity", "Parameters", "Environment", "Replay it",
+        "Velocity", "Displacement", "Outputs without a figure", "Inputs", "Balances", "Validity", "Parameters", "Environment",
+        "Replay it",
     ]  # fmt: skip
     assert "default-src &#x27;none&#x27;" in html or "default-src 'none'" in html
     assert html.count("<svg") == html.count("<figure>") == 8
@@ -128,7 +128,7 @@ def test_report_of_a_chain_is_complete_and_self_contained(chain_log, tmp_path):
         and "--verify" in html
         and chain_log.metadata["versions"]["numpy"] in html
     )
-    for name in ("space-time", "profiles", "histories", "balance-energy", "inputs", "displacement-space-time"):
+    for name in ("velocity-space-time", "velocity-profiles", "velocity-histories", "balance-energy", "inputs-left_velocity"):
         assert (tmp_path / "new" / "folder" / f"{name}.png").read_bytes().startswith(PNG)
 
 
@@ -162,8 +162,8 @@ def test_a_log_of_velocities_alone_is_drawn_at_the_positions_at_the_start(tmp_pa
         # Unknown displacements give no overlaps.
         assert not motion.displacement.any() and motion.contact is None
         html = report(log, tmp_path).read_text()
-    for heading in ("x-t diagram", "Profiles at chosen times", "Histories of chosen grains"):
-        assert heading in html
+    for caption in (">x-t diagram: ", ">Profiles: ", ">Histories: "):
+        assert caption in html
     assert "at the initial positions" in html
 
 

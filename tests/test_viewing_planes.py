@@ -102,7 +102,7 @@ def test_cells_that_never_move_are_drawn_without_a_word_on_displacements(tmp_pat
     words = next(row for row in found["caption"]["text"] if row is not None)[0]
     assert "isplacement" not in words and "isplacement" not in page.partition("Validity")[0]
     # The pressure is also drawn along x.
-    assert "Pressure along x (horizontal)" in page and "chosen cells" in page and 'class="film"' in page
+    assert ">Profiles: pressure" in page and ">Histories: pressure" in page and 'class="film"' in page
 
 
 def test_cracks_lie_across_broken_links_while_their_ends_are_near():
@@ -181,7 +181,7 @@ def test_the_page_has_a_film_with_events_on_its_time_axis_and_no_script(cracking
     assert f"<td>Pa</td><td>{place.elements}</td><td>{position_text(place.position)}</td>" in page
     assert all(text.replace(">", "&gt;") in page for text in cracking_log.metadata["conclusions"])
     # Numbers in a packing do not determine positions, so there is no x-t diagram unless requested.
-    assert "Histories of chosen automata" in page and "x-t diagram" not in page and "Profiles" not in page
+    assert ">Histories: " in page and "x-t diagram" not in page and "Profiles" not in page
     chosen = report(cracking_log, tmp_path / "chosen", variables=["damage"]).read_text()
     assert 'class="film"' not in chosen and "x-t diagram" in chosen
 

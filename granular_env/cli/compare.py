@@ -12,7 +12,6 @@ from granular_env.cli.options import FILE, FOLDER, allow_large_option, format_op
 from granular_env.terminal_text import align_columns, printable_text, wrap_text
 
 _STATUS = {"identical": Status.DONE, "different": Status.DIFFERENT, "nothing was compared": Status.INCOMPLETE}
-_MOST_SETTINGS = 20
 
 
 @command(
@@ -45,9 +44,7 @@ def compare(first: str, second: str, out: str | None, file_format: str, as_json:
         return _STATUS[found.outcome]
     for text in filter(None, (found.relation, found.message)):
         print(wrap_text(printable_text(text)))
-    settings = [tuple(map(printable_text, row)) for row in found.settings[:_MOST_SETTINGS]]
+    settings = [tuple(map(printable_text, row)) for row in found.settings]
     print(align_columns([("settings that differ", "A", "B"), *settings], "") if settings else "settings: equal")
-    if len(found.settings) > _MOST_SETTINGS:
-        print(f"and {len(found.settings) - _MOST_SETTINGS} further settings, listed on the page")
     print(f"written: {page}")
     return _STATUS[found.outcome]

@@ -72,7 +72,7 @@ def make_film(log: Any, scene_data: SceneData) -> Film | None:
         picture = base64.b64encode(_encode_picture(pixels)).decode()
         instants.append((instant_text(plane, frame), f"data:image/png;base64,{picture}"))
     events, words = _event_bars(log, plane.times)
-    bars = _colour_bars(plane) if plane.scales.colours else ""
+    bars = _colour_bars(plane) if plane.colour_scales else ""
     return Film(tuple(instants), ratio, events, words, bars, exaggeration_text(plane))
 
 
@@ -103,7 +103,7 @@ def _encode_png(picture: Image.Image) -> bytes:
 
 @use_style
 def _colour_bars(plane: Plane) -> str:
-    return to_svg(draw_colour_bars(plane.scales.colours, *_BAR_SIZE), "film-bars")
+    return to_svg(draw_colour_bars(plane.colour_scales, *_BAR_SIZE), "film-bars")
 
 
 def _event_bars(log: Any, instants: FloatArray) -> tuple[tuple[float, ...], str]:
