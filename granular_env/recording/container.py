@@ -152,6 +152,8 @@ class Container:
     def messages(self, chunk: int) -> list[Entry]:
         """Return the messages of a chunk; `LogError` if it is damaged or too large."""
         if chunk not in self._cache:
+            if self._file.closed:
+                raise LogError("the log is closed", hint="open it again: open_log(path)", source=self.limits.source)
             offset, length = self.places[chunk]
             try:
                 found = self._read_chunk(offset, length)

@@ -6,10 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from ..components.drawables import Cells, Drawable, Links, Points, element_count
+from ..components.drawables import Drawable, Links, Points, element_count, element_positions
 from ..components.errors import ParameterError
 from ..components.events import Event, EventDetail
-from ..components.support.float_arrays import FloatArray
 
 if TYPE_CHECKING:
     from .log import Log
@@ -34,18 +33,12 @@ def event_place(index: int | None, detail: EventDetail | None, drawables: Sequen
     drawn = by_name.get(detail.counts) if detail is not None else None
     if index is None or drawn is None or index >= element_count(drawn):
         return None
-    match drawn:
-        case Links():
-            points, ends = by_name[drawn.points], drawn.pairs[index]
-            assert isinstance(points, Points)
-            first, way = points.reference[ends[0]].ravel(), points.shortest_vectors(ends[None])[0]
-            return EventPlace(f"{_words(points.name)} {ends[0]} and {ends[1]}", tuple((first + 0.5 * way).tolist()))
-        case Points():
-            return EventPlace(f"{_singular(drawn.name)} {index}", _mean_position(drawn.reference[index : index + 1]))
-        case Cells():
-            return EventPlace(f"cell {index} of {_words(drawn.name)}", _mean_position(drawn.nodes[drawn.connectivity[index]]))
-        case _:
-            return None
+    elements = f"cell {index} of {_words(drawn.name)}"
+    if isinstance(drawn, Links):
+        elements = f"{_words(drawn.points)} {' and '.join(map(str, drawn.pairs[index]))}"
+    elif isinstance(drawn, Points):
+        elements = f"{_singular(drawn.name)} {index}"
+    return EventPlace(elements, tuple(element_positions(drawn, drawables, [index])[0].tolist()))
 
 
 def listed_events(events: Sequence[Event], earlier: Sequence[Event], max_count: int) -> Sequence[Event]:
@@ -93,8 +86,3 @@ def _words(name: str) -> str:
 def _singular(name: str) -> str:
     """Return the name of one of several points, such as "grain" or "automaton"."""
     return _words(name).replace("automata", "automaton").removesuffix("s")
-
-
-def _mean_position(points: FloatArray) -> tuple[float, ...]:
-    """Return the mean of points, shape (k,) or (k, d) [m]."""
-    return tuple(points.reshape(len(points), -1).mean(axis=0).tolist())
