@@ -9,6 +9,7 @@ import pytest
 from support.rerun_tools import read_columns
 
 import granular_env as ge
+from granular_env.colours import colour_scales
 from granular_env.components.drawables import Cells, Links, Points
 from granular_env.components.variables import Variable
 from granular_env.recording.event_places import event_place, position_text
@@ -17,7 +18,7 @@ from granular_env.viewing.cracks import MOST_LINES, crack_lines
 from granular_env.viewing.figures.plane import exaggeration_text, load_plane
 from granular_env.viewing.rerun.scene import whole_camera
 from granular_env.viewing.scene_builder import load_scene, make_scene
-from granular_env.viewing.scene_scales import colour_scales, make_scales
+from granular_env.viewing.scene_scales import make_scales
 
 ROCK = {"density": 2700.0, "young": 6e10, "poisson": 0.25}
 BRITTLE = {"name": "mohr_coulomb", "cohesion": 2e6, "internal_friction": 0.4, "tensile": 1e6}

@@ -132,7 +132,7 @@ def test_figures_are_returned_for_scripts_and_notebooks(log):
     assert forces.axes[0].get_ylabel() == "contact force [N]"
     profile = plot(log, "velocity", "profiles", at=float(times[10]))
     np.testing.assert_array_equal(profile.axes[0].lines[0].get_ydata(), log.series("velocity")[1][10])
-    assert plot(log, "velocity").axes[0].get_xlabel() == "grain (0 is the left end)"
+    assert plot(log, "velocity").axes[0].get_xlabel() == "grain (numbered from 0)"
     np.testing.assert_array_equal(plot(log, "kinetic_energy").axes[0].lines[0].get_ydata(), log.series("kinetic_energy")[1])
     assert plot(log, "left_velocity").axes[0].get_ylabel() == "left velocity [m/s]"
 

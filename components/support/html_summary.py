@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 from collections.abc import Iterable, Mapping, Sequence
+from pathlib import PurePath
 from typing import Any
 
 from ..errors import one_line
@@ -35,4 +36,5 @@ def _row(cells: Iterable[Any], tag: str) -> str:
 def _cell(value: Any) -> str:
     if isinstance(value, list):
         value = "; ".join(map(str, value[:_MOST_ROWS]))
-    return html.escape(f"{value:.6g}" if isinstance(value, float) else value if isinstance(value, str) else one_line(value))
+    is_text = isinstance(value, str | PurePath)
+    return html.escape(f"{value:.6g}" if isinstance(value, float) else str(value) if is_text else one_line(value))

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ..components.drawables import Cells, Drawable, Links, Points, element_count
+from ..components.drawables import Drawable, Links, Points, element_count, element_positions
 from ..components.errors import ParameterError
 from ..components.events import Event, EventDetail
 from ..output_files import count_text
@@ -29,20 +29,12 @@ def event_place(index: int | None, detail: EventDetail | None, drawables: Sequen
     if index is None or drawn is None or index >= element_count(drawn):
         return None
     words = drawn.name.replace("_", " ")
-    match drawn:
-        case Links():
-            points, ends = by_name[drawn.points], drawn.pairs[index]
-            assert isinstance(points, Points)
-            middle = points.reference[ends[0]].ravel() + 0.5 * points.shortest_vectors(ends[None])[0]
-            return EventPlace(f"{points.name.replace('_', ' ')} {ends[0]} and {ends[1]}", tuple(middle.tolist()))
-        case Points():
-            singular = words.replace("automata", "automaton").removesuffix("s")
-            return EventPlace(f"{singular} {index}", tuple(drawn.reference[index].ravel().tolist()))
-        case Cells():
-            corners = drawn.nodes[drawn.connectivity[index]]
-            return EventPlace(f"cell {index} of {words}", tuple(corners.reshape(len(corners), -1).mean(axis=0).tolist()))
-        case _:
-            return None
+    elements = f"cell {index} of {words}"
+    if isinstance(drawn, Links):
+        elements = f"{drawn.points.replace('_', ' ')} {' and '.join(map(str, drawn.pairs[index]))}"
+    elif isinstance(drawn, Points):
+        elements = f"{words.replace('automata', 'automaton').removesuffix('s')} {index}"
+    return EventPlace(elements, tuple(element_positions(drawn, drawables, [index])[0].tolist()))
 
 
 def listed_events(events: Sequence[Event], earlier: Sequence[Event], max_count: int) -> Sequence[Event]:
