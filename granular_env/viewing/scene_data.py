@@ -32,13 +32,11 @@ class LinkFrames:
         name: name of the links, such as "links".
         pairs: indices of the two particles of each link, shape (m, 2).
         state: 0 where the pair is not linked (any more), shape (frames, m).
-        state_name: name of the output with the state.
     """
 
     name: str
     pairs: npt.NDArray[np.int64]
     state: FloatArray
-    state_name: str
 
 
 @dataclass(frozen=True)

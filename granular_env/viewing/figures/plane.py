@@ -24,7 +24,7 @@ from ..scene_data import LinkFrames, MeshFrames, Motion, SceneData, drawn_positi
 from ..scene_scales import ColourScale, Scales, make_scales
 from .drawing import new_figure, time_unit, use_style
 from .keys import draw_keys, keys_height
-from .overlays import Arrows, Overlay, load_overlays
+from .overlays import Overlay, load_overlays
 
 # Pictures with more shapes than this are embedded as pixels: a page with one SVG path for each shape would be slow.
 _MOST_SHAPES = 400
@@ -128,13 +128,13 @@ def load_plane(
     scene = load_shapes(log, _choose_instants(log, scene_data.shapes[0].times) if times is None else times, colour)
     if colour is not None:
         scales = make_scales(scene, scales.exaggeration) or scales
-    overlays = load_overlays(log, scene.shapes[0].times, show)
-    return Plane(scene, scales, overlays, is_pale(overlays, colour))
+    return add_overlays(log, Plane(scene, scales), show, may_be_pale=colour is None)
 
 
-def is_pale(overlays: Sequence[Overlay], colour: str | None) -> bool:
-    """Return whether shapes below overlays get no colours: the user chose none, and coloured lines are drawn over them."""
-    return colour is None and any(not isinstance(one, Arrows) for one in overlays)
+def add_overlays(log: Any, plane: Plane, show: Sequence[str], may_be_pale: bool) -> Plane:
+    """Return the plane with overlays; below force chains and crosses, shapes without a chosen colour are pale."""
+    overlays = load_overlays(log, plane.times, show)
+    return Plane(plane.scene, plane.scales, overlays, may_be_pale and not all(one.is_vector for one in overlays))
 
 
 def visible_events(log: Any) -> Sequence[Any]:
@@ -175,7 +175,7 @@ def draw_plane(plane: Plane) -> Figure:
 
 
 def instant_text(plane: Plane, frame: int) -> str:
-    """Return the label of a frame: its time and, if the results have ceased to be valid before it, a note on that."""
+    """Return the label of a frame: its time, with a note if the results are no longer valid."""
     scale, unit = time_unit(float(plane.times[-1]))
     time = plane.times[frame]
     return f"{time * scale:.4g} {unit}{'' if time < plane.scene.valid_until else ', not valid'}"

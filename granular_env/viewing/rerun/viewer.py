@@ -75,7 +75,8 @@ def scene_bytes(
     if exaggerate is not None:
         positive_number("exaggerate", exaggerate)
     tell = progress or (lambda part: None)
-    scene_data = load_scene(log, progress=lambda part: tell(0.7 * part), colour=colour)
+    scene_data = load_scene(log, colour=colour)
+    tell(0.7)
     scales = make_scales(scene_data, exaggerate)
     views = make_views(str(log.metadata.get("component")), scene_data, scales)
     recording = rr.RecordingStream(APPLICATION, recording_id=f"{scene_data.title} ({log.metadata.get('created')})")
