@@ -48,14 +48,7 @@ from .viewpoint import focus_normal
 
 
 class Frames(NamedTuple):
-    """The times at which outputs are read for a scene, and a function that reads them.
-
-    Attributes:
-        times: shape (frames,) [s].
-        ticks: shape (frames,).
-        cuts: indices of the first frames of later segments.
-        read: returns an output at these times, shape (frames, *shape).
-    """
+    """Times [s] and ticks, shape (frames,), first frames of later segments, and a function that reads an output at them."""
 
     times: FloatArray
     ticks: npt.NDArray[np.int64]
@@ -64,14 +57,9 @@ class Frames(NamedTuple):
 
 
 class SceneSource(NamedTuple):
-    """Where the data of a scene come from: a log, or the present state of a component.
+    """The source of a scene's data: a log, or the present state of a component.
 
-    Attributes:
-        component: the name of the component.
-        variables: variables by name.
-        drawables: drawables of the component.
-        has: function that returns whether an output can be read.
-        frames: function that returns the frames of an output; a larger `size` (numbers per frame) gives fewer frames.
+    `has` returns whether an output can be read, `frames` its frames; a larger size (numbers per frame) gives fewer frames.
     """
 
     component: str

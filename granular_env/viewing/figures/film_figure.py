@@ -91,14 +91,12 @@ def _profiles_to_show(plane: Plane) -> list[ProfileFrames]:
 
 def _draw_profile(axes: Axes, profile: ProfileFrames, plane: Plane) -> tuple[Line2D, FloatArray]:
     """Draw the first frame with the limits of all frames; return the curve, and its values in the unit of the axis."""
-    low, high = float(profile.values.min(initial=0.0)), float(profile.values.max(initial=0.0))
-    factor, label = scaled_label(profile.variable.name, profile.variable.unit, max(-low, high))
+    factor, label = scaled_label(profile.variable.name, profile.variable.unit, float(np.abs(profile.values).max(initial=0.0)))
     # Align the curve with the picture, except a body in space, whose picture is not along x.
     across = profile.coordinate[[0, -1]] if plane.scene.is_solid else np.array(plane.bounding_box)[:, 0]
     length, name = scaled_label("x", "m", float(np.abs(across).max()))
     [line] = axes.plot(length * profile.coordinate, factor * profile.values[0], color=PALETTE[0])
-    room = 0.05 * (high - low) or 1.0
-    axes.set(xlim=length * across, ylim=(factor * (low - room * (low < 0.0)), factor * (high + room)))
+    axes.set(xlim=length * across, ylim=factor * np.array(profile.limits))
     axes.set_xlabel(name, fontsize=10)
     axes.set_ylabel(label.replace(" [", "\n["), fontsize=10)
     return line, factor * profile.values

@@ -116,8 +116,7 @@ def load_plane(
         scene_data: scene data of the whole log, which set the displacement factor and the colour scales.
         times: times of the pictures [s]; default: four times that include the first event.
         colour: a recorded output that colours the shapes, with a scale for these times.
-        show: recorded outputs to draw over the shapes: vectors as arrows, stresses as crosses along the principal directions,
-            forces of links as lines. Stresses and forces are drawn over pale shapes, unless `colour` is given.
+        show: recorded vectors, stresses and link forces to draw over the shapes.
 
     Raises:
         ParameterError: a time outside the recorded span, or an output that can colour or be drawn over no shape.
@@ -225,21 +224,19 @@ def _draw_cells(axes: Axes, plane: Plane, mesh: MeshFrames, frame: int) -> None:
     values = None if mesh.field is None else mesh.field[frame]
     if values is not None:  # one value per corner, shape (m, k)
         values = np.tile(values[:, None], mesh.connectivity.shape[1]) if mesh.has_cell_values else values[mesh.connectivity]
+        values = np.concatenate([values[whole].mean(axis=1), values[~whole].ravel()])
     cells = plane.picture_coordinates(mesh, frame)[mesh.connectivity[whole]]
     # Broken cells are dark pieces that stay with the parts of the body, so that only opened cracks are gaps.
     moved = plane.scales.exaggeration * mesh.displacement[frame]
     pieces = corner_pieces(mesh.nodes, moved, mesh.connectivity[~whole]) @ plane.eye_axes
-    colours, depths = np.zeros((0, 3)), np.zeros(0)
-    for corners, own, brightness in (
-        (cells, None if values is None else values[whole].mean(axis=1), 1.0),
-        (pieces, None if values is None else values[~whole].ravel(), _BROKEN),
-    ):
-        fill = brightness * plane.fill_colours(mesh.field_variable, own, len(corners))
-        colours = np.concatenate([colours, _shade_colours(fill, corners) if plane.scene.is_solid else fill])
-        depths = np.concatenate([depths, corners[..., 2].mean(axis=1)])
-    # In space, draw the nearest cells last, so that they hide the others.
-    order = np.argsort(depths, kind="stable") if plane.scene.is_solid else np.arange(len(depths))
-    polygons = [*cells[..., :2], *pieces[..., :2]]
+    polygons, order = [*cells[..., :2], *pieces[..., :2]], np.arange(len(cells) + len(pieces))
+    colours = plane.fill_colours(mesh.field_variable, values, len(order))
+    colours = np.where(order[:, None] < len(cells), 1.0, _BROKEN) * colours
+    if plane.scene.is_solid:
+        normals = np.concatenate([area_vectors(cells), area_vectors(pieces)])
+        colours = _shade_colours(colours, normals)
+        # Draw the nearest cells last, so that they hide the others.
+        order = np.argsort(np.concatenate([one[..., 2].mean(axis=1) for one in (cells, pieces)]), kind="stable")
     size = float(np.sqrt(np.median(np.ptp(cells[..., :2], axis=1).prod(axis=1)))) if len(cells) else 0.0
     width = min(0.2, _edge_width(axes, plane, size, _LEAST_EDGED_CELL))
     # Without edge lines, antialiasing would leave seams between cells.
@@ -250,16 +247,10 @@ def _draw_cells(axes: Axes, plane: Plane, mesh: MeshFrames, frame: int) -> None:
     axes.add_collection(shapes)
 
 
-def _shade_colours(colours: FloatArray, corners: FloatArray) -> FloatArray:
-    """Return the colours of cells as lit from the eye; the inside of a body, seen through gaps, gets a dark colour.
-
-    Args:
-        colours: colours of the cells, shape (m, 3).
-        corners: corners of each cell in picture coordinates, shape (m, k, 3).
-    """
-    normal = area_vectors(corners)
-    length = np.maximum(np.sqrt((normal * normal).sum(axis=1)), 1e-300)
-    towards = (normal[:, 2] / length)[:, None]
+def _shade_colours(colours: FloatArray, normals: FloatArray) -> FloatArray:
+    """Return the colours of cells, shape (m, 3), as lit from the eye; the inside of a body, seen through gaps, is dark."""
+    length = np.maximum(np.sqrt((normals * normals).sum(axis=1)), 1e-300)
+    towards = (normals[:, 2] / length)[:, None]
     return np.where(towards > 0.0, colours * (1.0 - _SHADE * (1.0 - np.abs(towards))), _INSIDE)
 
 
