@@ -97,7 +97,7 @@ def test_force_chains_are_wide_where_links_are_compressed(pressed_log: Any) -> N
     # One quadrilateral for each force above 3 % of the limit; the widest has the width of the key.
     assert len(drawn.get_paths()) == np.count_nonzero(np.abs(forces) > 0.03 * chains.limit) > 10
     widths = [np.hypot(*(path.vertices[3] - path.vertices[0])) for path in drawn.get_paths()]
-    assert max(widths) == pytest.approx(chains.line_size[1]) and len(links.pairs) == len(forces)
+    assert max(widths) == pytest.approx(chains.largest[1]) and len(links.pairs) == len(forces)
     assert len(figure.axes[0].collections[-1].get_paths()) == 0  # at the start nothing is loaded
     [compression, *_] = chains.key()
     assert "compression" in compression[1] and "N" in compression[1]
@@ -193,10 +193,10 @@ def test_a_missing_encoder_and_options_without_a_film_are_reported(pressed_log: 
 
 
 def test_a_map_shows_the_variable_as_crosses_arrows_or_force_chains(pressed_log: Any) -> None:
-    for name in ("stress", "velocity", "link_force"):
+    for name, kind in (("stress", "cross"), ("velocity", "arrow"), ("link_force", "link")):
         figure = ge.viewing.plot(pressed_log, name, at=DURATION)
         plane = load_plane(pressed_log, load_scene(pressed_log), [DURATION], show=[name])
-        assert plane is not None and plane.overlays[0].is_vector == (name == "velocity")
+        assert plane is not None and plane.overlays[0].kind == kind
         words = {one.get_text() for part in figure.subfigs for one in part.findobj(lambda one: hasattr(one, "get_text"))}
         assert plane.overlays[0].key()[0][1] in words
     figure = ge.viewing.plot(pressed_log, "speed", "map", at=DURATION, show=["link_force"])

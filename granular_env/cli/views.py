@@ -85,16 +85,7 @@ def _flag(output: str) -> str:
 @format_option()
 @allow_large_option()
 @json_option()
-def report(
-    log: str,
-    out: str | None,
-    variables: tuple[str, ...],
-    indices: tuple[int, ...],
-    times: tuple[float, ...],
-    file_format: str,
-    allow_large: bool,
-    as_json: bool,
-) -> int:
+def report(log: str, out: str | None, file_format: str, allow_large: bool, as_json: bool, **chosen: Any) -> int:
     """Write a page with figures of a log."""
     from granular_env import viewing
     from granular_env.recording import open_log
@@ -104,7 +95,7 @@ def report(
         hint = f"the page will be {folder.with_suffix('') / 'report.html'}"
         raise ParameterError(f"got {out!r}", expected=f"a folder, such as {str(folder.with_suffix(''))!r}", hint=hint, at="out")
     with open_log(log, allow_large=allow_large) as opened:
-        chosen = {"variables": variables or None, "indices": indices or None, "times": times or None}
+        chosen = {name: values or None for name, values in chosen.items()}
         page = viewing.report(opened, folder, **chosen, progress=not as_json, file_format=file_format)
     if as_json:
         print_json({"written": page, "folder": folder})

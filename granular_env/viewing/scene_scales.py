@@ -35,6 +35,7 @@ class ColourScale:
         limit: magnitude at the ends of the colour scale.
         has_sign: whether any value is negative.
         is_exceeded: whether some values exceed the limit, so that they get the colour of the limit.
+        is_zero: whether all values are zero, so that the limit is arbitrary.
     """
 
     names: tuple[str, ...]
@@ -42,6 +43,7 @@ class ColourScale:
     limit: float
     has_sign: bool
     is_exceeded: bool = False
+    is_zero: bool = False
 
 
 def colour_scales(shown: Iterable[tuple[Variable, FloatArray]], is_plane: bool = False) -> tuple[ColourScale, ...]:
@@ -63,7 +65,7 @@ def _make_scale(group: Sequence[tuple[Variable, FloatArray]], is_plane: bool) ->
     names = tuple(dict.fromkeys(variable.name for variable, _ in group))
     limit = colour_limit(values, clips=is_plane and unit != "1")
     is_exceeded = bool(np.abs(values).max(initial=0.0) > 1.01 * limit)  # more than by rounding
-    return ColourScale(names, unit, limit, bool(values.min(initial=0.0) < 0.0), is_exceeded)
+    return ColourScale(names, unit, limit, bool(values.min(initial=0.0) < 0.0), is_exceeded, not values.any())
 
 
 @dataclass(frozen=True)
@@ -138,8 +140,10 @@ def enlarge_scales(scales: Scales, scene_data: SceneData, exaggerate: float | No
     def enlarge_scale(scale: ColourScale) -> ColourScale:
         shown = (values.ravel() for variable, values in scene_data.coloured_outputs() if variable.name in scale.names)
         values = np.concatenate([np.zeros(1), *shown])
-        limit = enlarge_limit(scale.limit, float(np.abs(values).max()))
-        return dataclasses.replace(scale, limit=limit, has_sign=scale.has_sign or bool(values.min() < 0.0), is_exceeded=False)
+        if not values.any():
+            return scale
+        limit = enlarge_limit(0.0 if scale.is_zero else scale.limit, float(np.abs(values).max()))
+        return ColourScale(scale.names, scale.unit, limit, scale.has_sign or bool(values.min() < 0.0))
 
     return dataclasses.replace(scales, exaggeration=factor, colours=tuple(enlarge_scale(scale) for scale in scales.colours))
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import base64
 import io
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -114,5 +115,4 @@ def _event_times(log: Any, events: Sequence[Any]) -> FloatArray:
 
 
 def _kind_counts(events: Sequence[Any]) -> str:
-    kinds = [event.kind for event in events]
-    return ", ".join(f"{kinds.count(kind)} x {kind.replace('_', ' ')}" for kind in dict.fromkeys(kinds))
+    return ", ".join(f"{count} x {kind.replace('_', ' ')}" for kind, count in Counter(one.kind for one in events).items())

@@ -30,9 +30,8 @@ if TYPE_CHECKING:
 
 # Tension is positive in the blue-to-red colour map of stresses, so it is red here too.
 _COMPRESSION, _TENSION, _ARROW = DIVERGING[0], DIVERGING[-1], "#1a1c1f"
-# Most arrows or crosses along a body. Lengths of the longest ones and width of their lines, relative to their spacing; width of
-# the widest force line, relative to the distance between its points.
-_MOST_ALONG, _ARROW_LENGTH, _CROSS_LENGTH, _LINE_WIDTH, _CHAIN_WIDTH = 40, 1.7, 0.95, 0.09, 0.4
+# Most arrows or crosses along a body; length and width of the largest sample of each kind, relative to the spacing.
+_MOST_ALONG, _SIZES = 40, {"arrow": (1.7, 0.09), "cross": (0.95, 0.09), "link": (1.2, 0.4)}
 # This part of all magnitudes is below the limit; forces, stresses and vectors below this fraction of the limit are not drawn.
 _USUAL, _LEAST = 0.97, 0.03
 # Columns xx, yy, xy of stresses with three and with four entries per element.
@@ -62,27 +61,26 @@ class Overlay:
     pairs: npt.NDArray[np.int64] | None = None
 
     @property
-    def is_vector(self) -> bool:
-        """Whether the output is drawn as arrows."""
-        return self.variable.axes[1:] == ("direction",)
+    def kind(self) -> str:
+        """How an element is drawn: "arrow", "cross" or "link"."""
+        return "link" if self.pairs is not None else "arrow" if _is_vector(self.variable) else "cross"
 
     @property
-    def line_size(self) -> tuple[float, float]:
-        """The length of a line in the key and the greatest width of lines [m]."""
-        width = (_LINE_WIDTH if self.pairs is None else _CHAIN_WIDTH) * self.spacing
-        return (_CROSS_LENGTH * self.spacing if self.pairs is None else 3.0 * width), width
+    def largest(self) -> FloatArray:
+        """The length and width of the largest arrow or line of a cross, or of a sample of the widest link [m]."""
+        return self.spacing * np.array(_SIZES[self.kind])
 
     def draw(self, axes: Axes, plane: Plane, frame: int) -> None:
         """Draw one frame."""
         places = ((self.rest + plane.scales.exaggeration * self.displacement[frame]) @ plane.eye_axes)[:, :2]
         values = self.values[frame] / self.limit
-        if self.is_vector:
+        if self.kind == "arrow":
             self._draw_arrows(axes, places, (to_three_columns(values) @ plane.eye_axes)[:, :2])
         elif self.pairs is not None:
             self._draw_lines(axes, places[self.pairs], -values, np.minimum(np.abs(values), 1.0))
         else:
             stresses, directions = principal_stresses(values)
-            reach = 0.5 * _CROSS_LENGTH * self.spacing * np.clip(stresses, -1.0, 1.0)[..., None] * directions
+            reach = 0.5 * self.largest[0] * np.clip(stresses, -1.0, 1.0)[..., None] * directions
             ends = np.stack([places[:, None] - reach, places[:, None] + reach], axis=2).reshape(-1, 2, 2)
             self._draw_lines(axes, ends, stresses.ravel(), np.ones(len(ends)))
 
@@ -90,10 +88,10 @@ class Overlay:
         """Draw vectors, relative to the limit, at places, both of shape (n, 2)."""
         lengths = np.sqrt((vectors * vectors).sum(axis=1))
         large = lengths > _LEAST
-        arrows = _ARROW_LENGTH * self.spacing * vectors[large] / np.maximum(lengths[large], 1.0)[:, None]
+        arrows = self.largest[0] * vectors[large] / np.maximum(lengths[large], 1.0)[:, None]
         axes.quiver(
-            *places[large].T, *arrows.T, angles="xy", scale_units="xy", scale=1.0, units="xy", width=self.line_size[1],
-            color=_ARROW, headwidth=4.0, headlength=4.5, headaxislength=4.0, zorder=3, clip_on=False,
+            *places[large].T, *arrows.T, angles="xy", scale_units="xy", scale=1.0, units="xy", width=self.largest[1],
+            color=_ARROW, headwidth=4.0, headlength=4.5, headaxislength=4.0, zorder=3,
         )  # fmt: skip
 
     def _draw_lines(self, axes: Axes, ends: FloatArray, tensions: FloatArray, widths: FloatArray) -> None:
@@ -102,22 +100,22 @@ class Overlay:
         drawn = order[np.abs(tensions[order]) > _LEAST]
         along = ends[drawn, 1] - ends[drawn, 0]
         across = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.maximum(np.hypot(*along.T), 1e-300)[:, None]
-        reach = (0.5 * self.line_size[1] * widths[drawn, None] * across)[:, None]
+        reach = (0.5 * self.largest[1] * widths[drawn, None] * across)[:, None]
         corners = np.concatenate([ends[drawn] - reach, ends[drawn, ::-1] + reach], axis=1)
         colours = np.where(tensions[drawn] > 0.0, _TENSION, _COMPRESSION).tolist()
-        axes.add_collection(PolyCollection(list(corners), facecolor=colours, linewidth=0.0, zorder=3, clip_on=False))
+        axes.add_collection(PolyCollection(list(corners), facecolor=colours, linewidth=0.0, zorder=3))
 
     def key(self) -> list[tuple[Artist, str]]:
         """Return samples of the largest arrow or lines, in data coordinates, with their labels."""
         factor, unit = scaled_unit(self.variable.unit, self.limit)
         least = f"\u2265 {self.limit * factor:.3g} {unit}" if self.values.any() else "= 0"
-        if self.is_vector:
-            tip, shape = (_ARROW_LENGTH * self.spacing, 0.0), {"arrowstyle": "-|>", "mutation_scale": 7.0}
-            arrow = FancyArrowPatch((0.0, 0.0), tip, **shape, shrinkA=0.0, shrinkB=0.0)
+        length, width = self.largest
+        if self.kind == "arrow":
+            shape: Any = {"arrowstyle": "-|>", "mutation_scale": 7.0, "shrinkA": 0.0, "shrinkB": 0.0}
+            arrow = FancyArrowPatch((0.0, 0.0), (length, 0.0), **shape)
             return [(arrow, f"{self.variable.name.replace('_', ' ')} {least}")]
         kinds = {"compression": _COMPRESSION, "tension": _TENSION}
-        lines = {words: Rectangle((0.0, 0.0), *self.line_size, facecolor=colour) for words, colour in kinds.items()}
-        return [(line, f"{words} {least}") for words, line in lines.items()]
+        return [(Rectangle((0.0, 0.0), length, width, facecolor=kinds[words]), f"{words} {least}") for words in kinds]
 
 
 def principal_stresses(stresses: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -128,9 +126,8 @@ def principal_stresses(stresses: FloatArray) -> tuple[FloatArray, FloatArray]:
     """
     xx, yy, xy = stresses[:, _IN_PLANE[stresses.shape[1]]].T
     mean, half, angle = 0.5 * (xx + yy), np.hypot(0.5 * (xx - yy), xy), 0.5 * np.arctan2(2.0 * xy, xx - yy)
-    first = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    second = np.stack([-np.sin(angle), np.cos(angle)], axis=1)
-    return np.stack([mean + half, mean - half], axis=1), np.stack([first, second], axis=1)
+    cosine, sine = np.cos(angle), np.sin(angle)
+    return np.stack([mean + half, mean - half], axis=1), np.stack([cosine, sine, -sine, cosine], axis=1).reshape(-1, 2, 2)
 
 
 def load_overlays(log: Any, times: FloatArray, names: Sequence[str]) -> tuple[Overlay, ...]:
@@ -152,7 +149,7 @@ def overlay_drawables(log: Any) -> dict[str, Drawable]:
     for name, one in recorded.items():
         is_stress = one.unit == "Pa" and one.shape[1:] in [(count,) for count in _IN_PLANE]
         owner = next((body for body in bodies if has_elements(body, recorded, name)), None)
-        if owner is not None and (is_stress or one.axes[1:] == ("direction",)):
+        if owner is not None and (is_stress or _is_vector(one)):
             found[name] = owner
     return found | {one.force: one for one in log.drawables if isinstance(one, Links) and one.force in recorded}
 
@@ -176,10 +173,13 @@ def _read_overlay(log: Any, drawable: Drawable, variable: Variable, times: Float
         return Overlay(variable, values, rest, displacement, _usual_limit(values), spacing, pairs)
     if isinstance(body, Cells) and variable.shape[0] == len(body.connectivity) != len(body.nodes):
         rest, displacement = rest[body.connectivity].mean(axis=1), displacement[:, body.connectivity].mean(axis=2)
-    is_vector = variable.axes[1:] == ("direction",)
-    magnitudes = np.sqrt((values * values).sum(axis=-1)) if is_vector else principal_stresses(np.concatenate(values))[0]
+    magnitudes = np.sqrt((values**2).sum(axis=-1)) if _is_vector(variable) else principal_stresses(np.concatenate(values))[0]
     picked, spacing = _pick_apart(rest)
     return Overlay(variable, values[:, picked], rest[picked], displacement[:, picked], _usual_limit(magnitudes), spacing)
+
+
+def _is_vector(variable: Variable) -> bool:
+    return variable.axes[1:] == ("direction",)
 
 
 def _usual_limit(values: FloatArray) -> float:

@@ -90,7 +90,7 @@ class Plane:
 
     @cached_property
     def bounding_box(self) -> tuple[FloatArray, FloatArray]:
-        """The corners of the bounding box of all shapes in all frames [m]."""
+        """The corners of the bounding box of all shapes in all frames, with room for arrows [m]."""
         corners = []
         for shape in self.scene.shapes:
             reach = shape.radius[:, None] if isinstance(shape, Motion) else 0.0
@@ -98,7 +98,7 @@ class Plane:
             corners += [(places - reach).reshape(-1, 2), (places + reach).reshape(-1, 2)]
         everything = np.concatenate(corners)
         low, high = everything.min(axis=0), everything.max(axis=0)
-        room = 0.02 * float((high - low).max())
+        room = max(0.02 * float((high - low).max()), *(one.largest[0] for one in self.overlays), 0.0)
         return low - room, high + room
 
 
@@ -133,7 +133,7 @@ def load_plane(
 def add_overlays(log: Any, plane: Plane, show: Sequence[str], may_be_pale: bool) -> Plane:
     """Return the plane with overlays; below force chains and crosses, shapes without a chosen colour are pale."""
     overlays = load_overlays(log, plane.times, show)
-    return Plane(plane.scene, plane.scales, overlays, may_be_pale and not all(one.is_vector for one in overlays))
+    return Plane(plane.scene, plane.scales, overlays, may_be_pale and not all(one.kind == "arrow" for one in overlays))
 
 
 def visible_events(log: Any) -> Sequence[Any]:
@@ -256,12 +256,12 @@ def _shade_colours(colours: FloatArray, normals: FloatArray) -> FloatArray:
 
 def _draw_links(axes: Axes, plane: Plane, motion: Motion, links: LinkFrames, frame: int) -> None:
     """Draw the cracks and, unless they hide the points, the intact links."""
-    places, state = plane.picture_coordinates(motion, frame)[:, :2], links.state[frame]
+    places, state = plane.picture_coordinates(motion, frame), links.state[frame]
     width = _edge_width(axes, plane, 2.0 * float(np.median(motion.radius)))
     if len(links.pairs) <= MOST_LINES:
-        _add_lines(axes, places[links.pairs[state != 0.0]], _LINK, _LINK_WIDTH)
-    cracks = crack_lines(places, motion.reference[:, :2], links.pairs, state)
-    _add_lines(axes, cracks, _CRACK, max(4.0 * width, _CRACK_WIDTH), zorder=4)  # above overlays
+        _add_lines(axes, places[links.pairs[state != 0.0], :2], _LINK, _LINK_WIDTH)
+    cracks = crack_lines(places, motion.reference, links.pairs, state, np.array([0.0, 0.0, 1.0]))
+    _add_lines(axes, cracks[..., :2], _CRACK, max(4.0 * width, _CRACK_WIDTH), zorder=4)  # above overlays
 
 
 def _add_lines(axes: Axes, lines: FloatArray, colour: str, width: float, zorder: int = 2) -> None:

@@ -46,7 +46,7 @@ def send_links(recording: Any, motion: Motion, positions: npt.NDArray[Any], eye:
     smallest = float(motion.radius.min())
     for links in motion.links:
         cracks = [
-            crack_lines(places, motion.reference, links.pairs, state, tuple(towards.tolist()))
+            crack_lines(places, motion.reference, links.pairs, state, towards)
             for places, state in zip(front, links.state, strict=True)
         ]
         _send_lines(recording, entity_path("scene/cracks_", links.name), cracks, _CRACK, _CRACK_THICKNESS * smallest, when)
