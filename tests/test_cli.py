@@ -412,8 +412,8 @@ def test_events_say_what_broke_and_which_limit_was_passed(folder, capsys):
     assert "1 event: 1 link_broken; granular-env events row.mcap lists them" in capsys.readouterr().out
     assert main(["events", "row.mcap"]) == 0
     head, row, count, meaning = capsys.readouterr().out.splitlines()
-    assert head.split() == ["time", "[s]", "event", "index", "value", "limit", "unit", "of", "at", "[m]"]
-    assert row.split()[5:-2] == ["1", "discs", "4", "and", "5"]
+    assert head.split() == ["time", "[s]", "event", "index", "value", "limit", "element", "position", "[m]"]
+    assert row.split()[5:-2] == ["discs", "4", "and", "5"]
     time, kind, index, value, limit = row.split()[:5]
     assert (kind, index, limit) == ("link_broken", "4", "0.01") and 0.0 < float(time) < 0.1 and float(value) > 0.01
     assert count == "1 event: 1 link_broken" and "breaking strain" in meaning
