@@ -90,6 +90,7 @@ class ColourScale:
         limit: magnitude at the ends of the colour scale.
         has_sign: whether any value is negative.
         is_exceeded: whether some values exceed the limit, so that they get the colour of the limit.
+        is_zero: whether all values are zero, so that the limit is arbitrary.
     """
 
     names: tuple[str, ...]
@@ -97,6 +98,7 @@ class ColourScale:
     limit: float
     has_sign: bool
     is_exceeded: bool = False
+    is_zero: bool = False
 
 
 def colour_scales(shown: Iterable[tuple[Variable, FloatArray]], is_plane: bool = False) -> tuple[ColourScale, ...]:
@@ -118,4 +120,4 @@ def _make_scale(group: Sequence[tuple[Variable, FloatArray]], is_plane: bool) ->
     names = tuple(dict.fromkeys(variable.name for variable, _ in group))
     limit = colour_limit(values, clips=is_plane and unit != "1")
     is_exceeded = bool(np.abs(values).max(initial=0.0) > 1.01 * limit)  # more than by rounding
-    return ColourScale(names, unit, limit, bool(values.min(initial=0.0) < 0.0), is_exceeded)
+    return ColourScale(names, unit, limit, bool(values.min(initial=0.0) < 0.0), is_exceeded, not values.any())

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 from pathlib import Path
 from typing import Any
 
@@ -14,17 +13,15 @@ from granular_env.cli.logs import log_argument
 from granular_env.cli.options import FILE, FOLDER, TIME, allow_large_option, exclusive_options, format_option, json_option
 from granular_env.components.errors import ParameterError
 
-
-class PictureSize(click.ParamType):
-    """The type of a size in pixels, such as 1280x720."""
-
-    name = "size"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, int]:
-        """Return width and height."""
-        if (found := re.fullmatch(r"(\d{1,5})[xX](\d{1,5})", str(value))) is None:
-            self.fail(f"got {value!r}, expected width and height, such as 1280x720", param, ctx)
-        return int(found[1]), int(found[2])
+# For each output of `view`: the function of `granular_env.viewing` that writes it, and the options that apply to it.
+_DRAWN = ("exaggerate", "colour")
+_OUTPUTS: dict[str, tuple[str, tuple[str, ...]]] = {
+    "": ("view", (*_DRAWN, "web")),
+    "save": ("save_rrd", _DRAWN),
+    "screenshot": ("screenshot", (*_DRAWN, "at")),
+    "video": ("video", (*_DRAWN, "show", "frame_rate", "duration", "size")),
+    "foxglove_layout": ("save_foxglove_layout", ()),
+}
 
 
 @command("view")
@@ -45,53 +42,36 @@ class PictureSize(click.ParamType):
 @click.option("--show", metavar="NAME", multiple=True, help="Draw arrows, stresses or link forces over a film, repeatable.")
 @click.option("--frame-rate", metavar="R", type=float, help="Pictures per second of a film (default: 20).")
 @click.option("--duration", metavar="S", type=TIME, help="Duration of a film [s] (default: 10).")
-@click.option(
-    "--size", metavar="WxH", type=PictureSize(), help="Width and height of a film [pixels] (default: up to 1080 wide)."
-)
+@click.option("--size", metavar="W H", type=(int, int), help="Width and height of a film [pixels] (default: up to 1080 wide).")
 @allow_large_option()
 @json_option()
 @exclusive_options("web", "save", "screenshot", "video", "foxglove_layout")
-def view(
-    log: str,
-    web: bool,
-    save: str | None,
-    screenshot: str | None,
-    video: str | None,
-    foxglove_layout: str | None,
-    exaggerate: float | None,
-    at: float | None,
-    colour: str | None,
-    allow_large: bool,
-    as_json: bool,
-    **film: Any,
-) -> int:
+def view(log: str, allow_large: bool, as_json: bool, **options: Any) -> int:
     """Show a log in rerun, or write a picture, a film, or a file for rerun or Foxglove."""
     from granular_env import viewing
     from granular_env.recording import open_log
 
-    if at is not None and not screenshot:
-        raise ParameterError("applies to screenshots only", hint="give --screenshot PNG too", at="at")
-    outputs = {"save": save, "screenshot": screenshot, "video": video, "foxglove_layout": foxglove_layout}
-    film = {name: value for name, value in film.items() if value not in (None, ())}
-    if film and not video:
-        raise ParameterError("applies to films only", hint="give --video FILE too", at=next(iter(film)))
-    opened = open_log(log, allow_large=allow_large)
-    try:
-        if video:
-            written = viewing.video(opened, video, exaggerate=exaggerate, colour=colour, progress=not as_json, **film)
-        elif save:
-            written = viewing.save_rrd(opened, save, exaggerate=exaggerate, progress=not as_json, colour=colour)
-        elif screenshot:
-            written = viewing.screenshot(opened, screenshot, at=at, exaggerate=exaggerate, colour=colour)
-        elif foxglove_layout:
-            written = viewing.save_foxglove_layout(opened, foxglove_layout)
-        else:
-            viewing.view(opened, web=web, exaggerate=exaggerate, colour=colour)
-            return Status.DONE
-    except ParameterError as error:
-        raise error.with_argument("path", next((name for name in outputs if outputs[name]), "path")) from None
-    print_json({"written": written}) if as_json else print(f"written: {written}")
+    given = {name: value for name, value in options.items() if value not in (None, (), False)}
+    output = next((name for name in _OUTPUTS if name in given), "")
+    paths = [given.pop(output)] if output else []
+    function, known = _OUTPUTS[output]
+    if wrong := [name for name in given if name not in known]:
+        places = (_flag(name) for name, (_, names) in _OUTPUTS.items() if wrong[0] in names)
+        raise ParameterError(f"does not apply to {_flag(output)}", hint=f"it applies to {', '.join(places)}", at=wrong[0])
+    if output in ("save", "video"):
+        given["progress"] = not as_json
+    with open_log(log, allow_large=allow_large) as opened:
+        try:
+            written = getattr(viewing, function)(opened, *paths, **given)
+        except ParameterError as error:
+            raise error.with_argument("path", output or "path") from None
+    if output:
+        print_json({"written": written}) if as_json else print(f"written: {written}")
     return Status.DONE
+
+
+def _flag(output: str) -> str:
+    return f"--{output.replace('_', '-')}" if output else "the viewer"
 
 
 @command("report")
@@ -105,16 +85,7 @@ def view(
 @format_option()
 @allow_large_option()
 @json_option()
-def report(
-    log: str,
-    out: str | None,
-    variables: tuple[str, ...],
-    indices: tuple[int, ...],
-    times: tuple[float, ...],
-    file_format: str,
-    allow_large: bool,
-    as_json: bool,
-) -> int:
+def report(log: str, out: str | None, file_format: str, allow_large: bool, as_json: bool, **chosen: Any) -> int:
     """Write a page with figures of a log."""
     from granular_env import viewing
     from granular_env.recording import open_log
@@ -124,7 +95,7 @@ def report(
         hint = f"the page will be {folder.with_suffix('') / 'report.html'}"
         raise ParameterError(f"got {out!r}", expected=f"a folder, such as {str(folder.with_suffix(''))!r}", hint=hint, at="out")
     with open_log(log, allow_large=allow_large) as opened:
-        chosen = {"variables": variables or None, "indices": indices or None, "times": times or None}
+        chosen = {name: values or None for name, values in chosen.items()}
         page = viewing.report(opened, folder, **chosen, progress=not as_json, file_format=file_format)
     if as_json:
         print_json({"written": page, "folder": folder})

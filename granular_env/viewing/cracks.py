@@ -17,28 +17,25 @@ _LENGTH, _FARTHEST = 0.6, 1.5
 
 
 def crack_lines(
-    places: FloatArray, rest: FloatArray, pairs: npt.NDArray[np.int64], state: FloatArray, normal: tuple[float, ...] = ()
+    places: FloatArray, rest: FloatArray, pairs: npt.NDArray[np.int64], state: FloatArray, normal: FloatArray
 ) -> FloatArray:
-    """Return a short line across the middle of each broken link, shape (cracks, 2, d) [m].
+    """Return a short line across the middle of each broken link, shape (cracks, 2, 3) [m].
 
     Points that have moved far apart leave a visible gap and get no line.
 
     Args:
-        places: drawn positions of the points, shape (n, d) with d = 2 or 3 [m].
-        rest: initial positions, shape (n, d) [m].
+        places: drawn positions of the points, shape (n, 3) [m].
+        rest: initial positions, shape (n, 3) [m].
         pairs: indices of the two points of each link, shape (m, 2).
         state: 0 for a broken link, shape (m,).
-        normal: viewing direction, to which the cracks are perpendicular; only for d = 3.
+        normal: viewing direction, to which the cracks are perpendicular, shape (3,).
     """
     broken = pairs[state == 0.0]
     along, began = places[broken[:, 1]] - places[broken[:, 0]], rest[broken[:, 1]] - rest[broken[:, 0]]
-    length = np.sqrt((along * along).sum(axis=1))
-    distance = np.sqrt((began * began).sum(axis=1))
+    length, distance = (np.sqrt((one * one).sum(axis=1)) for one in (along, began))
     is_near = (length < _FARTHEST * distance) & (length > 0.0)
-    along, length, distance, broken = along[is_near], length[is_near], distance[is_near], broken[is_near]
-    across = np.stack([-along[:, 1], along[:, 0]], axis=1) if along.shape[1] == 2 else np.cross(np.array(normal), along)
-    reach = 0.5 * _LENGTH * (distance / length)[:, None] * across
-    middle = 0.5 * (places[broken[:, 0]] + places[broken[:, 1]])
+    reach = 0.5 * _LENGTH * (distance[is_near] / length[is_near])[:, None] * np.cross(normal, along[is_near])
+    middle = places[broken[is_near]].mean(axis=1)
     return np.stack([middle - reach, middle + reach], axis=1)
 
 

@@ -48,14 +48,7 @@ from .viewpoint import focus_normal
 
 
 class Frames(NamedTuple):
-    """The times at which outputs are read for a scene, and a function that reads them.
-
-    Attributes:
-        times: shape (frames,) [s].
-        ticks: shape (frames,).
-        cuts: indices of the first frames of later segments.
-        read: returns an output at these times, shape (frames, *shape).
-    """
+    """Times [s] and ticks, shape (frames,), first frames of later segments, and a function that reads an output at them."""
 
     times: FloatArray
     ticks: npt.NDArray[np.int64]
@@ -64,14 +57,9 @@ class Frames(NamedTuple):
 
 
 class SceneSource(NamedTuple):
-    """Where the data of a scene come from: a log, or the present state of a component.
+    """The source of a scene's data: a log, or the present state of a component.
 
-    Attributes:
-        component: the name of the component.
-        variables: variables by name.
-        drawables: drawables of the component.
-        has: function that returns whether an output can be read.
-        frames: function that returns the frames of an output; a larger `size` (numbers per frame) gives fewer frames.
+    `has` returns whether an output can be read, `frames` its frames; a larger size (numbers per frame) gives fewer frames.
     """
 
     component: str
@@ -106,14 +94,9 @@ def require_log(log: Any) -> None:
         raise ParameterError(f"got {type(log).__name__}", expected="an open log: open_log(path)", at="log")
 
 
-def load_scene(
-    log: Any, frames: int = MAXIMUM_FRAMES, progress: Callable[[float], None] | None = None, colour: str | None = None
-) -> SceneData:
+def load_scene(log: Any, frames: int = MAXIMUM_FRAMES, colour: str | None = None) -> SceneData:
     """Return a log's scene data: at most `frames` frames of shapes (coloured by `colour`), and thinned scalars and inputs."""
-    progress = progress or (lambda part: None)
     source = _log_source(log, colour, lambda clock, size: pick_evenly(len(clock), max(2, min(frames, MAXIMUM_POINTS // size))))
-    shapes = _read_shapes(source)
-    progress(0.5)
     outputs = recorded_outputs(log)
     vectors = {name for balance in log.balances for name in (*balance.entries, balance.residual)}
     shown = [name for name, one in outputs.items() if one.shape in ((), (1,)) or name in vectors]
@@ -121,17 +104,16 @@ def load_scene(
     until, invalid = validity_limit(log)
     scene_data = SceneData(
         log_title(log),
-        *shapes,
+        *_read_shapes(source),
         curves={curve.name: curve for name in shown for curve in load_curves(log, name)},
         inputs={curve.name: curve for one in acted for curve in one.curves},
         balances=_balances_to_show(log.balances, log.variables),
-        profiles=_read_profiles(source, log.drawables),
+        profiles=tuple(_read_profiles(source)),
         remark=f"{picture_remark(source.component, log.metadata.get('parameters'))} {invalid}".strip(),
         conclusions=tuple(log.metadata["conclusions"]),
         focus_normal=focus_normal(log, source.drawables),
         valid_until=until,
     )
-    progress(1.0)
     return replace(scene_data, notes=(*_scene_notes(log, scene_data), *_colour_notes(log, source.drawables, scene_data)))
 
 
@@ -143,7 +125,7 @@ def load_shapes(log: Any, times: Sequence[float], colour: str | None = None) -> 
     """
     source = _log_source(log, colour, lambda clock, size: np.unique([nearest_frame(clock, time) for time in times]))
     focus, until = focus_normal(log, source.drawables), validity_limit(log)[0]
-    profiles = _read_profiles(source, log.drawables)
+    profiles = tuple(_read_profiles(source))
     return SceneData(log_title(log), *_read_shapes(source), profiles=profiles, focus_normal=focus, valid_until=until)
 
 
@@ -216,14 +198,18 @@ def _read_motion(source: SceneSource, points: Points) -> Motion | None:
     total = len(particles.radius)
     every = -(-total // MAXIMUM_SHOWN_PARTICLES)
     shown = slice(None, None, every)
-    joined = _links_to_show(source, particles) if every == 1 else []
+    links = (one for one in source.drawables if isinstance(one, Links) and one.points == points.name and every == 1)
+    joined = [one for one in links if 0 < len(one.pairs) <= MAXIMUM_SHOWN_LINKS and source.has(one.state)]
     frames = source.frames(clock, max([-(-total // every), *(len(one.pairs) for one in joined)]))
 
     def read(name: str) -> FloatArray | None:
         return frames.read(name) if source.has(name) else None
 
-    moved = _to_vectors(read(points.displacement))
-    displacement = np.zeros((len(frames.times), total, 3)) if moved is None else moved
+    def link_frames(one: Links) -> LinkFrames:
+        inside = points.is_unwrapped(one.pairs)  # without links across a periodic boundary
+        return LinkFrames(one.name, one.pairs[inside], frames.read(one.state)[:, inside])
+
+    moved, displacement = _read_displacement(source, frames, points.displacement, total)
     colour = read(points.colour)
     contacts: tuple[FloatArray | None, str, str] = None, "", ""
     if every == 1 and (contact_quantity := find_domain(source.component).load_attribute("contacts")) is not None:
@@ -232,21 +218,8 @@ def _read_motion(source: SceneSource, points: Points) -> Motion | None:
         frames.times, frames.ticks, particles.reference[shown], particles.radius[shown], displacement[:, shown],
         None if colour is None else colour[:, shown], _find_variable(source, points.colour), *contacts, every, total,
         moved is not None, frames.cuts, is_plane(particles.reference, source.variables.get(points.displacement)),
-        tuple(_link_frames(points, one, frames.read(one.state)) for one in joined),
-        points.name, read(points.rotation) if every == 1 else None,
+        tuple(map(link_frames, joined)), points.name, read(points.rotation) if every == 1 else None,
     )  # fmt: skip
-
-
-def _link_frames(points: Points, links: Links, state: FloatArray) -> LinkFrames:
-    """Return the frames of links, without links across a periodic boundary."""
-    inside = points.is_unwrapped(links.pairs)
-    return LinkFrames(links.name, links.pairs[inside], state[:, inside], links.state)
-
-
-def _links_to_show(source: SceneSource, points: Points) -> list[Links]:
-    """Return the links between these points with a known state, unless there are too many to draw."""
-    links = (one for one in source.drawables if isinstance(one, Links) and one.points == points.name)
-    return [one for one in links if 0 < len(one.pairs) <= MAXIMUM_SHOWN_LINKS and source.has(one.state)]
 
 
 def _read_mesh(source: SceneSource, cells: Cells) -> MeshFrames | None:
@@ -255,8 +228,7 @@ def _read_mesh(source: SceneSource, cells: Cells) -> MeshFrames | None:
     if clock is None or count > MAXIMUM_SHOWN_NODES:
         return None
     frames = source.frames(clock, count)
-    moved = _to_vectors(frames.read(cells.displacement)) if source.has(cells.displacement) else None
-    displacement = np.zeros((len(frames.times), count, 3)) if moved is None else moved
+    moved, displacement = _read_displacement(source, frames, cells.displacement, count)
     nodes = to_three_columns(cells.nodes)
     return MeshFrames(
         cells.name, frames.times, frames.ticks, nodes, cells.connectivity, displacement,
@@ -266,27 +238,28 @@ def _read_mesh(source: SceneSource, cells: Cells) -> MeshFrames | None:
     )  # fmt: skip
 
 
-def _read_profiles(source: SceneSource, drawables: Iterable[Drawable]) -> tuple[ProfileFrames, ...]:
-    curves = (one for one in drawables if isinstance(one, DrawnCurve) and len(one.coordinate) > 1)
-    return tuple(_read_profile(source, one) for one in curves if source.has(one.field))
-
-
-def _read_profile(source: SceneSource, curve: DrawnCurve) -> ProfileFrames:
-    every = -(-len(curve.coordinate) // MAXIMUM_CURVE_POINTS)
-    x = curve.coordinate[::every]
-    frames = source.frames(curve.field, len(x))
-    values = frames.read(curve.field)[:, ::every]
-    return ProfileFrames(curve.name, frames.times, frames.ticks, x, values, source.variables[curve.field])
+def _read_profiles(source: SceneSource) -> Iterator[ProfileFrames]:
+    for curve in source.drawables:
+        if isinstance(curve, DrawnCurve) and len(curve.coordinate) > 1 and source.has(curve.field):
+            every = -(-len(curve.coordinate) // MAXIMUM_CURVE_POINTS)
+            x = curve.coordinate[::every]
+            frames = source.frames(curve.field, len(x))
+            values = frames.read(curve.field)[:, ::every]
+            yield ProfileFrames(curve.name, frames.times, frames.ticks, x, values, source.variables[curve.field])
 
 
 def _find_variable(source: SceneSource, name: str) -> Variable:
     return source.variables.get(name) or Variable(name, "output", "", (), name)
 
 
-def _to_vectors(displacement: FloatArray | None) -> FloatArray | None:
-    """Return displacements, given along x (frames, n) or as vectors, as 3D vectors, shape (frames, n, 3); None for None."""
-    if displacement is None:
-        return None
+def _read_displacement(source: SceneSource, frames: Frames, name: str, count: int) -> tuple[FloatArray | None, FloatArray]:
+    """Return recorded displacements (None if not recorded), and those to draw (else zeros), shape (frames, n, 3) [m]."""
+    moved = to_vectors(frames.read(name)) if source.has(name) else None
+    return moved, np.zeros((len(frames.times), count, 3)) if moved is None else moved
+
+
+def to_vectors(displacement: FloatArray) -> FloatArray:
+    """Return displacements, given along x (frames, n) or as vectors, as vectors in space, shape (frames, n, 3)."""
     return to_three_columns(displacement if displacement.ndim == 3 else displacement[..., np.newaxis])
 
 

@@ -22,6 +22,8 @@ MAXIMUM_SHOWN_PARTICLES = 20_000
 MAXIMUM_SHOWN_LINKS = 60_000
 MAXIMUM_SHOWN_NODES = 500_000
 MAXIMUM_POINTS = 1_000_000
+# Room next to the extremes of a profile, as a fraction of its range.
+_ROOM = 0.05
 
 
 @dataclass(frozen=True)
@@ -32,13 +34,11 @@ class LinkFrames:
         name: name of the links, such as "links".
         pairs: indices of the two particles of each link, shape (m, 2).
         state: 0 where the pair is not linked (any more), shape (frames, m).
-        state_name: name of the output with the state.
     """
 
     name: str
     pairs: npt.NDArray[np.int64]
     state: FloatArray
-    state_name: str
 
 
 @dataclass(frozen=True)
@@ -153,6 +153,13 @@ class ProfileFrames:
     coordinate: FloatArray
     values: FloatArray
     variable: Variable
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """The ends of an axis for the values, with zero and some room for non-zero values."""
+        low, high = float(self.values.min(initial=0.0)), float(self.values.max(initial=0.0))
+        room = _ROOM * (high - low) or 1.0
+        return low - room * (low < 0.0), high + room * (high > 0.0 or low == 0.0)
 
 
 @dataclass(frozen=True)

@@ -92,13 +92,14 @@ def enlarge_scales(scales: Scales, scene_data: SceneData, exaggerate: float | No
     factor = scales.exaggeration
     if any(np.any(shape.displacement) for shape in scene_data.shapes) and (factor == 1.0 or now.exaggeration < factor):
         factor = now.exaggeration
-    values = {variable.name: values for variable, values in scene_data.coloured_outputs()}
 
     def enlarge_scale(scale: ColourScale) -> ColourScale:
-        own = [values[name] for name in scale.names if name in values]
-        largest = max((float(np.abs(one).max(initial=0.0)) for one in own), default=0.0)
-        has_sign = scale.has_sign or any(bool(np.any(one < 0.0)) for one in own)
-        return dataclasses.replace(scale, limit=enlarge_limit(scale.limit, largest), has_sign=has_sign, is_exceeded=False)
+        shown = (values.ravel() for variable, values in scene_data.coloured_outputs() if variable.name in scale.names)
+        values = np.concatenate([np.zeros(1), *shown])
+        if not values.any():
+            return scale
+        limit = enlarge_limit(0.0 if scale.is_zero else scale.limit, float(np.abs(values).max()))
+        return ColourScale(scale.names, scale.unit, limit, scale.has_sign or bool(values.min() < 0.0))
 
     return dataclasses.replace(scales, exaggeration=factor, colours=tuple(enlarge_scale(scale) for scale in scales.colours))
 

@@ -28,6 +28,7 @@ def add_colour_bar(figure: FigureBase, scale: ColourScale, **where: Any) -> None
         where: the axes to draw in (cax) or next to (ax), and other options of `Figure.colorbar`.
     """
     factor, label = scaled_label(", ".join(scale.names), scale.unit, scale.limit)
+    label += ": all 0" if scale.is_zero else ""
     anchors, low = (DIVERGING, -scale.limit) if scale.has_sign else (DIVERGING[len(DIVERGING) // 2 :], 0.0)
     shades = ScalarMappable(
         Normalize(factor * low, factor * scale.limit), LinearSegmentedColormap.from_list("granular", anchors)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import matplotlib
 import numpy as np
 import numpy.typing as npt
@@ -20,8 +22,8 @@ from .plane import Plane, draw_instant, instant_text
 # Largest size of the picture of the body, its least width and height, its margins, height of a profile and of the title [inch].
 _LARGEST, _NARROWEST, _LOWEST, _MARGIN, _PROFILE, _TITLE = (7.2, 5.4), 4.6, 0.1, 0.15, 1.5, 0.35
 _MOST_PROFILES = 3
-# Grey of the keys on an HTML page, visible on light and dark pages.
-_PAGE_TEXT = "#808890"
+# Transparent background on an HTML page, and grey of the keys, visible on light and dark pages.
+_PAGE_STYLE: Any = {"text.color": "#808890", "figure.facecolor": "none", "axes.facecolor": "none"}
 
 
 class FilmFigure:
@@ -48,9 +50,9 @@ class FilmFigure:
             # Codecs need even numbers of pixels.
             size = 2 * round(0.5 * dots_per_inch * width), 2 * round(0.5 * dots_per_inch * (above + below))
         self._dots_per_inch = dots_per_inch = min(size[0] / width, size[1] / (above + below))
-        # The small addend keeps rounding errors from taking off a pixel.
-        self._figure = new_figure(*((pixels + 1e-3) / dots_per_inch for pixels in size))
-        with matplotlib.rc_context({"text.color": _PAGE_TEXT} if is_page else {}):
+        with matplotlib.rc_context(_PAGE_STYLE if is_page else {}):
+            # The small addend keeps rounding errors from taking off a pixel.
+            self._figure = new_figure(*((pixels + 1e-3) / dots_per_inch for pixels in size))
             upper, keys = self._figure.subfigures(2, 1, squeeze=False, height_ratios=[above, below]).flat
             ratios = [body, *(_PROFILE for _ in self._profiles)]
             self._axes, *panels = upper.subplots(len(ratios), 1, height_ratios=ratios, squeeze=False)[:, 0]
@@ -60,9 +62,6 @@ class FilmFigure:
             axes.set_xlabel("")
             axes.tick_params(labelbottom=False)
         self._heading = upper.suptitle(" ", x=0.01, horizontalalignment="left", fontsize=11) if not is_page else None
-        if is_page:
-            self._figure.patch.set_alpha(0.0)
-            self._axes.patch.set_alpha(0.0)
         self.draw_frame(0)
         self._figure.set_layout_engine("none")
 
@@ -91,14 +90,12 @@ def _profiles_to_show(plane: Plane) -> list[ProfileFrames]:
 
 def _draw_profile(axes: Axes, profile: ProfileFrames, plane: Plane) -> tuple[Line2D, FloatArray]:
     """Draw the first frame with the limits of all frames; return the curve, and its values in the unit of the axis."""
-    low, high = float(profile.values.min(initial=0.0)), float(profile.values.max(initial=0.0))
-    factor, label = scaled_label(profile.variable.name, profile.variable.unit, max(-low, high))
+    factor, label = scaled_label(profile.variable.name, profile.variable.unit, float(np.abs(profile.values).max(initial=0.0)))
     # Align the curve with the picture, except a body in space, whose picture is not along x.
     across = profile.coordinate[[0, -1]] if plane.scene.is_solid else np.array(plane.bounding_box)[:, 0]
     length, name = scaled_label("x", "m", float(np.abs(across).max()))
     [line] = axes.plot(length * profile.coordinate, factor * profile.values[0], color=PALETTE[0])
-    room = 0.05 * (high - low) or 1.0
-    axes.set(xlim=length * across, ylim=(factor * (low - room * (low < 0.0)), factor * (high + room)))
+    axes.set(xlim=length * across, ylim=factor * np.array(profile.limits))
     axes.set_xlabel(name, fontsize=10)
     axes.set_ylabel(label.replace(" [", "\n["), fontsize=10)
     return line, factor * profile.values

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import base64
 import io
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -23,14 +24,14 @@ from ..scene_data import SceneData
 from .colour_bar import draw_colour_bars
 from .drawing import time_unit, to_svg, use_style
 from .film_figure import FilmFigure
-from .plane import Plane, exaggeration_text, instant_text, load_plane, visible_events
+from .plane import exaggeration_text, instant_text, load_plane, visible_events
 
 # Most and fewest frames of a film, and most shapes drawn in all frames together; if that allows too few, there is no film.
 _MOST_FRAMES, _FEWEST_FRAMES, _MOST_DRAWN = 25, 5, 200_000
 # Resolution of a picture, and size of a colour bar [inch].
 _DOTS_PER_INCH, _BAR_SIZE = 110.0, (7.2, 0.7)
-# Pictures with more bytes than this are reduced to a palette of colours, a third of the size without visible steps.
-_MOST_BYTES, _COLOURS = 40_000, 64
+# Size of the palette of a picture, without visible steps.
+_COLOURS = 64
 
 
 @dataclass(frozen=True)
@@ -55,6 +56,7 @@ class Film:
     stretch: str = ""
 
 
+@use_style
 def make_film(log: Any, scene_data: SceneData) -> Film | None:
     """Draw the film of a log; None if it shows no plane or body in space, nothing moves, or there are too many shapes."""
     clocks = [shape.times for shape in scene_data.shapes if len(shape.times) > 1]
@@ -72,8 +74,8 @@ def make_film(log: Any, scene_data: SceneData) -> Film | None:
         picture = base64.b64encode(_encode_picture(pixels)).decode()
         instants.append((instant_text(plane, frame), f"data:image/png;base64,{picture}"))
     events, words = _event_bars(log, plane.times)
-    bars = _colour_bars(plane) if plane.colour_scales else ""
-    return Film(tuple(instants), ratio, events, words, bars, exaggeration_text(plane))
+    bars = draw_colour_bars(plane.colour_scales, *_BAR_SIZE) if plane.colour_scales else None
+    return Film(tuple(instants), ratio, events, words, to_svg(bars, "film-bars") if bars else "", exaggeration_text(plane))
 
 
 def _choose_instants(log: Any, clock: FloatArray, frames: int) -> list[float]:
@@ -87,23 +89,11 @@ def _choose_instants(log: Any, clock: FloatArray, frames: int) -> list[float]:
 
 
 def _encode_picture(pixels: npt.NDArray[np.uint8]) -> bytes:
-    """Return a picture with a transparent background as the bytes of a PNG file."""
-    picture = Image.fromarray(pixels)
-    data = _encode_png(picture)
-    if len(data) > _MOST_BYTES:
-        data = _encode_png(picture.quantize(_COLOURS, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE))
-    return data
-
-
-def _encode_png(picture: Image.Image) -> bytes:
+    """Return a picture with a transparent background as the bytes of a PNG file with a palette."""
     buffer = io.BytesIO()
+    picture = Image.fromarray(pixels).quantize(_COLOURS, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
     picture.save(buffer, "PNG")
     return buffer.getvalue()
-
-
-@use_style
-def _colour_bars(plane: Plane) -> str:
-    return to_svg(draw_colour_bars(plane.colour_scales, *_BAR_SIZE), "film-bars")
 
 
 def _event_bars(log: Any, instants: FloatArray) -> tuple[tuple[float, ...], str]:
@@ -125,5 +115,4 @@ def _event_times(log: Any, events: Sequence[Any]) -> FloatArray:
 
 
 def _kind_counts(events: Sequence[Any]) -> str:
-    kinds = [event.kind for event in events]
-    return ", ".join(f"{kinds.count(kind)} x {kind.replace('_', ' ')}" for kind in dict.fromkeys(kinds))
+    return ", ".join(f"{count} x {kind.replace('_', ' ')}" for kind, count in Counter(one.kind for one in events).items())

@@ -43,26 +43,25 @@ def draw_keys(figure: Figure | SubFigure, axes: Axes, plane: Plane, bars: bool =
     if scales:
         figure, below = figure.subfigures(2, 1, squeeze=False, height_ratios=[keys_height(plane, 0), _BAR * len(scales)]).flat
         fill_with_colour_bars(below, scales)
-    rows: list[Artist] = [HPacker(children=_first_row(axes, plane), align="center", pad=0.0, sep=_GAP)]
-    for overlay in plane.overlays:
-        samples: list[Artist] = [_labelled_sample(axes, sample, label) for sample, label in overlay.key()]
-        rows.append(HPacker(children=samples, align="center", pad=0.0, sep=_GAP))
-    box = VPacker(children=rows, align="left", pad=0.0, sep=3.0)
+    samples = [[_scale_bar(axes, plane)], *(overlay.key() for overlay in plane.overlays)]
+    rows = [[_labelled_sample(axes, *one) for one in row] for row in samples]
+    rows[0] += [_text(one) for one in displacement_notes(plane)]
+    lines: list[Artist] = [HPacker(children=[*row], align="center", pad=0.0, sep=_GAP) for row in rows]
+    box = VPacker(children=lines, align="left", pad=0.0, sep=3.0)
     place = {"bbox_to_anchor": (0.01, 1.0), "bbox_transform": figure.transSubfigure}
     figure.add_artist(AnchoredOffsetbox("upper left", child=box, frameon=False, pad=0.0, borderpad=0.2, **place))
 
 
-def _first_row(axes: Axes, plane: Plane) -> list[Artist]:
+def _scale_bar(axes: Axes, plane: Plane) -> tuple[Artist, str]:
     low, high = plane.bounding_box
     length = round_down_to_125(_LENGTH_PART * float(high[0] - low[0]))
     factor, unit = scaled_unit("m", length)
     bar = Line2D([0.0, length], [0.0, 0.0], color=axes.title.get_color(), linewidth=1.5, solid_capstyle="butt")
-    texts = [_text(one) for one in displacement_notes(plane)]
-    return [_labelled_sample(axes, bar, f"{factor * length:g} {unit}"), *texts]
+    return bar, f"{factor * length:g} {unit}"
 
 
 def displacement_notes(plane: Plane) -> list[str]:
-    """Return the texts in a picture on the drawn displacements: the factor, and shapes without recorded displacements."""
+    """Return the displacement factor and the names of shapes without recorded displacements, as texts for a picture."""
     factor, still = plane.scales.exaggeration, plane.scene.unmoved_shapes
     notes = [] if factor == 1.0 else [f"displacements \u00d7 {factor:,.12g}".replace(",", "\u2009")]
     return notes + ([f"{', '.join(still)}: initial positions"] if still else [])

@@ -25,7 +25,7 @@ from ..scene_data import LinkFrames, MeshFrames, Motion, SceneData, drawn_positi
 from ..scene_scales import Scales, make_scales
 from .drawing import new_figure, time_unit, use_style
 from .keys import draw_keys, keys_height
-from .overlays import Arrows, Overlay, load_overlays
+from .overlays import Overlay, load_overlays
 
 # Pictures with more shapes than this are embedded as pixels: a page with one SVG path for each shape would be slow.
 _MOST_SHAPES = 400
@@ -92,7 +92,7 @@ class Plane:
 
     @cached_property
     def bounding_box(self) -> tuple[FloatArray, FloatArray]:
-        """The corners of the bounding box of all shapes in all frames [m]."""
+        """The corners of the bounding box of all shapes in all frames, with room for arrows [m]."""
         corners = []
         for shape in self.scene.shapes:
             reach = shape.radius[:, None] if isinstance(shape, Motion) else 0.0
@@ -100,7 +100,7 @@ class Plane:
             corners += [(places - reach).reshape(-1, 2), (places + reach).reshape(-1, 2)]
         everything = np.concatenate(corners)
         low, high = everything.min(axis=0), everything.max(axis=0)
-        room = 0.02 * float((high - low).max())
+        room = max(0.02 * float((high - low).max()), *(one.largest[0] for one in self.overlays), 0.0)
         return low - room, high + room
 
 
@@ -118,8 +118,7 @@ def load_plane(
         scene_data: scene data of the whole log, which set the displacement factor and the colour scales.
         times: times of the pictures [s]; default: four times that include the first event.
         colour: a recorded output that colours the shapes, with a scale for these times.
-        show: recorded outputs to draw over the shapes: vectors as arrows, stresses as crosses along the principal directions,
-            forces of links as lines. Stresses and forces are drawn over pale shapes, unless `colour` is given.
+        show: recorded vectors, stresses and link forces to draw over the shapes.
 
     Raises:
         ParameterError: a time outside the recorded span, or an output that can colour or be drawn over no shape.
@@ -130,13 +129,13 @@ def load_plane(
     scene = load_shapes(log, _choose_instants(log, scene_data.shapes[0].times) if times is None else times, colour)
     if colour is not None:
         scales = make_scales(scene, scales.exaggeration) or scales
-    overlays = load_overlays(log, scene.shapes[0].times, show)
-    return Plane(scene, scales, overlays, is_pale(overlays, colour))
+    return add_overlays(log, Plane(scene, scales), show, may_be_pale=colour is None)
 
 
-def is_pale(overlays: Sequence[Overlay], colour: str | None) -> bool:
-    """Return whether shapes below overlays get no colours: the user chose none, and coloured lines are drawn over them."""
-    return colour is None and any(not isinstance(one, Arrows) for one in overlays)
+def add_overlays(log: Any, plane: Plane, show: Sequence[str], may_be_pale: bool) -> Plane:
+    """Return the plane with overlays; below force chains and crosses, shapes without a chosen colour are pale."""
+    overlays = load_overlays(log, plane.times, show)
+    return Plane(plane.scene, plane.scales, overlays, may_be_pale and not all(one.kind == "arrow" for one in overlays))
 
 
 def visible_events(log: Any) -> Sequence[Any]:
@@ -177,7 +176,7 @@ def draw_plane(plane: Plane) -> Figure:
 
 
 def instant_text(plane: Plane, frame: int) -> str:
-    """Return the label of a frame: its time and, if the results have ceased to be valid before it, a note on that."""
+    """Return the label of a frame: its time, with a note if the results are no longer valid."""
     scale, unit = time_unit(float(plane.times[-1]))
     time = plane.times[frame]
     return f"{time * scale:.4g} {unit}{'' if time < plane.scene.valid_until else ', not valid'}"
@@ -227,21 +226,19 @@ def _draw_cells(axes: Axes, plane: Plane, mesh: MeshFrames, frame: int) -> None:
     values = None if mesh.field is None else mesh.field[frame]
     if values is not None:  # one value per corner, shape (m, k)
         values = np.tile(values[:, None], mesh.connectivity.shape[1]) if mesh.has_cell_values else values[mesh.connectivity]
+        values = np.concatenate([values[whole].mean(axis=1), values[~whole].ravel()])
     cells = plane.picture_coordinates(mesh, frame)[mesh.connectivity[whole]]
     # Broken cells are dark pieces that stay with the parts of the body, so that only opened cracks are gaps.
     moved = plane.scales.exaggeration * mesh.displacement[frame]
     pieces = corner_pieces(mesh.nodes, moved, mesh.connectivity[~whole]) @ plane.eye_axes
-    colours, depths = np.zeros((0, 3)), np.zeros(0)
-    for corners, own, brightness in (
-        (cells, None if values is None else values[whole].mean(axis=1), 1.0),
-        (pieces, None if values is None else values[~whole].ravel(), _BROKEN),
-    ):
-        fill = brightness * plane.fill_colours(mesh.field_variable, own, len(corners))
-        colours = np.concatenate([colours, _shade_colours(fill, corners) if plane.scene.is_solid else fill])
-        depths = np.concatenate([depths, corners[..., 2].mean(axis=1)])
-    # In space, draw the nearest cells last, so that they hide the others.
-    order = np.argsort(depths, kind="stable") if plane.scene.is_solid else np.arange(len(depths))
-    polygons = [*cells[..., :2], *pieces[..., :2]]
+    polygons, order = [*cells[..., :2], *pieces[..., :2]], np.arange(len(cells) + len(pieces))
+    colours = plane.fill_colours(mesh.field_variable, values, len(order))
+    colours = np.where(order[:, None] < len(cells), 1.0, _BROKEN) * colours
+    if plane.scene.is_solid:
+        normals = np.concatenate([area_vectors(cells), area_vectors(pieces)])
+        colours = _shade_colours(colours, normals)
+        # Draw the nearest cells last, so that they hide the others.
+        order = np.argsort(np.concatenate([one[..., 2].mean(axis=1) for one in (cells, pieces)]), kind="stable")
     size = float(np.sqrt(np.median(np.ptp(cells[..., :2], axis=1).prod(axis=1)))) if len(cells) else 0.0
     width = min(0.2, _edge_width(axes, plane, size, _LEAST_EDGED_CELL))
     # Without edge lines, antialiasing would leave seams between cells.
@@ -252,27 +249,21 @@ def _draw_cells(axes: Axes, plane: Plane, mesh: MeshFrames, frame: int) -> None:
     axes.add_collection(shapes)
 
 
-def _shade_colours(colours: FloatArray, corners: FloatArray) -> FloatArray:
-    """Return the colours of cells as lit from the eye; the inside of a body, seen through gaps, gets a dark colour.
-
-    Args:
-        colours: colours of the cells, shape (m, 3).
-        corners: corners of each cell in picture coordinates, shape (m, k, 3).
-    """
-    normal = area_vectors(corners)
-    length = np.maximum(np.sqrt((normal * normal).sum(axis=1)), 1e-300)
-    towards = (normal[:, 2] / length)[:, None]
+def _shade_colours(colours: FloatArray, normals: FloatArray) -> FloatArray:
+    """Return the colours of cells, shape (m, 3), as lit from the eye; the inside of a body, seen through gaps, is dark."""
+    length = np.maximum(np.sqrt((normals * normals).sum(axis=1)), 1e-300)
+    towards = (normals[:, 2] / length)[:, None]
     return np.where(towards > 0.0, colours * (1.0 - _SHADE * (1.0 - np.abs(towards))), _INSIDE)
 
 
 def _draw_links(axes: Axes, plane: Plane, motion: Motion, links: LinkFrames, frame: int) -> None:
     """Draw the cracks and, unless they hide the points, the intact links."""
-    places, state = plane.picture_coordinates(motion, frame)[:, :2], links.state[frame]
+    places, state = plane.picture_coordinates(motion, frame), links.state[frame]
     width = _edge_width(axes, plane, 2.0 * float(np.median(motion.radius)))
     if len(links.pairs) <= MOST_LINES:
-        _add_lines(axes, places[links.pairs[state != 0.0]], _LINK, _LINK_WIDTH)
-    cracks = crack_lines(places, motion.reference[:, :2], links.pairs, state)
-    _add_lines(axes, cracks, _CRACK, max(4.0 * width, _CRACK_WIDTH), zorder=4)  # above overlays
+        _add_lines(axes, places[links.pairs[state != 0.0], :2], _LINK, _LINK_WIDTH)
+    cracks = crack_lines(places, motion.reference, links.pairs, state, np.array([0.0, 0.0, 1.0]))
+    _add_lines(axes, cracks[..., :2], _CRACK, max(4.0 * width, _CRACK_WIDTH), zorder=4)  # above overlays
 
 
 def _add_lines(axes: Axes, lines: FloatArray, colour: str, width: float, zorder: int = 2) -> None:

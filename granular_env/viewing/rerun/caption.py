@@ -76,12 +76,8 @@ def _shape_text(shape: Motion | MeshFrames) -> str:
 def _exaggeration_text(scene_data: SceneData, scales: Scales) -> str:
     if not any(shape.located for shape in scene_data.shapes):
         return ""
-    if scales.settled and scales.exaggeration == 1.0:
-        return "**Displacements are true to scale** as well."
-    words = f"**Displacements are drawn {scales.exaggeration:g} x larger than they are.**"
-    if scene_data.motions:
-        words += " The drawn overlaps are stretched by the same factor."
-    return words + ("" if scales.settled else " Factor and limits are adjusted during the run.")
+    words = "true to scale" if scales.exaggeration == 1.0 else f"drawn {scales.exaggeration:g} x larger than they are"
+    return f"**Displacements are {words}.**{'' if scales.settled else ' Factor and limits are adjusted during the run.'}"
 
 
 def _colour_text(scale: ColourScale) -> str:

@@ -9,7 +9,6 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from granular_env.colours import PALETTE, parse_rgb
-from granular_env.components.support.float_arrays import FloatArray
 
 from ..scene_data import ProfileFrames
 from ..unit_labels import label_with_unit
@@ -18,8 +17,6 @@ from .shapes import entity_path
 # Width and height of the plot frame, and the margin around it, in pixels of the pane.
 _WIDTH, _HEIGHT, _ROOM = 1000.0, 120.0, 8.0
 _FRAME = (90, 95, 98)
-# Room above the largest value, as a fraction of the height.
-_HEADROOM = 0.05
 
 
 def profile_path(profile: ProfileFrames) -> str:
@@ -37,30 +34,18 @@ def profile_pane(profile: ProfileFrames) -> Any:
 
 def send_profile(recording: Any, profile: ProfileFrames, when: list[Any]) -> None:
     """Send the frame around the plot, which does not change, and the curve of the values at each time."""
-    low, high = _frame_limits(profile.values)
+    low, high = profile.limits
     path = profile_path(profile)
     corners = np.array([[0.0, 0.0], [_WIDTH, 0.0], [_WIDTH, _HEIGHT], [0.0, _HEIGHT], [0.0, 0.0]])
-    zero = _pixel_heights(np.zeros(2), low, high)
-    lines = [corners, np.column_stack([[0.0, _WIDTH], zero])]
+    zero, heights = (_HEIGHT * (high - values) / (high - low) for values in (0.0, profile.values))  # from the top
+    lines = [corners, np.array([[0.0, zero], [_WIDTH, zero]])]
     recording.log(f"{path}/frame", rr.LineStrips2D(lines, colors=_FRAME, radii=rr.Radius.ui_points(0.5)), static=True)
     x = profile.coordinate
     across = _WIDTH * (x - x[0]) / (x[-1] - x[0])
-    curves = np.stack([np.broadcast_to(across, profile.values.shape), _pixel_heights(profile.values, low, high)], axis=2)
+    curves = np.stack([np.broadcast_to(across, profile.values.shape), heights], axis=2)
     shown = rr.LineStrips2D.columns(
         strips=curves.astype(np.float32),
         colors=np.broadcast_to(np.array(parse_rgb(PALETTE[0]), np.uint8), (len(curves), 3)),
         radii=np.full(len(curves), rr.Radius.ui_points(1.2), np.float32),
     )
     recording.send_columns(f"{path}/curve", when, shown.partition(np.ones(len(curves), np.int64)))
-
-
-def _frame_limits(values: FloatArray) -> tuple[float, float]:
-    """Return the lowest and highest value on the plot's vertical axis, which includes zero."""
-    low, high = min(float(values.min()), 0.0), max(float(values.max()), 0.0)
-    room = _HEADROOM * (high - low) or 1.0
-    return (low - room if low < 0.0 else 0.0), (high + room if high > 0.0 else room)
-
-
-def _pixel_heights(values: FloatArray, low: float, high: float) -> FloatArray:
-    """Return the pixel distances of values from the top of the frame."""
-    return _HEIGHT * (high - values) / (high - low)

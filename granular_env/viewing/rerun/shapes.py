@@ -39,19 +39,14 @@ def entity_path(place: str, name: str) -> str:
 def send_links(recording: Any, motion: Motion, positions: npt.NDArray[Any], eye: FloatArray, when: list[Any]) -> None:
     """Send the cracks of the frames and, unless they would hide the particles, the intact links.
 
-    Args:
-        recording: rerun's recording.
-        motion: the particles and links in the frames to send.
-        positions: drawn positions of the particles, shape (frames, n, 3) [m].
-        eye: position of the camera, shape (3,) [m].
-        when: rerun's time columns.
+    The drawn positions have the shape (frames, n, 3) [m]; `eye` is the position of the camera [m].
     """
     towards = _camera_direction(motion)
     front = _move_to_front(motion, positions, eye)
     smallest = float(motion.radius.min())
     for links in motion.links:
         cracks = [
-            crack_lines(places, motion.reference, links.pairs, state, tuple(towards.tolist()))
+            crack_lines(places, motion.reference, links.pairs, state, towards)
             for places, state in zip(front, links.state, strict=True)
         ]
         _send_lines(recording, entity_path("scene/cracks_", links.name), cracks, _CRACK, _CRACK_THICKNESS * smallest, when)
@@ -137,25 +132,18 @@ def send_triangles(recording: Any, mesh: MeshFrames) -> None:
 def send_mesh(
     recording: Any, mesh: MeshFrames, positions: npt.NDArray[Any], colours: npt.NDArray[np.uint8], when: list[Any]
 ) -> None:
-    """Send frames of a mesh.
-
-    Args:
-        recording: rerun's recording.
-        mesh: the cells in the frames to send.
-        positions: drawn positions of the nodes, shape (frames, n, 3) [m].
-        colours: colours of the nodes or of the cells, shape (frames, n or m, 3).
-        when: rerun's time columns.
-    """
-    frames, corners = len(positions), positions
+    """Send frames of a mesh: drawn positions of the nodes, shape (frames, n, 3) [m], colours of nodes or cells, times."""
+    corners = positions
     if mesh.whole is not None:
         _send_pieces(recording, mesh, positions, colours, when)
     if mesh.has_cell_values:
         corners = positions[:, mesh.connectivity.ravel()]
         colours = np.repeat(colours, mesh.connectivity.shape[1], axis=1)
     shown = rr.Mesh3D.columns(vertex_positions=corners.reshape(-1, 3), vertex_colors=colours.reshape(-1, 3))
-    recording.send_columns(cells_path(mesh), when, shown.partition(np.full(frames, corners.shape[1])))
+    recording.send_columns(cells_path(mesh), when, shown.partition(np.full(len(corners), corners.shape[1])))
     if mesh.whole is not None:
-        _send_triangles(recording, cells_path(mesh), _drawn_corners(mesh), mesh.whole, when)
+        corners = _drawn_corners(mesh)
+        _send_triangles(recording, cells_path(mesh), [corners[whole] for whole in mesh.whole], when)
     _send_edges(recording, mesh, positions, when)
     if mesh.is_solid:
         _send_lining(recording, mesh, positions, when)
@@ -172,30 +160,26 @@ def _send_pieces(
         pieces.append(corner_pieces(mesh.nodes, places - mesh.nodes, corners))
         by_corner = np.repeat(own[cells], corners.shape[1], axis=0) if mesh.has_cell_values else own[corners.ravel()]
         shades.append(np.repeat((_BROKEN * by_corner).astype(np.uint8), 4, axis=0))
-    counts = np.array([len(one) for one in pieces])
     path = entity_path("scene/broken_", mesh.name)
     vertices = np.concatenate(pieces).reshape(-1, 3).astype(np.float32)
     shown = rr.Mesh3D.columns(vertex_positions=vertices, vertex_colors=np.concatenate(shades))
-    recording.send_columns(path, when, shown.partition(4 * counts))
-    triangles = np.concatenate([make_triangles(np.arange(4 * count).reshape(-1, 4)) for count in counts]).astype(np.uint32)
-    recording.send_columns(path, when, rr.Mesh3D.columns(triangle_indices=triangles).partition(2 * counts))
+    recording.send_columns(path, when, shown.partition([4 * len(one) for one in pieces]))
+    _send_triangles(recording, path, [np.arange(4 * len(one)).reshape(-1, 4) for one in pieces], when)
 
 
 def _send_lining(recording: Any, mesh: MeshFrames, drawn: npt.NDArray[Any], when: list[Any]) -> None:
     """Send a dark copy of a body's surface just below it, so that gaps (broken cells) do not show the far side's colours."""
     lining = (drawn - _LINING * float(np.ptp(mesh.nodes, axis=0).max()) * _node_normals(mesh)).astype(np.float32)
-    whole = np.ones((len(drawn), len(mesh.connectivity)), bool) if mesh.whole is None else mesh.whole
     path = _inner_surface_path(mesh)
     positions = rr.Mesh3D.columns(vertex_positions=lining.reshape(-1, 3))
     recording.send_columns(path, when, positions.partition(np.full(len(drawn), lining.shape[1])))
-    _send_triangles(recording, path, mesh.connectivity, whole, when)
+    cells = [mesh.connectivity] * len(drawn) if mesh.whole is None else [mesh.connectivity[whole] for whole in mesh.whole]
+    _send_triangles(recording, path, cells, when)
 
 
-def _send_triangles(
-    recording: Any, path: str, corners: npt.NDArray[np.int64], whole: npt.NDArray[np.bool_], when: list[Any]
-) -> None:
-    """Send the triangles of the unbroken cells in each frame."""
-    triangles = [make_triangles(corners[kept]) for kept in whole]
+def _send_triangles(recording: Any, path: str, cells: list[npt.NDArray[np.int64]], when: list[Any]) -> None:
+    """Send the triangles of the cells in each frame; each entry of `cells` has the shape (m, k)."""
+    triangles = [make_triangles(corners) for corners in cells]
     shown = rr.Mesh3D.columns(triangle_indices=np.concatenate(triangles).astype(np.uint32))
     recording.send_columns(path, when, shown.partition([len(one) for one in triangles]))
 

@@ -60,22 +60,17 @@ def save_rrd(
     """
     target = output_path(path, ".rrd")
     with progress_bar(f"scene of {target.name}", show=progress) as bar:
-        write_files({target: scene_bytes(log, exaggerate, bar.update, colour)})
+        write_files({target: _scene_bytes(log, exaggerate, colour)})
+        bar.update(1.0)
     return target
 
 
-def scene_bytes(
-    log: Any,
-    exaggerate: float | None = None,
-    progress: Callable[[float], None] | None = None,
-    colour: str | None = None,
-) -> bytes:
+def _scene_bytes(log: Any, exaggerate: float | None, colour: str | None) -> bytes:
     """Return the content of the file that `save_rrd` writes; errors as for `save_rrd`."""
     require_log(log)
     if exaggerate is not None:
         positive_number("exaggerate", exaggerate)
-    tell = progress or (lambda part: None)
-    scene_data = load_scene(log, progress=lambda part: tell(0.7 * part), colour=colour)
+    scene_data = load_scene(log, colour=colour)
     scales = make_scales(scene_data, exaggerate)
     views = make_views(str(log.metadata.get("component")), scene_data, scales)
     recording = rr.RecordingStream(APPLICATION, recording_id=f"{scene_data.title} ({log.metadata.get('created')})")
@@ -86,7 +81,6 @@ def scene_bytes(
         recording.send_blueprint(make_blueprint(scene_data, scales, views, log.duration), make_active=True)
         recording.send_recording_name(scene_data.title)
         send_scene(recording, scene_data, scales, views)
-        tell(1.0)
         return kept.drain_as_bytes()
     finally:
         recording.disconnect()
@@ -107,7 +101,7 @@ def view(log: Any, web: bool = False, exaggerate: float | None = None, colour: s
     if not web:
         file, picture = "save_rrd (--save FILE.rrd)", "screenshot (--screenshot FILE.png)"
         require_screen(f"use the web viewer, web=True (--web), a rerun file, {file}, or a picture, {picture}")
-    data = scene_bytes(log, exaggerate, colour=colour)
+    data = _scene_bytes(log, exaggerate, colour)
     with contextlib.suppress(KeyboardInterrupt), RerunProcess(data=data, web=web) as viewer:
         if web:
             viewer.wait_for_ports()
@@ -141,7 +135,7 @@ def screenshot(
     target = output_path(png, ".png")
     require_log(log)
     instant = _shown_time(log, at)
-    data = scene_bytes(log, exaggerate, colour=colour)
+    data = _scene_bytes(log, exaggerate, colour)
     with RerunProcess("--headless", "--window-size", f"{size[0]}x{size[1]}", data=data, advice=NEEDED) as viewer:
         picture = _take_png(viewer, instant)
     write_files({target: picture})
