@@ -61,5 +61,10 @@ def element_label(variable: Variable, index: tuple[int, ...], positions: FloatAr
         words, index = f"{words} {AXES[index[-1]]}", index[:-1]
     if not index:
         return words
-    place, (number, *others) = axes[0].replace("_", " ") if axes else "element", index
-    return ", ".join([words, place_name(place, number, positions), *map(str, others)])
+    number, *others = index
+    return ", ".join([words, place_name(place_noun(variable), number, positions), *map(str, others)])
+
+
+def place_noun(variable: Variable) -> str:
+    """Return the name of a single element along a variable's first axis, such as "grain"; "element" without axes."""
+    return variable.axes[0].replace("_", " ") if variable.axes else "element"
