@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -144,6 +144,26 @@ def element_count(drawable: Drawable) -> int:
             return len(drawable.connectivity)
         case _:
             return 0
+
+
+def element_positions(
+    drawable: Drawable, others: Iterable[Drawable], chosen: slice | Sequence[int] = slice(None)
+) -> FloatArray:
+    """Return the initial positions of points, middles of links, centres of cells or samples of a curve, shape (n, d) [m].
+
+    `others` contains the points of links; `chosen` selects elements.
+    """
+    match drawable:
+        case Links():
+            points = next(one for one in others if isinstance(one, Points) and one.name == drawable.points)
+            pairs = drawable.pairs[chosen]
+            return points.reference[pairs[:, 0]] + 0.5 * points.shortest_vectors(pairs)
+        case Points():
+            return drawable.reference[chosen]
+        case Cells():
+            return drawable.nodes[drawable.connectivity[chosen]].mean(axis=1)
+        case Curve():
+            return drawable.coordinate[chosen, np.newaxis]
 
 
 def drawn_outputs(drawables: Iterable[Drawable]) -> list[str]:

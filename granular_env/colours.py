@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+
+from .components.support.float_arrays import FloatArray
+from .components.variables import Variable
 
 # Map for signed values: blue, near white, red (ColorBrewer RdBu without its darkest ends, invisible on a dark background).
 DIVERGING = ("#2166ac", "#4393c3", "#92c5de", "#d1e5f0", "#f7f7f7", "#fddbc7", "#f4a582", "#d6604d", "#b2182b")
@@ -73,3 +78,46 @@ def symmetric_limit(values: npt.ArrayLike) -> float:
     decade = 10.0 ** (math.floor(math.log10(largest)) - 1)
     # Subtract a small tolerance before rounding up, so that a rounding error of the division does not turn 50 into 51.
     return float(f"{math.ceil(largest / decade - 1e-9) * decade:.6g}")
+
+
+@dataclass(frozen=True)
+class ColourScale:
+    """A colour scale for one output, or for several outputs of one unit.
+
+    Attributes:
+        names: names of the outputs.
+        unit: unit of the outputs.
+        limit: magnitude at the ends of the colour scale.
+        has_sign: whether any value is negative.
+        is_exceeded: whether some values exceed the limit, so that they get the colour of the limit.
+        is_zero: whether all values are zero, so that the limit is arbitrary.
+    """
+
+    names: tuple[str, ...]
+    unit: str
+    limit: float
+    has_sign: bool
+    is_exceeded: bool = False
+    is_zero: bool = False
+
+
+def colour_scales(shown: Iterable[tuple[Variable, FloatArray]], is_plane: bool = False) -> tuple[ColourScale, ...]:
+    """Return the colour scales of outputs: one per unit, and one per output without a unit.
+
+    Args:
+        shown: for each output its variable and its values, of any shape.
+        is_plane: whether the shapes lie in a plane, where a few outstanding values do not set the limit.
+    """
+    groups: dict[str, list[tuple[Variable, FloatArray]]] = {}
+    for variable, values in shown:
+        groups.setdefault(variable.name if variable.unit == "1" else variable.unit, []).append((variable, values))
+    return tuple(_make_scale(group, is_plane) for group in groups.values())
+
+
+def _make_scale(group: Sequence[tuple[Variable, FloatArray]], is_plane: bool) -> ColourScale:
+    values = np.concatenate([np.ravel(values) for _, values in group])
+    values, unit = values[np.isfinite(values)], group[0][0].unit
+    names = tuple(dict.fromkeys(variable.name for variable, _ in group))
+    limit = colour_limit(values, clips=is_plane and unit != "1")
+    is_exceeded = bool(np.abs(values).max(initial=0.0) > 1.01 * limit)  # more than by rounding
+    return ColourScale(names, unit, limit, bool(values.min(initial=0.0) < 0.0), is_exceeded, not values.any())

@@ -6,43 +6,47 @@ import errno
 import fcntl
 import os
 import re
+import shutil
 from collections.abc import Iterator, Mapping
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import IO, Any
 
 from .components.errors import GranularError, ParameterError
 
 
 @contextmanager
-def replace_file(path: str | os.PathLike[str], kind: type[GranularError] = GranularError) -> Iterator[Path]:
+def replace_file(
+    path: str | os.PathLike[str], kind: type[GranularError] = GranularError, folder: bool = False
+) -> Iterator[Path]:
     """Open a new file next to `path`, which replaces `path` if the block succeeds and is deleted if it fails.
 
         with replace_file("scene.rrd") as part:
             part.write_bytes(data)
 
-    The folder is created if necessary. Through a symbolic link its target is replaced.
+    The folder is created if necessary. Through a symbolic link its target is replaced. With `folder`, the block fills a new
+    folder, which replaces a folder.
 
     Raises:
         ParameterError: the path exists and is not a regular file.
         GranularError: of class `kind`; the disk is full, or the folder is not writable.
     """
-    part: Path | None = None
     try:
-        target = resolve_file(path)
+        target = Path(path).absolute() if folder else require_writable(path, kind)
         target.parent.mkdir(parents=True, exist_ok=True)
-        part = target.with_name(f".{os.urandom(8).hex()}.part")
-        part.touch(exist_ok=False)
-        yield part
-        with open(part, "rb") as file:
-            os.fsync(file.fileno())  # otherwise a power cut could leave the renamed file empty
-        os.replace(part, target)
+        with TemporaryDirectory(prefix=".", suffix=".part", dir=target.parent) as hidden:
+            part = Path(hidden, "part")
+            part.mkdir() if folder else part.touch()
+            yield part
+            if folder:
+                shutil.rmtree(target, ignore_errors=True)
+            else:
+                with open(part, "rb") as file:
+                    os.fsync(file.fileno())  # otherwise a power cut could leave the renamed file empty
+            os.replace(part, target)
     except OSError as error:
         raise _unwritable_error(path, error, kind) from error
-    finally:
-        if part is not None:
-            with suppress(OSError):
-                part.unlink(missing_ok=True)
 
 
 def write_error_hint(error: BaseException) -> str:

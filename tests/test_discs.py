@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import granular_env as ge
-from granular_env.colours import diverging_colours
+from granular_env.colours import ColourScale, diverging_colours
 from granular_env.components.discs import Discs
 from granular_env.components.drawables import to_three_columns
 from granular_env.components.errors import ParameterError, StepError
@@ -23,7 +23,7 @@ from granular_env.recording import verify
 from granular_env.sweep import run_sweep
 from granular_env.viewing.figures import plane
 from granular_env.viewing.scene_data import MeshFrames, SceneData
-from granular_env.viewing.scene_scales import ColourScale, Scales
+from granular_env.viewing.scene_scales import Scales
 
 THROWN = {"rows": 3, "columns": 4, "clearance": 0.03}
 

@@ -7,7 +7,7 @@ import pytest
 
 import granular_env as ge
 from granular_env.components.errors import ParameterError
-from granular_env.documents.quantities import Quantity, parse_quantity
+from granular_env.components.support.quantities import Quantity, parse_quantity
 from granular_env.experiments import load_experiment
 from granular_env.experiments.preparation import prepare_experiment
 from granular_env.sweep.plan import load_plan

@@ -23,9 +23,7 @@ from granular_env.viewing.scene_scales import make_scales
 
 GRAINS, DURATION = 30, 2.5e-4
 # The numbers of the log that are plotted.
-NUMBERS = {f"/energy/{name}" for name in ("kinetic_energy", "potential_energy", "input_work")} | {
-    "/momentum/momentum", "/momentum/impulse", "/velocity/left_velocity",
-}  # fmt: skip
+NUMBERS = {"/energy/kinetic_energy", "/energy/potential_energy", "/energy/input_work", "/velocity/left_velocity"}
 
 
 def make_chain(**parameters: Any) -> ge.Component:
@@ -162,10 +160,10 @@ def test_numbers_are_named_and_grouped_by_quantity(log: Path) -> None:
     numbers = {topic for topic in messages if topic.count("/") == 2 and topic.startswith("/")} - {"/points/grains"}
     assert numbers == NUMBERS
     for topic in numbers:
-        assert channels[topic].metadata["unit"] == {"energy": "J", "momentum": "kg m/s", "velocity": "m/s"}[topic.split("/")[1]]
+        assert channels[topic].metadata["unit"] == {"energy": "J", "velocity": "m/s"}[topic.split("/")[1]]
         assert len({message.data[0] for _, _, message in messages[topic]}) > 1
     assert messages["/energy/kinetic_energy"][-1][2].data[0] == open_log(log).series("kinetic_energy")[1][-1]
-    assert "Units: energy J, momentum kg m/s, velocity m/s." in messages["/about"][0][2].data
+    assert "Units: energy J, velocity m/s." in messages["/about"][0][2].data
 
 
 def test_broken_links_are_bright_dots_and_intact_ones_absent(tmp_path: Path) -> None:
@@ -235,7 +233,7 @@ def test_the_foxglove_layout_shows_what_is_in_the_log(log: Path, tmp_path: Path)
     assert camera["near"] < 0.5 * camera["distance"] and np.ptp(points[:, 2]) < seen and np.ptp(points[:, 0]) < 2 * seen
     assert np.abs(camera["targetOffset"][0] - points[:, 0].mean()) < 0.2 * np.ptp(points[:, 0])
     plots = [panel for name, panel in panels.items() if name.startswith("Plot")]
-    assert [panel["foxglovePanelTitle"] for panel in plots] == ["energy [J]", "momentum [kg m/s]", "velocity [m/s]"]
+    assert [panel["foxglovePanelTitle"] for panel in plots] == ["energy [J]", "velocity [m/s]"]
     paths = [path for panel in plots for path in panel["paths"]]
     assert {path["value"].removesuffix(".data[0]") for path in paths} == NUMBERS <= messages.keys()
     assert all(path["value"].endswith(f"/{path['label']}.data[0]") for path in paths)

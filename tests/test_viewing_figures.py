@@ -9,7 +9,7 @@ import pytest
 
 from granular_env import colours
 from granular_env.components.catalogue import make
-from granular_env.components.errors import ParameterError, StepError
+from granular_env.components.errors import LogError, ParameterError, StepError
 from granular_env.recording import open_log, record
 from granular_env.recording.preview.displacement_scale import choose_exaggeration
 from granular_env.viewing import plot, report
@@ -100,7 +100,7 @@ def test_figures_are_pictures_and_leave_matplotlib_alone(chain_log):
 def test_axes_say_what_and_in_which_unit(chain_log):
     motion = load_scene(chain_log).motion
     diagram = run_figures.draw_fields([to_field(motion)], "space-time").axes[0]
-    assert diagram.get_xlabel() == "grain (0 is the left end)" and diagram.get_ylabel() == "time [\u00b5s]"
+    assert diagram.get_xlabel() == "grain (numbered from 0)" and diagram.get_ylabel() == "time [\u00b5s]"
     profile = run_figures.draw_fields([to_field(motion)], "profiles", times=[motion.times[-1].item()])
     assert profile.axes[0].get_title(loc="left") == "t = 100 \u00b5s"
     np.testing.assert_array_equal(profile.axes[0].lines[0].get_ydata(), motion.colour[-1])
@@ -117,8 +117,8 @@ def test_report_of_a_chain_is_complete_and_self_contained(chain_log, tmp_path):
     html = report(chain_log, tmp_path / "new" / "folder").read_text()
     headings = re.findall(r"<h2[^>]*>([^<]*)</h2>", html)
     assert headings == [
-        "x-t diagram", "Profiles at chosen times", "Histories of chosen grains", "Displacement", "Displacement: histories",
-        "Outputs without a figure", "Inputs", "Balances", "Validity", "Parameters", "Environment", "Replay it",
+        "Velocity", "Displacement", "Outputs without a figure", "Inputs", "Balances", "Validity", "Parameters", "Environment",
+        "Replay it",
     ]  # fmt: skip
     assert "default-src &#x27;none&#x27;" in html or "default-src 'none'" in html
     assert html.count("<svg") == html.count("<figure>") == 8
@@ -128,7 +128,7 @@ def test_report_of_a_chain_is_complete_and_self_contained(chain_log, tmp_path):
         and "--verify" in html
         and chain_log.metadata["versions"]["numpy"] in html
     )
-    for name in ("space-time", "profiles", "histories", "balance-energy", "inputs", "displacement-space-time"):
+    for name in ("velocity-space-time", "velocity-profiles", "velocity-histories", "balance-energy", "inputs-left_velocity"):
         assert (tmp_path / "new" / "folder" / f"{name}.png").read_bytes().startswith(PNG)
 
 
@@ -162,8 +162,8 @@ def test_a_log_of_velocities_alone_is_drawn_at_the_positions_at_the_start(tmp_pa
         # Unknown displacements give no overlaps.
         assert not motion.displacement.any() and motion.contact is None
         html = report(log, tmp_path).read_text()
-    for heading in ("x-t diagram", "Profiles at chosen times", "Histories of chosen grains"):
-        assert heading in html
+    for caption in (">x-t diagram: ", ">Profiles: ", ">Histories: "):
+        assert caption in html
     assert "at the initial positions" in html
 
 
@@ -278,7 +278,11 @@ def test_the_default_kind_follows_from_the_variable(chain_log, sheet_log):
         ("speed", {"at": "1 ms"}, "at: got '1 ms'"),
         ("speed", {"kind": "histories", "indices": [25]}, "indices: got 25"),
         ("speed", {"kind": "spectrum", "indices": [25]}, "indices: got 25"),
+        ("speed", {"kind": "histories", "indices": []}, "indices: got no values"),
+        ("speed", {"at": []}, "at: got no values"),
+        ("kinetic_energy", {"indices": [3]}, "indices: all elements of 'kinetic_energy' are drawn"),
         ("sped", {}, "name: 'sped' was not recorded"),
+        (["speed"], {}, "was not recorded"),
     ],
 )
 def test_plot_refuses_what_does_not_apply(sheet_log, name, options, words):
@@ -286,9 +290,20 @@ def test_plot_refuses_what_does_not_apply(sheet_log, name, options, words):
         plot(sheet_log, name, **options)
 
 
+def test_a_closed_log_is_refused_as_closed(tmp_path):
+    oscillator = make("oscillator")
+    with record(oscillator, tmp_path / "o.mcap"):
+        oscillator.step(0.1)
+    with open_log(tmp_path / "o.mcap") as log:
+        pass
+    with pytest.raises(LogError, match="the log is closed"):
+        plot(log, "position")
+
+
 def test_axes_have_units_with_prefixes(chain_log, sheet_log):
     overlap = plot(chain_log, "displacement", "histories", indices=[3]).axes[0]
     assert overlap.get_ylabel() == "displacement [\u00b5m]"
+    assert len(plot(chain_log, "displacement", "histories", indices=np.int64(3)).axes[0].lines) == 1
     np.testing.assert_array_equal(overlap.lines[0].get_ydata(), 1e6 * chain_log.series("displacement")[1][:, 3])
     assert plot(sheet_log, "force").axes[0].get_ylabel() == "force [N]"
 

@@ -9,6 +9,7 @@ import pytest
 from support.rerun_tools import read_columns
 
 import granular_env as ge
+from granular_env.colours import colour_scales
 from granular_env.components.drawables import Cells, Links, Points
 from granular_env.components.variables import Variable
 from granular_env.recording.event_places import event_place, position_text
@@ -17,7 +18,7 @@ from granular_env.viewing.cracks import MOST_LINES, crack_lines
 from granular_env.viewing.figures.plane import exaggeration_text, load_plane
 from granular_env.viewing.rerun.scene import whole_camera
 from granular_env.viewing.scene_builder import load_scene, make_scene
-from granular_env.viewing.scene_scales import colour_scales, make_scales
+from granular_env.viewing.scene_scales import make_scales
 
 ROCK = {"density": 2700.0, "young": 6e10, "poisson": 0.25}
 BRITTLE = {"name": "mohr_coulomb", "cohesion": 2e6, "internal_friction": 0.4, "tensile": 1e6}
@@ -102,7 +103,7 @@ def test_cells_that_never_move_are_drawn_without_a_word_on_displacements(tmp_pat
     words = next(row for row in found["caption"]["text"] if row is not None)[0]
     assert "isplacement" not in words and "isplacement" not in page.partition("Validity")[0]
     # The pressure is also drawn along x.
-    assert "Pressure along x (horizontal)" in page and "chosen cells" in page and 'class="film"' in page
+    assert ">Profiles: pressure" in page and ">Histories: pressure" in page and 'class="film"' in page
 
 
 def test_cracks_lie_across_broken_links_while_their_ends_are_near():
@@ -179,7 +180,7 @@ def test_the_page_has_a_film_with_events_on_its_time_axis_and_no_script(cracking
     assert f"<td>Pa</td><td>{place.elements}</td><td>{position_text(place.position)}</td>" in page
     assert all(text.replace(">", "&gt;") in page for text in cracking_log.metadata["conclusions"])
     # Numbers in a packing do not determine positions, so there is no x-t diagram unless requested.
-    assert "Histories of chosen automata" in page and "x-t diagram" not in page and "Profiles" not in page
+    assert ">Histories: " in page and "x-t diagram" not in page and "Profiles" not in page
     chosen = report(cracking_log, tmp_path / "chosen", variables=["damage"]).read_text()
     assert 'class="film"' not in chosen and "x-t diagram" in chosen
 

@@ -8,7 +8,9 @@ from collections import defaultdict
 from contextlib import suppress
 from fractions import Fraction
 from functools import cache
-from typing import Any, Self
+from typing import Annotated, Any, Self
+
+from pydantic import BeforeValidator, ValidatorFunctionWrapHandler, WrapValidator
 
 from ..errors import Location, ParameterError
 
@@ -40,7 +42,7 @@ class Quantity(float):
     """
 
     text: str
-    exponents: dict[str, Fraction] | None
+    exponents: dict[str, Fraction]
 
     def __new__(cls, text: str) -> Self:
         """Read the text."""
@@ -48,7 +50,7 @@ class Quantity(float):
         if match is None:
             raise ValueError(text)
         number, unit = match.groups()
-        size, exponents = _parse_unit(unit) if unit else (1, None)
+        size, exponents = _parse_unit(unit or "1")
         quantity = super().__new__(cls, Fraction(number) * size)
         quantity.text, quantity.exponents = text, exponents
         return quantity
@@ -66,7 +68,7 @@ def parse_quantity(text: str, unit: str, at: str | Location = ()) -> float:
     """
     with suppress(ValueError, OverflowError):
         quantity = Quantity(text)
-        if quantity.exponents is None or quantity.exponents == _parse_unit(unit)[1]:
+        if not quantity.exponents or quantity.exponents == _parse_unit(unit)[1]:
             return float(quantity)
     raise ParameterError(f"got {text!r}", expected=_EXPECTED.get(unit, f"a number in {unit}"), at=at)
 
@@ -86,16 +88,31 @@ def to_si(value: Any, unit: str | None, at: Location = ()) -> Any:
         case Quantity() if unit is not None:
             return parse_quantity(value.text, unit, at)
         case str():
-            with suppress(ValueError, OverflowError):
-                quantity = Quantity(value)
-                if unit is None or quantity.exponents is None:
-                    return quantity if quantity.exponents else value
-            return value if unit is None else parse_quantity(value, unit, at)
+            match = _QUANTITY.fullmatch(value)
+            if match is None or match[2]:
+                if unit is not None:
+                    return parse_quantity(value, unit, at)
+                with suppress(ValueError, OverflowError):
+                    return Quantity(value)
         case dict():
             return {key: to_si(part, unit, (*at, key)) for key, part in value.items()}
         case list():
             return [to_si(part, unit, (*at, index)) for index, part in enumerate(value)]
     return value
+
+
+def _keep_quantity(given: Any, handler: ValidatorFunctionWrapHandler) -> float:
+    value = to_si(given, None)
+    number = handler(value)
+    return value if isinstance(value, Quantity) else number
+
+
+Seconds = Annotated[float, BeforeValidator(lambda value: to_si(value, "s"))]
+"""A time [s] in a document."""
+Texts = BeforeValidator(lambda value: to_si(value, None))
+"""Annotation of a field of a document with values whose units are known only with the component."""
+Value = Annotated[float, WrapValidator(_keep_quantity)]
+"""A value in a unit that is known only with the component; `to_si` checks it then."""
 
 
 @cache

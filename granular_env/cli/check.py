@@ -24,7 +24,7 @@ from granular_env.terminal_text import printable_text, wrap_text
     type=ShippedName("experiments", "plans of sweeps", "studies"),
 )
 @json_option()
-@set_option("Override any key, as in run.")
+@set_option(help="Override any key, as in run.")
 @allow_large_option()
 def check(file: str, as_json: bool, overrides: Overrides, allow_large: bool) -> int:
     """Validate the file of an experiment, plan or study, or a log, without running it."""

@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 from granular_env.package_contents import first_sentence
+from granular_env.terminal_text import align_columns, wrap_text
 
 Body = Callable[..., int]
 
@@ -49,9 +50,19 @@ def _json_value(value: Any) -> Any:
             return {str(key): _json_value(part) for key, part in value.items()}
         case list() | tuple():
             return [_json_value(part) for part in value]
-        case float():
-            return value if math.isfinite(value) else None
+        case float() if not math.isfinite(value):
+            return None
     return _json_value(value.tolist()) if hasattr(value, "tolist") else value
+
+
+def print_lists(lists: Mapping[str, Mapping[str, str]], as_json: bool, closing: str) -> None:
+    """Print names and their descriptions, in one list per kind, and a closing sentence."""
+    if as_json:
+        print_json(lists)
+        return
+    for kind, entries in lists.items():
+        print(f"{kind}\n{align_columns(entries.items())}\n")
+    print(wrap_text(closing))
 
 
 class Command(click.Command):

@@ -12,7 +12,6 @@ from granular_env.cli.options import FILE, FOLDER, allow_large_option, format_op
 from granular_env.terminal_text import align_columns, printable_text, wrap_text
 
 _STATUS = {"identical": Status.DONE, "different": Status.DIFFERENT, "nothing was compared": Status.INCOMPLETE}
-_MOST_SETTINGS = 20
 
 
 @command(
@@ -24,7 +23,7 @@ _MOST_SETTINGS = 20
 @click.argument("second", metavar="B", type=FILE)
 @click.option("-o", "--out", metavar="FOLDER", type=FOLDER, help="Folder of the page (default: A-B, next to A).")
 @format_option()
-@json_option("Print the result as JSON; write the page only if --out is given.")
+@json_option(help="Print the result as JSON; write the page only if --out is given.")
 @allow_large_option()
 def compare(first: str, second: str, out: str | None, file_format: str, as_json: bool, allow_large: bool) -> int:
     """Compare two logs of one component: print the first difference, and write a page with figures of both logs."""
@@ -45,9 +44,7 @@ def compare(first: str, second: str, out: str | None, file_format: str, as_json:
         return _STATUS[found.outcome]
     for text in filter(None, (found.relation, found.message)):
         print(wrap_text(printable_text(text)))
-    settings = [tuple(map(printable_text, row)) for row in found.settings[:_MOST_SETTINGS]]
+    settings = [tuple(map(printable_text, row)) for row in found.settings]
     print(align_columns([("settings that differ", "A", "B"), *settings], "") if settings else "settings: equal")
-    if len(found.settings) > _MOST_SETTINGS:
-        print(f"and {len(found.settings) - _MOST_SETTINGS} further settings, listed on the page")
     print(f"written: {page}")
     return _STATUS[found.outcome]

@@ -11,11 +11,11 @@ from typing import Any
 
 import click
 
-from granular_env.cli.command import command, print_json
+from granular_env.cli.command import command, print_json, print_lists
 from granular_env.cli.kinds import KINDS, document_kind
 from granular_env.cli.options import ANY_KIND, FILE, Overrides, json_option, set_option
 from granular_env.components.errors import ParameterError
-from granular_env.terminal_text import align_columns, printable_text, wrap_text
+from granular_env.terminal_text import printable_text
 
 
 @command("list")
@@ -23,43 +23,27 @@ from granular_env.terminal_text import align_columns, printable_text, wrap_text
 @json_option()
 def list_shipped(word: str | None, as_json: bool) -> int:
     """List the components, experiments, plans and studies that come with the package."""
-    from granular_env.package_contents import shipped_overview
+    from granular_env.documents.files import nearest_name_hint
+    from granular_env.package_contents import shipped_names, shipped_overview
 
-    known = shipped_overview()
-    if word is not None:
-        known = _matching_entries(known, word)
-    if as_json:
-        print_json(known)
-        return 0
-    for kind, entries in known.items():
-        print(f"{kind}\n{align_columns(entries.items())}\n")
-    print(wrap_text("Details: granular-env describe NAME. To run: granular-env run EXPERIMENT, sweep PLAN or study STUDY."))
+    wanted, found = (word or "").casefold(), dict[str, dict[str, str]]()
+    for kind, entries in shipped_overview().items():
+        fitting = {name: line for name, line in entries.items() if wanted in f"{kind} {name} {line}".casefold()}
+        found |= {kind: fitting} if fitting else {}
+    if not found:
+        names = [part for name in shipped_names() for part in (name, name.partition("/")[0])]
+        raise ParameterError(f"nothing in the list contains {word!r}", hint=nearest_name_hint(wanted, names))
+    closing = "Details: granular-env describe NAME. To run: granular-env run EXPERIMENT, sweep PLAN or study STUDY."
+    print_lists(found, as_json, closing)
     return 0
-
-
-def _matching_entries(known: dict[str, dict[str, str]], word: str) -> dict[str, dict[str, str]]:
-    """Return the kinds and entries that contain a word."""
-    wanted = word.casefold()
-    found = {
-        kind: {name: line for name, line in entries.items() if wanted in f"{kind} {name} {line}".casefold()}
-        for kind, entries in known.items()
-    }
-    if not any(found.values()):
-        from granular_env.documents.files import nearest_name_hint
-
-        names = [part for entries in known.values() for name in entries for part in (name, name.partition("/")[0])]
-        raise ParameterError(f"nothing in the list contains {word!r}", hint=nearest_name_hint(word, [*known, *names]))
-    return {kind: entries for kind, entries in found.items() if entries}
 
 
 @command("describe")
 @click.argument(
-    "name",
-    help="A name from `granular-env list`, an environment such as Splitting-v1, or a TOML file.",
-    type=ANY_KIND,
+    "name", help="A name from `granular-env list`, an environment such as Relief-v1, or a TOML file.", type=ANY_KIND
 )
 @json_option()
-@set_option("A parameter of a component, or an argument of an environment, such as grains=5.")
+@set_option(help="A parameter of a component, or an argument of an environment, such as grains=5.")
 def describe(name: str, as_json: bool, overrides: Overrides) -> int:
     """Print a component's variables, an environment's spaces, or the file of an experiment, a plan or a study."""
     from granular_env.components import catalogue
@@ -85,10 +69,7 @@ def describe(name: str, as_json: bool, overrides: Overrides) -> int:
 
         text = _document_text(name)[0] or experiment_template(name, others=load_environments())
         found = tomllib.loads(text) if as_json else "\n".join(map(printable_text, text.splitlines()))
-    if isinstance(found, str):
-        print(found)
-    else:
-        print_json(found)
+    print(found) if isinstance(found, str) else print_json(found)
     return 0
 
 
@@ -110,11 +91,7 @@ def _nested_overrides(overrides: Overrides) -> dict[str, Any]:
 
 
 @command("new")
-@click.argument(
-    "template",
-    help="The experiment, plan or study to copy, a log with an experiment, or a component, for a file with all its parameters.",
-    type=ANY_KIND,
-)
+@click.argument("template", help="An experiment, plan, study or component, or a log with an experiment.", type=ANY_KIND)
 @click.option("-o", "--out", metavar="FILE", type=FILE, help="The TOML file to write (default: print it).")
 @click.option("--force", is_flag=True, help="Replace the file if it exists.")
 @json_option()

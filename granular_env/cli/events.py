@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from collections import Counter
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -51,7 +50,7 @@ def events(
 ) -> int:
     """List the events of a run with their times and exceeded limits, or the places that came closest to an event."""
     from granular_env.recording import open_log
-    from granular_env.recording.event_places import event_table, listed_events, refuse_unknown_place
+    from granular_env.recording.event_places import event_summary, event_table, listed_events, refuse_unknown_place
     from granular_env.recording.near_misses import find_near_misses, kinds_by_ratio
 
     with open_log(log, allow_large=allow_large, components=components) as opened:
@@ -85,7 +84,7 @@ def events(
         print(align_columns([tuple(heads), *(_table_cells(row) for row in rows)], ""))
         which = f"{len(shown)} of this log" if earlier and found else str(len(shown))
         rest = "" if len(shown) == len(every_event) else f"; the first {which} are listed, --all lists all"
-        summary = event_summary(found, earlier or [], start)
+        summary = printable_text(event_summary(found, earlier or [], start))
         print("\n".join([f"{summary}{rest}", *_kind_descriptions({event.kind: kinds[event.kind] for event in every_event})]))
     if kinds and earlier is None:
         print(f"this log begins at {start:.9g} s; earlier events are stored in its component, which cannot be built here")
@@ -144,18 +143,6 @@ def _event_row(
     """Return one event (time, kind, index, value, limit, place) as JSON values."""
     place = _place_facts(event.index, details.get(event.kind), drawables)
     return {**dataclasses.asdict(event), "time": event.tick * step_size, **place}
-
-
-def event_summary(events: Sequence[Event], earlier: Sequence[Event], start: float) -> str:
-    """Return the number of events of each kind as text; `earlier` are those before the log, which begins at `start` [s]."""
-    if not earlier:
-        return f"{count_text(len(events), 'event')}: {_kind_counts(events)}"
-    here = f"{count_text(len(events), 'event')} in this log: {_kind_counts(events)}" if events else "no event in this log"
-    return f"{here}; {len(earlier)} before it begins at {start:.9g} s: {_kind_counts(earlier)}"
-
-
-def _kind_counts(events: Sequence[Event]) -> str:
-    return ", ".join(f"{count} {printable_text(kind)}" for kind, count in Counter(event.kind for event in events).most_common())
 
 
 def _table_cells(row: list[Any]) -> tuple[str, ...]:

@@ -42,7 +42,7 @@ log_argument = click.argument("log", help="A log.", type=FILE)
 )
 @log_argument
 @click.option("--verify", is_flag=True, help="Compare every hash, frame and snapshot bit for bit.")
-@json_option("No progress bar; print the result as JSON.")
+@json_option()
 @allow_large_option()
 @component_option()
 def replay(log: str, verify: bool, as_json: bool, allow_large: bool, components: dict[str, Any]) -> int:
@@ -72,13 +72,13 @@ def _verify_log(log: str, as_json: bool, allow_large: bool, components: dict[str
 @command("branch")
 @log_argument
 @click.option("--at", metavar="T", type=TIME, required=True, help="Start time of the branch, such as 100us.")
-@set_option("An input from this time on, such as input.left_force=100; other inputs continue as in the log.")
+@set_option(help="An input from this time on, such as input.left_force=100; other inputs continue as in the log.")
 @click.option("--until", metavar="T", type=TIME, help="End time (default: the end of the log).")
 @click.option("--log", "-o", "out", metavar="PATH", type=FILE, help="The log to write (default: a new file in logs/).")
-@overwrite_option("Replace the branch's log if it exists.")
+@overwrite_option(help="Replace the branch's log if it exists.")
 @allow_large_option()
 @component_option()
-@output_options("log")
+@output_options
 def branch(
     log: str,
     at: float,
@@ -118,7 +118,7 @@ def _branch_time_text(requested: float, actual: float, step_size: float) -> str:
 @command("recover")
 @log_argument
 @click.option("-o", "--out", metavar="OUT", required=True, type=FILE, help="The log to write.")
-@overwrite_option("Replace OUT if it exists.")
+@overwrite_option(help="Replace OUT if it exists.")
 @allow_large_option()
 @json_option()
 def recover(log: str, out: str, overwrite: bool, allow_large: bool, as_json: bool) -> int:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import functools
 import os
 from collections.abc import Callable, Sequence
+from functools import partial, wraps
 from typing import Any
 
 import click
@@ -48,7 +48,7 @@ class QuantityType(click.ParamType):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """Return the value in SI."""
-        from granular_env.documents.quantities import parse_quantity
+        from granular_env.components.support.quantities import parse_quantity
 
         try:
             return parse_quantity(str(value), self.unit)
@@ -59,73 +59,12 @@ class QuantityType(click.ParamType):
 TIME = QuantityType("s")
 
 
-def set_option(text: str) -> Decorator:
-    """Add the option --set to a command, as the argument `overrides`."""
-    return click.option(
-        "--set",
-        "overrides",
-        metavar="KEY=VALUE",
-        multiple=True,
-        callback=_parse_overrides,
-        help=text,
-    )
-
-
 def _parse_overrides(ctx: click.Context, param: click.Parameter, texts: Sequence[str]) -> Overrides:
     if ctx.resilient_parsing or not texts:
         return ()
     from granular_env.documents import parse_assignments
 
     return parse_assignments(texts)
-
-
-def quiet_option(product: str) -> Decorator:
-    """Add the option --quiet to a command, as the argument `quiet`."""
-    text = f"No progress bar; print only the {product}'s path."
-    return click.option("--quiet", is_flag=True, callback=_silence_compiler, help=text)
-
-
-def _silence_compiler(ctx: click.Context, param: click.Parameter, quiet: bool) -> bool:
-    if quiet:
-        os.environ.setdefault("GRANULAR_ENV_QUIET", "1")
-    return quiet
-
-
-def json_option(text: str = "Print the result as JSON.") -> Decorator:
-    """Add the option --json to a command, as the argument `as_json`."""
-    return click.option("--json", "as_json", is_flag=True, help=text)
-
-
-def output_options(product: str) -> Decorator:
-    """Add the options --quiet and --json to a command, which exclude each other."""
-
-    def decorate(body: Body) -> Body:
-        as_json = json_option("No progress bar; print the result as JSON.")
-        return quiet_option(product)(as_json(exclusive_options("quiet", "as_json")(body)))
-
-    return decorate
-
-
-def overwrite_option(text: str) -> Decorator:
-    """Add the option --overwrite to a command, as the argument `overwrite`."""
-    return click.option("--overwrite", is_flag=True, help=text)
-
-
-def allow_large_option(text: str = "Lift the limits on sizes that a log may declare.") -> Decorator:
-    """Add the option --allow-large to a command, as the argument `allow_large`."""
-    return click.option("--allow-large", is_flag=True, help=text)
-
-
-def format_option() -> Decorator:
-    """Add the option --format to a command, as the argument `file_format`."""
-    formats = click.Choice(["png", "svg", "pdf"])
-    return click.option("--format", "file_format", type=formats, default="png", help="Format of the files of figures.")
-
-
-def component_option() -> Decorator:
-    """Add the option --component to a command, as the argument `components`."""
-    text = "Allow the component NAME of another installed package; a log alone never loads such code."
-    return click.option("--component", "components", metavar="NAME", multiple=True, callback=_load_components, help=text)
 
 
 def _load_components(ctx: click.Context, param: click.Parameter, names: Sequence[str]) -> dict[str, Any]:
@@ -136,11 +75,39 @@ def _load_components(ctx: click.Context, param: click.Parameter, names: Sequence
     return {name: component_class(name) for name in names}
 
 
+def _silence_compiler(ctx: click.Context, param: click.Parameter, quiet: bool) -> bool:
+    if quiet:
+        os.environ.setdefault("GRANULAR_ENV_QUIET", "1")
+    return quiet
+
+
+# Decorators that add an option to a command; the second text is the name of the command's argument.
+set_option = partial(click.option, "--set", "overrides", metavar="KEY=VALUE", multiple=True, callback=_parse_overrides)
+json_option = partial(click.option, "--json", "as_json", is_flag=True, help="Print the result as JSON.")
+overwrite_option = partial(click.option, "--overwrite", "overwrite", is_flag=True)
+allow_large_option = partial(
+    click.option, "--allow-large", "allow_large", is_flag=True, help="Lift the limits on sizes that a log may declare."
+)
+format_option = partial(
+    click.option, "--format", "file_format", type=click.Choice(["png", "svg", "pdf"]), default="png", help="Format of figures."
+)
+component_option = partial(
+    click.option, "--component", "components", metavar="NAME", multiple=True, callback=_load_components,
+    help="Allow the component NAME of another installed package; a log alone never loads such code.",
+)  # fmt: skip
+
+
+def output_options(body: Body) -> Body:
+    """Add the options --quiet and --json to a command."""
+    text = "No progress bar; print only the path of the result."
+    return click.option("--quiet", is_flag=True, callback=_silence_compiler, help=text)(json_option()(body))
+
+
 def exclusive_options(*names: str) -> Decorator:
     """Return a decorator of a command that refuses a command line with more than one of the given options."""
 
     def decorate(body: Body) -> Body:
-        @functools.wraps(body)
+        @wraps(body)
         def call(**values: Any) -> int:
             flags = {one.name: one.opts[0] for one in click.get_current_context().command.params}
             given = [flags[name] for name in names if values[name] is not None and values[name] is not False]

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from granular_env.cli.command import Status, print_json
-from granular_env.cli.events import event_summary
 from granular_env.components.errors import GranularWarning
 from granular_env.output_files import count_text, size_text
 from granular_env.terminal_text import printable_text, wrap_text
@@ -65,6 +64,7 @@ def _split_events(result: RunResult) -> tuple[list[Event], list[Event]]:
 
 
 def _print_summary(result: RunResult) -> None:
+    from granular_env.recording.event_places import event_summary
     from granular_env.run_loop import energy_residual_text
 
     component = result.component
@@ -79,7 +79,7 @@ def _print_summary(result: RunResult) -> None:
     found, earlier = _split_events(result)
     if found or earlier:
         lists = f"; granular-env events {shlex.quote(str(result.log))} lists them" if result.log else ""
-        print(f"{event_summary(found, earlier, result.start * component.step_size)}{lists}")
+        print(f"{printable_text(event_summary(found, earlier, result.start * component.step_size))}{lists}")
     for text in result.conclusions:
         print(wrap_text(printable_text(text)))
     for text in (*result.warnings, *result.cautions):

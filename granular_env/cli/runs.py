@@ -35,7 +35,7 @@ from granular_env.output_files import valid_file_name
     help="A name from `granular-env list`, or a TOML file.",
     type=ShippedName("experiments"),
 )
-@set_option("Override any key, such as component.radius=3mm or start.velocity.0=3.")
+@set_option(help="Override any key, such as component.radius=3mm or start.velocity.0=3.")
 @click.option("--log", "-o", metavar="PATH", type=FILE, help="The log to write (default: a new file in logs/).")
 @click.option(
     "--resume",
@@ -45,7 +45,7 @@ from granular_env.output_files import valid_file_name
     help="Resume a killed or interrupted run from its log (with --log PATH, in a new log).",
 )
 @click.option("--no-log", is_flag=True, help="Record nothing.")
-@overwrite_option("Replace the log if it exists.")
+@overwrite_option(help="Replace the log if it exists.")
 @click.option(
     "--hash-every",
     metavar="N",
@@ -59,9 +59,9 @@ from granular_env.output_files import valid_file_name
     type=TIME,
     help="With --live: shortest wall time of the run (default: 10; 0: as fast as possible).",
 )
-@allow_large_option("With --resume: lift the limits on sizes that a log may declare.")
+@allow_large_option(help="With --resume: lift the limits on sizes that a log may declare.")
 @component_option()
-@output_options("log")
+@output_options
 @exclusive_options("log", "no_log")
 @exclusive_options("resumed", "no_log")
 @exclusive_options("resumed", "hash_every")

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from granular_env.cli.command import Status, command, print_json
+from granular_env.cli.command import Status, command, print_json, print_lists
 from granular_env.cli.kinds import refuse_other_kinds
 from granular_env.cli.options import FOLDER, Overrides, ShippedName, output_options, set_option
 from granular_env.cli.run_summary import silence_own_warnings
 from granular_env.components.errors import ExperimentError
-from granular_env.terminal_text import align_columns, align_table
+from granular_env.terminal_text import align_table
 
 if TYPE_CHECKING:
     from granular_env.control.results import StudyResult
@@ -27,22 +27,16 @@ _MOST_NOTES = 3
 )
 @click.option("--list", "listing", is_flag=True, help="List the shipped studies and the tasks.")
 @click.option("-o", "--out", metavar="FOLDER", type=FOLDER, help="Folder of the results (default: studies/NAME).")
-@set_option("Override any key, such as budget=100000, task.grains=30 or method.0.population=8.")
+@set_option(help="Override any key, such as budget=100000, task.grains=30 or method.0.population=8.")
 @click.option("--only", metavar="METHOD", multiple=True, help="Run only this method (may be repeated).")
-@output_options("table")
+@output_options
 def study(
-    study: str | None,
-    listing: bool,
-    out: str | None,
-    overrides: Overrides,
-    only: tuple[str, ...],
-    quiet: bool,
-    as_json: bool,
+    study: str | None, listing: bool, out: str | None, overrides: Overrides, only: tuple[str, ...], quiet: bool, as_json: bool
 ) -> int:
     """Optimise the drive (inputs over time) of a task by several methods, and compare them; an interrupted study continues."""
     if listing:
         return _list_studies(as_json)
-    from granular_env.control.results import TABLE
+    from granular_env.control.results import FIGURE, TABLE
     from granular_env.control.runner import run_study
     from granular_env.control.study import load_study
 
@@ -52,46 +46,44 @@ def study(
     refuse_other_kinds(study, "study")
     with silence_own_warnings():
         result = run_study(load_study(study, overrides), out, progress=not quiet and not as_json, only=only)
+    files = {"table": result.folder / TABLE, "figure": result.folder / FIGURE, "logs": result.folder / "logs"}
     if as_json:
-        print_json(_study_facts(result))
+        print_json({"written": result.folder, **files, **_study_facts(result)})
+    elif quiet:
+        print(files["table"])
     else:
-        print(result.folder / TABLE if quiet else closing_text(result))
+        _print_study(result)
+        for name, path in files.items():
+            print(f"{name}: {shlex.quote(str(path))}")
     return Status.INTERRUPTED if result.interrupted else Status.DONE
 
 
-def closing_text(result: StudyResult) -> str:
-    """Return the text printed at the end of a study: comparison of the methods, and paths of table, figure and logs."""
-    from granular_env.control.results import FIGURE, TABLE
-
-    rows = result.comparison()
-    lines = [align_table([[f"{cell:.6g}" if isinstance(cell, float) else str(cell) for cell in row] for row in rows])]
-    lines.append("baselines: " + ", ".join(f"{name} {score.value:.6g}" for name, score in result.baselines.items()))
-    lines += [f"note: {text}" for text in result.notes[:_MOST_NOTES]]
+def _print_study(result: StudyResult) -> None:
+    """Print the comparison of the methods."""
+    rows = ([f"{cell:.6g}" if isinstance(cell, float) else str(cell) for cell in row] for row in result.comparison())
+    print(align_table(rows))
+    print("baselines: " + ", ".join(f"{name} {score.value:.6g}" for name, score in result.baselines.items()))
+    for text in result.notes[:_MOST_NOTES]:
+        print(f"note: {text}")
     if result.interrupted:
-        lines.append("interrupted: the finished trials are kept; repeat the command to continue")
-    files = {"table": TABLE, "figure": FIGURE, "logs": "logs"}
-    return "\n".join([*lines, *(f"{name}: {shlex.quote(str(result.folder / file))}" for name, file in files.items())])
+        print("interrupted: the finished trials are kept; repeat the command to continue")
 
 
 def _study_facts(result: StudyResult) -> dict[str, Any]:
     """Return the result of a study as data for JSON."""
-    from granular_env.control.results import FIGURE, TABLE
-
-    files = {"written": result.folder, "table": result.folder / TABLE, "figure": result.folder / FIGURE}
     heads, *rows = result.comparison()
-    methods = {"methods": [dict(zip(map(str, heads), row, strict=True)) for row in rows]}
-    baselines = {"baselines": {name: score.value for name, score in result.baselines.items()}}
-    return {**files, **methods, **baselines, "interrupted": result.interrupted, "notes": result.notes}
+    return {
+        "methods": [dict(zip(map(str, heads), row, strict=True)) for row in rows],
+        "baselines": {name: score.value for name, score in result.baselines.items()},
+        "interrupted": result.interrupted,
+        "notes": result.notes,
+    }
 
 
 def _list_studies(as_json: bool) -> int:
     from granular_env.control.problem import environment_names
     from granular_env.package_contents import shipped_overview
 
-    if as_json:
-        print_json({"studies": shipped_overview()["studies"], "tasks": environment_names()})
-        return Status.DONE
-    print(f"studies\n{align_columns(shipped_overview()['studies'].items())}\n")
-    print(f"tasks\n{align_columns(environment_names().items())}\n")
-    print("granular-env new STUDY -o FILE.toml writes a copy to edit; granular-env study FILE.toml runs it.")
+    closing = "granular-env new STUDY -o FILE.toml writes a copy to edit; granular-env study FILE.toml runs it."
+    print_lists({"studies": shipped_overview()["studies"], "tasks": environment_names()}, as_json, closing)
     return Status.DONE

@@ -37,9 +37,9 @@ if TYPE_CHECKING:
 )
 @click.option("--part", metavar="I/N", default="0/1", help="Compute only the tasks I, I + N, I + 2N, ..., for job arrays.")
 @click.option("--merge", is_flag=True, help="Only write the table of the results of all parts.")
-@set_option("Override a key of the experiment in every task, such as component.grains=500.")
-@allow_large_option("Lift the limit on the number of tasks.")
-@output_options("table")
+@set_option(help="Override a key of the experiment in every task, such as component.grains=500.")
+@allow_large_option(help="Lift the limit on the number of tasks.")
+@output_options
 def sweep(
     *,
     plan: str,

@@ -23,9 +23,9 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from granular_env.components import catalogue
 from granular_env.components.errors import ParameterError
+from granular_env.components.support.quantities import Seconds, Texts
 from granular_env.components.support.validation import validation_faults
 from granular_env.documents import Document, Overrides, Table, load_document
-from granular_env.documents.quantities import Seconds, Texts
 from granular_env.package_contents import shipped_files
 
 from .inputs import Input

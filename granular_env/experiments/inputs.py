@@ -21,9 +21,9 @@ from pydantic import Field, PlainValidator, TypeAdapter, field_validator
 from granular_env.components.errors import ParameterError, one_line
 from granular_env.components.number_arrays import number_array
 from granular_env.components.profiles import Profile
+from granular_env.components.support.quantities import Quantity, Seconds, Value, to_si
 from granular_env.components.variables import is_index
 from granular_env.documents import Table, TableChoice
-from granular_env.documents.quantities import Quantity, Seconds, Value, to_si
 
 
 def csv_tables(content: Any) -> Iterator[dict[str, Any]]:

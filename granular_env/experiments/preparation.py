@@ -14,9 +14,9 @@ from granular_env.components.errors import Location, ParameterError, StepError, 
 from granular_env.components.number_arrays import number_array, start_array
 from granular_env.components.profiles import CompiledProfile, Profile
 from granular_env.components.support.float_arrays import FloatArray
+from granular_env.components.support.quantities import to_si
 from granular_env.components.variables import Variable
 from granular_env.documents import Document, Overrides, load_document
-from granular_env.documents.quantities import to_si
 
 from .experiment import Experiment
 from .inputs import Input, ProfileTable

@@ -20,9 +20,9 @@ from pydantic import Field, PrivateAttr, model_validator
 
 from granular_env.components.component import Component
 from granular_env.components.errors import ParameterError
+from granular_env.components.support.quantities import Seconds, Value, to_si
 from granular_env.components.variables import Element, parse_element
 from granular_env.documents import Table
-from granular_env.documents.quantities import Seconds, Value, to_si
 
 
 class StopRule(Table):

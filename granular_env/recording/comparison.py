@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import zip_longest
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -19,8 +21,11 @@ from .log import Log
 from .steps import sample_intervals
 
 Logs = tuple[Log, Log]
+Frames = tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]
 # Numbers of one output that are read at a time.
 _BLOCK = 2_000_000
+# Parts of a header whose differences are listed.
+_SETTINGS = ("parameters", "versions", "machine", "experiment", "step_size")
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +40,7 @@ class Difference:
         index: index of the first differing element; empty for a number.
         values: the two values; for events, their numbers in the common time of the logs.
         largest: largest magnitude of the difference over elements and common times; None for inputs and events.
+        largest_index: index of the element with the largest difference.
     """
 
     kind: str
@@ -44,6 +50,7 @@ class Difference:
     index: tuple[int, ...]
     values: tuple[float, float]
     largest: float | None = None
+    largest_index: tuple[int, ...] = ()
 
     def __str__(self) -> str:
         if self.kind == "events":
@@ -100,16 +107,23 @@ def compare_logs(first: Log, second: Log) -> LogComparison:
     span = max(log.start_tick * log.step_size for log in logs), min(log.end_tick * log.step_size for log in logs)
     outputs = [{name: one for name, one in log.variables.items() if one.causality == "output"} for log in logs]
     same = [name for name, one in outputs[0].items() if name in outputs[1] and one.shape == outputs[1][name].shape]
+    frames = {name: _common_frames(logs, name) for name in same}
     found = [_event_difference(logs, span), *(_input_difference(logs, one) for one in first.input_variables.values())]
-    found += [_output_difference(logs, outputs[0][name]) for name in same]
+    found += [_output_difference(logs, outputs[0][name], frames[name]) for name in same]
+    headers = [{name: log.header.get(name) for name in _SETTINGS} for log in logs]
     return LogComparison(
         _branch_sentence(first, second, "B is a branch of A") or _branch_sentence(second, first, "A is a branch of B"),
         span,
-        max((len(common_frames(logs, name)[0]) for name in same), default=0),
+        max((len(own) for own, _ in frames.values()), default=0),
         same,
         [name for name in {**outputs[0], **outputs[1]} if name not in same],
         sorted(filter(None, found), key=lambda one: one.time),
-        list(_different_settings(logs)),
+        # The component of an experiment is in the parameters.
+        [
+            row
+            for row in _different_settings(headers[0], headers[1])
+            if not row[0].startswith(("experiment.component", "experiment.description"))
+        ],
     )
 
 
@@ -118,11 +132,10 @@ def _branch_sentence(parent: Log, log: Log, words: str) -> str:
     return f"{words} from {log.start_tick * log.step_size:.9g} s on." if is_branch else ""
 
 
-def common_frames(logs: Logs, name: str) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+def _common_frames(logs: Logs, name: str) -> Frames:
     """Return the indices of the frames of an output at the times (to a thousandth of a tick) of both logs, for each log."""
     marks = [np.rint(1000.0 * log.times(name) / logs[0].step_size) for log in logs]
-    _, first, second = np.intersect1d(marks[0], marks[1], return_indices=True)
-    return first, second
+    return np.intersect1d(marks[0], marks[1], return_indices=True)[1:]
 
 
 def _read_frames(log: Log, name: str, frames: npt.NDArray[np.int64]) -> FloatArray:
@@ -134,21 +147,21 @@ def _read_frames(log: Log, name: str, frames: npt.NDArray[np.int64]) -> FloatArr
     return np.asarray(values[frames - (ends[first] - rows[first, COUNT])], dtype=np.float64)
 
 
-def _output_difference(logs: Logs, variable: Variable) -> Difference | None:
-    name, found, largest = variable.name, None, 0.0
-    frames = np.stack(common_frames(logs, name), axis=1)
-    each = max(1, _BLOCK // max(1, int(np.prod(variable.shape))))
-    for start in range(0, len(frames), each):
-        block = frames[start : start + each]
-        values = [_read_frames(log, name, own) for log, own in zip(logs, block.T, strict=True)]
+def _output_difference(logs: Logs, variable: Variable, frames: Frames) -> Difference | None:
+    name, found, largest, largest_index = variable.name, None, 0.0, ()
+    blocks = range(0, len(frames[0]), max(1, _BLOCK // max(1, prod(variable.shape))))
+    for block in (slice(start, start + blocks.step) for start in blocks):
+        values = [_read_frames(log, name, own[block]) for log, own in zip(logs, frames, strict=True)]
         places = np.argwhere(values[0].view(np.int64) != values[1].view(np.int64))
         if len(places):
-            frame, *index = places[0].tolist()
             with np.errstate(invalid="ignore", over="ignore"):
-                largest = max(largest, float(np.nanmax(np.abs(values[0] - values[1]), initial=0.0)))
+                change = np.nan_to_num(np.abs(values[0] - values[1]), posinf=np.inf)
+            if (most := float(change.max())) > largest:
+                largest, largest_index = most, tuple(np.argwhere(change == most)[0, 1:].tolist())
+            frame, *index = places[0].tolist()
             pair = float(values[0][frame, *index]), float(values[1][frame, *index])
-            found = found or (float(logs[0].times(name)[block[frame, 0]]), tuple(index), pair)
-    return None if found is None else Difference("output", name, variable.unit, *found, largest)
+            found = found or (float(logs[0].times(name)[frames[0][block][frame]]), tuple(index), pair)
+    return found and Difference("output", name, variable.unit, *found, largest, largest_index or found[1])
 
 
 def _input_difference(logs: Logs, variable: Variable) -> Difference | None:
@@ -170,30 +183,16 @@ def _input_difference(logs: Logs, variable: Variable) -> Difference | None:
 def _event_difference(logs: Logs, span: tuple[float, float]) -> Difference | None:
     events = [[(one.tick * log.step_size, one.kind, one.index, one.value, one.limit) for one in log.events()] for log in logs]
     rows = [[row for row in own if span[0] < row[0] <= span[1]] for own in events]
-    same = next((place for place, pair in enumerate(zip(*rows, strict=False)) if pair[0] != pair[1]), min(map(len, rows)))
-    times = [own[same][0] for own in rows if len(own) > same]
-    return Difference("events", "events", "1", min(times), (), (len(rows[0]), len(rows[1]))) if times else None
+    pair = next((pair for pair in zip_longest(*rows) if pair[0] != pair[1]), None)
+    time = min(row[0] for row in pair if row) if pair else 0.0
+    return Difference("events", "events", "1", time, (), (len(rows[0]), len(rows[1]))) if pair else None
 
 
-def _different_settings(logs: Logs) -> Iterator[tuple[str, Any, Any]]:
-    first, second = (
-        {
-            **{group: header_table(log.header.get(group)) for group in ("parameters", "versions", "machine")},
-            # The component of an experiment is in the parameters.
-            "experiment": {**header_table(log.header.get("experiment")), "component": None, "description": None},
-            "step_size": log.step_size,
-        }
-        for log in logs
-    )
-    tables = dict(_flat_settings("", first)), dict(_flat_settings("", second))
-    for name in {**tables[0], **tables[1]}:
-        if tables[0].get(name) != tables[1].get(name):
-            yield name, tables[0].get(name), tables[1].get(name)
-
-
-def _flat_settings(prefix: str, table: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    for name, value in table.items():
-        if isinstance(value, dict):
-            yield from _flat_settings(f"{prefix}{name}.", value)
-        else:
-            yield f"{prefix}{name}", value
+def _different_settings(first: dict[str, Any], second: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, Any, Any]]:
+    """Yield the settings that differ; those in tables are named TABLE.SETTING."""
+    for name in {**first, **second}:
+        match first.get(name), second.get(name):
+            case dict() as one, dict() as other:
+                yield from _different_settings(one, other, f"{prefix}{name}.")
+            case one, other if one != other:
+                yield f"{prefix}{name}", one, other

@@ -126,7 +126,7 @@ class Container:
         self.path, self.limits = path, limits
         self.complete, self.damage, self.bytes_lost = False, "", 0
         self.places: list[tuple[int, int]] = []
-        self._topics: dict[int, str] = {}
+        self.topics: dict[int, str] = {}
         self._cache: dict[int, list[Entry]] = {}
         self._cached_bytes = 0
         try:
@@ -152,6 +152,8 @@ class Container:
     def messages(self, chunk: int) -> list[Entry]:
         """Return the messages of a chunk; `LogError` if it is damaged or too large."""
         if chunk not in self._cache:
+            if self._file.closed:
+                raise LogError("the log is closed", hint="open it again: open_log(path)", source=self.limits.source)
             offset, length = self.places[chunk]
             try:
                 found = self._read_chunk(offset, length)
@@ -192,7 +194,7 @@ class Container:
             for number, record in enumerate(records):
                 self.limits.check_records(number, self.size)
                 if isinstance(record, Channel):
-                    self._topics[record.id] = record.topic
+                    self.topics[record.id] = record.topic
                 elif isinstance(record, ChunkIndex):
                     self.places.append((record.chunk_start_offset, record.chunk_length))
                 self.complete = isinstance(record, Footer)
@@ -237,11 +239,11 @@ class Container:
         found = []
         for record in breakup_chunk(self._decompress_chunk(chunk)):
             if isinstance(record, Channel):
-                self._topics[record.id] = record.topic
+                self.topics[record.id] = record.topic
             elif isinstance(record, Message):
-                if record.channel_id not in self._topics:
+                if record.channel_id not in self.topics:
                     raise ValueError("a message of an unknown channel")
-                found.append(Entry(self._topics[record.channel_id], record))
+                found.append(Entry(self.topics[record.channel_id], record))
         return found
 
     def _decompress_chunk(self, chunk: Chunk) -> Chunk:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from ..components.drawables import Cells, Curve, Links, Points
 from ..components.errors import LogError
 from ..documents import to_toml
 from ..optional_packages import import_optional
-from .element_arrays import cell_arrays, point_arrays
+from .element_arrays import element_arrays
 from .header import header_table, header_title
 
 if TYPE_CHECKING:
@@ -25,25 +25,22 @@ _TENSORS = {3: ("xx", "yy", "xy"), 4: ("xx", "yy", "zz", "xy"), 6: ("xx", "yy", 
 
 def make_dataset(log: Log) -> Any:
     """Return all frames of a log; see `Log.to_xarray`."""
-    times, values = np.zeros(0), {}
-    for name in log.variables:
-        own_times, values[name] = log.series(name)
-        if len(values) == 1:
-            times = own_times
-        if not np.array_equal(times, own_times):
+    series = {name: log.series(name) for name in log.variables}
+    times = next((own for own, _ in series.values()), np.zeros(0))
+    for name, (own, _) in series.items():
+        if not np.array_equal(times, own):
             came = f"the frames of {name!r} have other times than those of the preceding variables"
             raise LogError(came, hint="read each variable with series(name)", source=log.source)
-    return assemble_dataset(log, list(log.variables), times, values)
+    return assemble_dataset(log, times, {name: values for name, (_, values) in series.items()})
 
 
-def assemble_dataset(log: Log, names: Sequence[str], times: np.ndarray, values: Mapping[str, np.ndarray]) -> Any:
-    """Return a dataset of some variables of a log with these times and values; without values it has no frames."""
+def assemble_dataset(log: Log, times: np.ndarray, values: Mapping[str, np.ndarray]) -> Any:
+    """Return a dataset of some variables of a log with these times and values."""
     xarray = import_optional("xarray", "to_xarray")
     dimensions, data = _dimensions(log), {}
     coordinates: dict[str, Any] = {"time": ("time", times, {"units": "s", "description": "simulated time"})}
-    for name in names:
+    for name, frames in values.items():
         variable, own = log.variables[name], dimensions[name]
-        frames = values.get(name, np.zeros((0, *variable.shape)))
         data[name] = (["time", *own], frames, {"units": variable.unit, "description": variable.description})
         for dimension, size, axis in zip(own, variable.shape, variable.axes or own, strict=True):
             coordinates.setdefault(dimension, (dimension, _entry_names(axis, size)))
@@ -53,17 +50,16 @@ def assemble_dataset(log: Log, names: Sequence[str], times: np.ndarray, values: 
     experiment, facts = header_table(log.header.get("experiment")), log.header
     attributes = {
         "title": header_title(facts), "component": str(facts.get("component")), "step_size": log.step_size,
-        "experiment": to_toml(experiment) if experiment else "", "parameters": json.dumps(facts.get("parameters")),
-        "versions": json.dumps(facts.get("versions")), "created": str(facts.get("created")),
+        "experiment": to_toml(experiment) if experiment else "", "created": str(facts.get("created")),
+        **{name: json.dumps(facts.get(name)) for name in ("parameters", "versions")},
     }  # fmt: skip
     return xarray.Dataset(data, coordinates, attributes)
 
 
 def _entry_names(axis: str, size: int) -> np.ndarray:
     """Return the names of the entries along an axis; numbers from 0 if they have no names."""
-    if axis in ("entry", "component") and size in _TENSORS:
-        return np.array(_TENSORS[size])
-    return np.array(_DIRECTIONS[:size]) if axis == "direction" and size <= len(_DIRECTIONS) else np.arange(size)
+    names = _TENSORS.get(size, ()) if axis in ("entry", "component") else _DIRECTIONS[:size] if axis == "direction" else ()
+    return np.array(names) if len(names) == size else np.arange(size)
 
 
 def _dimensions(log: Log) -> dict[str, list[str]]:
@@ -78,8 +74,8 @@ def _dimensions(log: Log) -> dict[str, list[str]]:
         axes = variable.axes or (("direction",) if name in balanced and len(variable.shape) == 1 else ())
         found[name] = []
         for axis, size in enumerate(variable.shape):
-            own = axes[axis] if axes else f"{name}_{axis}"
-            if own in ("time", *log.variables, *found[name]) or sizes.get(own, size) != size:
+            own = axes[axis].replace(" ", "_") if axes else ""
+            if own in ("", "time", *log.variables, *found[name]) or sizes.get(own, size) != size:
                 own = f"{name}_{axis}"
             sizes[own] = size
             found[name].append(own)
@@ -99,8 +95,7 @@ def _geometry(log: Log, dimensions: Mapping[str, list[str]]) -> Iterator[tuple[s
     of_points: dict[str, str] = {}
     for one in log.drawables:
         own, cell = (
-            dimensions[names[0]][0] if names else one.name
-            for names in (point_arrays(one, log.variables), cell_arrays(one, log.variables))
+            dimensions[names[0]][0] if names else one.name.replace(" ", "_") for names in element_arrays(one, log.variables)
         )
         of_points[one.name] = own
         match one:
@@ -116,10 +111,5 @@ def _geometry(log: Log, dimensions: Mapping[str, list[str]]) -> Iterator[tuple[s
             case Curve():
                 yield from positions(own, one.coordinate, "position")
             case Links():
-                yield (
-                    f"{cell}_points",
-                    (cell, "link_end"),
-                    one.pairs,
-                    "1",
-                    f"linked points, as indices of {of_points[one.points]}",
-                )
+                text = f"linked points, as indices of {of_points[one.points]}"
+                yield f"{cell}_points", (cell, "link_end"), one.pairs, "1", text

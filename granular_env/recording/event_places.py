@@ -2,27 +2,21 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ..components.drawables import Cells, Drawable, Links, Points, element_count
+from ..components.drawables import Drawable, Links, Points, element_count, element_positions
 from ..components.errors import ParameterError
 from ..components.events import Event, EventDetail
-from ..components.support.float_arrays import FloatArray
+from ..output_files import count_text
 
 if TYPE_CHECKING:
     from .log import Log
 
 
-@dataclass(frozen=True, slots=True)
-class EventPlace:
-    """The elements at which an event happened, and their position.
-
-    Attributes:
-        elements: names of the elements, such as "grain 12", or "automata 12 and 13" for a link.
-        position: mean of the initial positions of the elements [m].
-    """
+class EventPlace(NamedTuple):
+    """The elements at which an event happened ("grain 12", "automata 12 and 13"), and their mean initial position [m]."""
 
     elements: str
     position: tuple[float, ...]
@@ -34,18 +28,13 @@ def event_place(index: int | None, detail: EventDetail | None, drawables: Sequen
     drawn = by_name.get(detail.counts) if detail is not None else None
     if index is None or drawn is None or index >= element_count(drawn):
         return None
-    match drawn:
-        case Links():
-            points, ends = by_name[drawn.points], drawn.pairs[index]
-            assert isinstance(points, Points)
-            first, way = points.reference[ends[0]].ravel(), points.shortest_vectors(ends[None])[0]
-            return EventPlace(f"{_words(points.name)} {ends[0]} and {ends[1]}", tuple((first + 0.5 * way).tolist()))
-        case Points():
-            return EventPlace(f"{_singular(drawn.name)} {index}", _mean_position(drawn.reference[index : index + 1]))
-        case Cells():
-            return EventPlace(f"cell {index} of {_words(drawn.name)}", _mean_position(drawn.nodes[drawn.connectivity[index]]))
-        case _:
-            return None
+    words = drawn.name.replace("_", " ")
+    elements = f"cell {index} of {words}"
+    if isinstance(drawn, Links):
+        elements = f"{drawn.points.replace('_', ' ')} {' and '.join(map(str, drawn.pairs[index]))}"
+    elif isinstance(drawn, Points):
+        elements = f"{words.replace('automata', 'automaton').removesuffix('s')} {index}"
+    return EventPlace(elements, tuple(element_positions(drawn, drawables, [index])[0].tolist()))
 
 
 def listed_events(events: Sequence[Event], earlier: Sequence[Event], max_count: int) -> Sequence[Event]:
@@ -72,6 +61,18 @@ def event_table(events: Sequence[Event], log: Log) -> tuple[list[str], list[list
     return [heads[column] for column in known], [[row[column] for column in known] for row in rows]
 
 
+def event_summary(events: Sequence[Event], earlier: Sequence[Event], start: float) -> str:
+    """Return the number of events of each kind as text; `earlier` are those before the log, which begins at `start` [s]."""
+    if not earlier:
+        return f"{count_text(len(events), 'event')}: {_kind_counts(events)}"
+    here = f"{count_text(len(events), 'event')} in this log: {_kind_counts(events)}" if events else "no event in this log"
+    return f"{here}; {len(earlier)} before it begins at {start:.9g} s: {_kind_counts(earlier)}"
+
+
+def _kind_counts(events: Sequence[Event]) -> str:
+    return ", ".join(f"{count} {kind}" for kind, count in Counter(event.kind for event in events).most_common())
+
+
 def position_text(position: Sequence[float]) -> str:
     """Return coordinates as text."""
     return f"({', '.join(f'{one:.4g}' for one in position)})"
@@ -84,17 +85,3 @@ def refuse_unknown_place(log: Log, kind: str | None, index: int | None) -> None:
     if index is not None and counted and counted <= sizes.keys() and index >= max(sizes[name] for name in counted):
         expected = " or ".join(f"0 to {sizes[name] - 1} ({name})" for name in sorted(counted))
         raise ParameterError(f"got {index}", expected=expected, at="index")
-
-
-def _words(name: str) -> str:
-    return name.replace("_", " ")
-
-
-def _singular(name: str) -> str:
-    """Return the name of one of several points, such as "grain" or "automaton"."""
-    return _words(name).replace("automata", "automaton").removesuffix("s")
-
-
-def _mean_position(points: FloatArray) -> tuple[float, ...]:
-    """Return the mean of points, shape (k,) or (k, d) [m]."""
-    return tuple(points.reshape(len(points), -1).mean(axis=0).tolist())

@@ -271,10 +271,10 @@ class Log(RecordReader):
 
         Args:
             to: "vtk", "xyz", "csv", "netcdf" or "hdf5".
-            path: the file or, for VTK and for XYZ with several sets of points, the folder; by default next to the log.
+            path: the file or, for VTK, the folder; by default next to the log.
             start: time of the first frame [s].
             end: time of the last frame [s].
-            every: length of the intervals with at most one frame each, from the first frame on [s]; by default all frames.
+            every: length of the intervals with at most one frame each, from `start` on [s]; by default all frames.
             variables: names of variables; by default all that the format can contain, and in CSV those with at most 16 values.
             overwrite: whether an existing file or folder may be replaced.
             progress: whether to show a progress bar, or a function to call with the fraction done.

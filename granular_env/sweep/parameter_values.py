@@ -23,8 +23,8 @@ from pydantic import Field, PlainValidator, model_validator
 
 from granular_env.components.errors import ParameterError, one_line
 from granular_env.components.support.counter_random import uniform
+from granular_env.components.support.quantities import Value, to_si
 from granular_env.documents import Table
-from granular_env.documents.quantities import Value, to_si
 
 
 class Range(Table):

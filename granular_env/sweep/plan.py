@@ -24,9 +24,9 @@ from typing import Any, ClassVar, Literal, Self
 from pydantic import Field, model_validator
 
 from granular_env.components.errors import ExperimentError, Fault, GranularError, Override, ParameterError
+from granular_env.components.support.quantities import Seconds
 from granular_env.documents import Document, Overrides, load_document
 from granular_env.documents.overrides import fault_source, to_overrides
-from granular_env.documents.quantities import Seconds
 from granular_env.experiments import Experiment, load_experiment, shipped_experiments
 
 from .measures import OWN_COLUMNS, AnyMeasure

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from math import prod
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,7 @@ from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.variables import Element, Variable
 from granular_env.recording.steps import InputInterval
 
-from .places import AXES, element_label, element_positions, is_vector
+from .places import AXES, element_label, is_vector, variable_positions
 
 MAXIMUM_CURVE_POINTS = 4_000
 # Largest number of curves in one figure; more would be unreadable.
@@ -86,22 +87,20 @@ def load_input_curves(log: Any, name: str) -> InputCurves | None:
     if not held:
         return None
     draw = _curve_maker(log, variable, held)
-    if not variable.shape:
-        return InputCurves(variable, (draw(name, _element_reader(0)),), 1)
     acting = np.zeros(prod(variable.shape), dtype=bool)
     for one in held:
         if not isinstance(one.value, CompiledProfile) or one.value.coefficients.any():
             acting |= _flat_values(one.value) != 0.0
     count = int(acting.sum())
     if all(np.ptp(_flat_values(one.value)) == 0.0 for one in held):
-        return InputCurves(variable, (draw(name, _element_reader(0)),), count)
+        return InputCurves(variable, (draw(name, itemgetter(0)),), count)
     if count > MOST_CURVES:
         return InputCurves(variable, tuple(_extreme_curves(variable, acting, draw)), count, is_summary=True)
-    positions = element_positions(log, variable)
+    positions = variable_positions(log, variable)
 
     def draw_element(place: int) -> Curve:
         label = element_label(variable, tuple(map(int, np.unravel_index(place, variable.shape))), positions)
-        return replace(draw(_element_name(variable, place), _element_reader(place)), label=label)
+        return replace(draw(_element_name(variable, place), itemgetter(place)), label=label)
 
     return InputCurves(variable, tuple(draw_element(place) for place in np.flatnonzero(acting).tolist()), count)
 
@@ -121,7 +120,7 @@ def present_input_curves(variable: Variable, value: Any, time: float, tick: int)
 
     if values.size <= MOST_CURVES:
         for place in range(values.size):
-            yield make_curve(_element_name(variable, place), _element_reader(place))
+            yield make_curve(_element_name(variable, place), itemgetter(place))
     else:
         yield from _extreme_curves(variable, np.ones(values.size, dtype=bool), make_curve)
 
@@ -142,9 +141,7 @@ Drawer = Callable[[str, Callable[[FloatArray], float]], Curve]
 def _curve_maker(log: Any, variable: Variable, intervals: Sequence[InputInterval]) -> Drawer:
     """Return a function that makes the curve of one number; its argument picks this number from the input's elements (1-D)."""
     samples = [one.sample_ticks() for one in intervals]
-    every = (tick + one.shift for own, one in zip(samples, intervals, strict=True) for tick in own)
-    ticks = np.fromiter(every, dtype=np.int64)
-    times = ticks * log.step_size
+    ticks = np.array([tick + one.shift for own, one in zip(samples, intervals, strict=True) for tick in own], np.int64)
 
     def make_curve(name: str, choose: Callable[[FloatArray], float]) -> Curve:
         values: list[float] = []
@@ -159,7 +156,7 @@ def _curve_maker(log: Any, variable: Variable, intervals: Sequence[InputInterval
                 values += [float(choose(row))] * len(own)
         course = np.array(values)
         picked = pick_with_extremes(course)
-        return Curve(name, variable.unit, variable.description, times[picked], ticks[picked], course[picked])
+        return Curve(name, variable.unit, variable.description, ticks[picked] * log.step_size, ticks[picked], course[picked])
 
     return make_curve
 
@@ -179,10 +176,6 @@ def _extreme_curves(variable: Variable, acting: npt.NDArray[np.bool_], draw: Dra
         if acting[part].any():
             yield draw(f"{name}, largest", lambda values, part=part: values[part].max())
             yield draw(f"{name}, least", lambda values, part=part: values[part].min())
-
-
-def _element_reader(place: int) -> Callable[[FloatArray], float]:
-    return lambda values: values[place]
 
 
 def _element_name(variable: Variable, place: int) -> str:

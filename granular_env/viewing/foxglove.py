@@ -69,18 +69,15 @@ def foxglove_layout(log: Log) -> dict[str, Any]:
 
 
 def _plotted_numbers(log: Log) -> dict[str, Variable]:
-    """Return topic -> variable of the numbers in the preview, which is at the end of the file."""
-    known, found = number_topics(log.variables, balance_quantities(log.header.get("balances"))), set[str]()
-    container = log.container
-    for chunk in reversed(range(len(container.places))):
-        found |= {topic for topic, _ in container.messages(chunk)}
-        if ABOUT_TOPIC in found:
-            return {topic: variable for topic, (variable, _) in known.items() if topic in found}
-    raise LogError(
-        "the log has no preview for stock viewers: it was not closed, or an older version wrote it",
-        hint="`granular-env recover` writes a log with a preview",
-        source=f"log {str(log.path)!r}",
-    )
+    """Return topic -> variable of the numbers in the preview."""
+    known, found = number_topics(log.variables, balance_quantities(log.header.get("balances"))), log.container.topics.values()
+    if ABOUT_TOPIC not in found:
+        raise LogError(
+            "the log has no preview for stock viewers: it was not closed, or an older version wrote it",
+            hint="`granular-env recover` writes a log with a preview",
+            source=f"log {str(log.path)!r}",
+        )
+    return {topic: variable for topic, (variable, _) in known.items() if topic in found}
 
 
 def _scene_panel(log: Log) -> dict[str, Any]:
@@ -124,14 +121,6 @@ def _plot_panel(quantity: str, topics: dict[str, Variable], place: int) -> dict[
     ]
     return {
         "paths": paths,
-        "showXAxisLabels": True,
-        "showYAxisLabels": True,
-        "showLegend": True,
-        "legendDisplay": "floating",
-        "showPlotValuesInLegend": False,
-        "isSynced": True,
-        "xAxisVal": "timestamp",
-        "sidebarDimension": 240,
         "foxglovePanelTitle": quantity if unit == "1" else f"{quantity} [{unit}]",
     }
 

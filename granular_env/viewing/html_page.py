@@ -1,8 +1,7 @@
 """Self-contained HTML pages: escaped text, inlined pictures, no scripts, no network.
 
-The templates are in ``templates/``: `page.html` is the common frame of all pages, with the policy that forbids network access;
-`report.html` is a page of sections; `parts.html` defines the parts of a section, which are functions of `parts`. Jinja escapes
-all text that is not `Markup`.
+In ``templates/``, `page.html` is a page of sections, and `parts.html` defines the parts of a section, which are functions of
+`parts`. Jinja escapes all text that is not `Markup`.
 """
 
 from __future__ import annotations
@@ -14,16 +13,12 @@ from typing import Any, NamedTuple
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-_ENVIRONMENT = Environment(
-    loader=FileSystemLoader(Path(__file__).with_name("templates")),
-    autoescape=True,
-    undefined=StrictUndefined,
-    trim_blocks=True,
-    lstrip_blocks=True,
-)
+_TEMPLATES = FileSystemLoader(Path(__file__).with_name("templates"))
+_ENVIRONMENT = Environment(loader=_TEMPLATES, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
 _ENVIRONMENT.filters["words"] = lambda value: f"{value:.6g}" if isinstance(value, float) else str(value)
-_ENVIRONMENT.globals["is_number"] = lambda value: isinstance(value, (int, float)) and not isinstance(value, bool)
 
+# The page has the arguments `page`, a `Page`, and `files`, the names of the figures next to it, which a meta element lists.
+page_template = _ENVIRONMENT.get_template("page.html")
 parts: Any = _ENVIRONMENT.get_template("parts.html").module
 
 
@@ -33,8 +28,3 @@ class Page(NamedTuple):
     title: str
     lead: Markup
     sections: Sequence[tuple[str, Markup]]
-
-
-def render_page(page: Page, files: Sequence[str]) -> str:
-    """Return the whole page as HTML; a meta element lists the names of the `files` next to it."""
-    return _ENVIRONMENT.get_template("report.html").render(page._asdict(), files=files)

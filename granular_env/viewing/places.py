@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from granular_env.components.drawables import OUTPUT_FIELDS, Cells, Curve, Drawable, Points
+from granular_env.components.drawables import Cells, Curve, element_positions
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.variables import Variable
+from granular_env.recording.element_arrays import cell_arrays, point_arrays
 
 from .unit_labels import scaled_unit
 
@@ -20,38 +21,26 @@ def is_vector(shape: tuple[int, ...], axes: tuple[str, ...]) -> bool:
     return len(shape) == 1 and shape[0] <= len(AXES) and axes in ((), ("direction",))
 
 
-def element_positions(log: Any, variable: Variable) -> FloatArray | None:
+def variable_positions(log: Any, variable: Variable) -> FloatArray | None:
     """Return the initial positions of the elements along a variable's first axis, shape (n, d) [m]; None if unknown.
 
-    They are those of a drawable whose outputs have this axis, or the parameter named after it, such as `receivers`.
+    They are those of a drawable with this axis, or the parameter named after it, such as `receivers`.
     """
     if not variable.axes:
         return None
+    variables = {**log.variables, variable.name: variable}
     # Curves first: a coordinate says more than the centres of cells along a tube.
     for drawable in sorted(log.drawables, key=lambda one: not isinstance(one, Curve)):
-        drawn = (log.variables.get(getattr(drawable, name, "")) for name in OUTPUT_FIELDS)
-        if any(one is not None and one.axes[:1] == variable.axes[:1] for one in drawn):
-            found = next((one for one in _drawn_positions(drawable) if len(one) == variable.shape[0]), None)
-            if found is not None:
-                return found
+        if variable.name in point_arrays(drawable, variables):
+            return drawable.nodes if isinstance(drawable, Cells) else element_positions(drawable, log.drawables)
+        if variable.name in cell_arrays(drawable, variables):
+            return element_positions(drawable, log.drawables)
     try:
         given = np.array(log.metadata["parameters"][f"{variable.axes[0]}s"], dtype=np.float64)
     except (KeyError, TypeError, ValueError):
         return None
     given = given[:, None] if given.ndim == 1 else given
     return given if given.ndim == 2 and len(given) == variable.shape[0] and 1 <= given.shape[1] <= len(AXES) else None
-
-
-def _drawn_positions(drawable: Drawable) -> list[FloatArray]:
-    match drawable:
-        case Points():
-            return [drawable.reference]
-        case Cells():
-            return [drawable.nodes, drawable.nodes[drawable.connectivity].mean(axis=1)]
-        case Curve():
-            return [drawable.coordinate[:, None]]
-        case _:
-            return []
 
 
 def place_name(place: str, number: int, positions: FloatArray | None) -> str:
@@ -72,5 +61,10 @@ def element_label(variable: Variable, index: tuple[int, ...], positions: FloatAr
         words, index = f"{words} {AXES[index[-1]]}", index[:-1]
     if not index:
         return words
-    place, (number, *others) = axes[0].replace("_", " ") if axes else "element", index
-    return ", ".join([words, place_name(place, number, positions), *map(str, others)])
+    number, *others = index
+    return ", ".join([words, place_name(place_noun(variable), number, positions), *map(str, others)])
+
+
+def place_noun(variable: Variable) -> str:
+    """Return the name of a single element along a variable's first axis, such as "grain"; "element" without axes."""
+    return variable.axes[0].replace("_", " ") if variable.axes else "element"

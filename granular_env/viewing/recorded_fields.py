@@ -10,16 +10,17 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.components.drawables import Curve, Drawable, main_points
+from granular_env.components.drawables import Curve, Drawable
 from granular_env.components.errors import ParameterError
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.variables import Variable
+from granular_env.recording.element_arrays import point_arrays
 from granular_env.recording.preview.visible_drawables import colouring_outputs, is_hidden, with_colour, with_recorded_colour
 from granular_env.recording.steps import sample_intervals
 
 from . import curves
 from .curves import acting_intervals, component_names, pick_with_extremes
-from .places import AXES, element_positions, is_vector, place_name
+from .places import AXES, is_vector, place_name, place_noun, variable_positions
 from .scene_data import MAXIMUM_POINTS, MAXIMUM_SHOWN_PARTICLES, Motion
 from .unit_labels import scaled_label
 
@@ -158,8 +159,6 @@ class Field:
         variable: name, unit and meaning of the quantity.
         times: shape (frames,) [s].
         values: shape (frames, n), in the variable's unit.
-        place: what a place is, from the variable's axes, such as "grain" or "contact"; "element" if it declares none.
-        axis: the label of the axis along the places.
         every: every `every`-th place is shown; 1 shows all.
         total: the number of places.
         cuts: indices of the first frames of later segments.
@@ -171,14 +170,17 @@ class Field:
     variable: Variable
     times: FloatArray
     values: FloatArray
-    place: str
-    axis: str
     every: int = 1
     total: int = 0
     cuts: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
     coordinate: FloatArray | None = None
     positions: FloatArray | None = None
     run: str = ""
+
+    @property
+    def place(self) -> str:
+        """The name of a single place, such as "grain" or "contact"."""
+        return place_noun(self.variable)
 
     @property
     def coordinates(self) -> FloatArray | npt.NDArray[np.int64]:
@@ -188,7 +190,17 @@ class Field:
     @property
     def place_axis(self) -> tuple[float, str]:
         """The factor of the coordinates along the places, and the label of their axis with its unit."""
-        return (1.0, self.axis) if self.coordinate is None else scaled_label("x", "m", float(np.abs(self.coordinate).max()))
+        if self.coordinate is not None:
+            return scaled_label("x", "m", float(np.abs(self.coordinate).max()))
+        return 1.0, f"{self.place} (numbered from 0{f'; 1 in {self.every} is shown' if self.every > 1 else ''})"
+
+    def history(self, number: int) -> curves.Curve:
+        """Return the values of a place over time; with `every` above 1, of the nearest place shown before it."""
+        column, nowhere = number // self.every, np.zeros(0, np.int64)
+        about, label = self.variable, self.place_name(column * self.every)
+        return curves.Curve(
+            about.name, about.unit, about.description, self.times, nowhere, self.values[:, column], self.cuts, label
+        )
 
     def place_name(self, number: int) -> str:
         """Return the name of a place, after the name of the run if there are several."""
@@ -212,8 +224,7 @@ def to_field(source: Motion | Field) -> Field:
         raise ParameterError(
             f"{name!r} was not recorded, so it cannot be drawn", hint="add it to the recorded variables", at="variables"
         )
-    place, axis = _axis_labels(source.colour_variable, 0 if _is_row(source.reference) else None, source.every)
-    return Field(source.colour_variable, source.times, source.colour, place, axis, source.every, source.total, source.cuts)
+    return Field(source.colour_variable, source.times, source.colour, source.every, source.total, source.cuts)
 
 
 def array_names(log: Any) -> list[str]:
@@ -244,47 +255,19 @@ def load_fields(log: Any, name: str, frames: int) -> list[Field]:
         picked = pick_evenly(len(log.times(name)), most)
         times, whole = sample_frames(log, name, picked)
         values, cuts = whole.reshape(len(times), total, len(names))[:, ::every], segment_starts(log, name, picked)
-    points = main_points(log.drawables)
-    surplus = total - len(points.radius) if points is not None and _is_row(points.reference) else None
-    place, axis = _axis_labels(variable, surplus, every, points.name.removesuffix("s") if points is not None else "")
-    coordinate, positions = _coordinate(log, variable), element_positions(log, variable)
-    if coordinate is not None:
-        coordinate = coordinate[::every]
+    coordinate, positions = _coordinate(log, variable), variable_positions(log, variable)
+    coordinate = None if coordinate is None else coordinate[::every]
     return [
-        Field(replace(variable, name=one), times, values[:, :, column], place, axis, every, total, cuts, coordinate, positions)
+        Field(replace(variable, name=one), times, values[:, :, column], every, total, cuts, coordinate, positions)
         for column, one in enumerate(names)
     ]
 
 
 def _coordinate(log: Any, variable: Variable) -> FloatArray | None:
-    """Return the coordinates of a variable's places [m] if it, or one with the same first axis, is drawn as a curve along x."""
+    """Return the coordinates of a variable's places [m] if they are the evenly spaced samples of a curve along x."""
     for one in log.drawables:
-        drawn = log.variables.get(one.field) if isinstance(one, Curve) and len(one.coordinate) > 1 else None
-        if drawn is None or drawn.shape != variable.shape[:1]:
-            continue
-        steps = np.diff(one.coordinate)
-        is_even = steps[0] > 0.0 and np.ptp(steps) < 1e-6 * steps[0]
-        if is_even and (drawn.name == variable.name or (drawn.axes and drawn.axes == variable.axes[:1])):
-            return one.coordinate
+        if isinstance(one, Curve) and variable.name in point_arrays(one, {**log.variables, variable.name: variable}):
+            steps = np.diff(one.coordinate)
+            if len(steps) and np.ptp(steps) < 1e-6 * steps[0]:
+                return one.coordinate
     return None
-
-
-def _is_row(reference: FloatArray) -> bool:
-    """Return whether points, shape (n, 3), lie in a row along x."""
-    return not np.ptp(reference[:, 1:], axis=0).any()
-
-
-def _axis_labels(variable: Variable, surplus: int | None, every: int, point: str = "") -> tuple[str, str]:
-    """Return the name of a place, and the label of the axis along the places.
-
-    Args:
-        variable: the quantity.
-        surplus: number of values minus number of points (contacts may have one more or less); None without a row of points.
-        every: every `every`-th place is shown.
-        point: name of a single point, such as "grain".
-    """
-    place = variable.axes[0].replace("_", " ") if variable.axes else "element"
-    notes = {0: "0 is the left end", 1: f"i is left of {point} i", -1: f"i is right of {point} i"}
-    numbers = notes.get(surplus, "numbered from 0") if surplus is not None else "numbered from 0"
-    label = f"{place} ({numbers})"
-    return place, label if every == 1 else f"{label}; every {every}th is shown"

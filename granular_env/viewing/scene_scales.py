@@ -7,13 +7,12 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from granular_env.colours import colour_limit, diverging_colours
+from granular_env.colours import ColourScale, colour_scales, diverging_colours
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.variables import Variable
 from granular_env.recording.preview.displacement_scale import common_exaggeration
@@ -23,49 +22,6 @@ from .scene_data import Motion, SceneData, drawn_positions
 # Scenes smaller than this are magnified [m].
 _LEAST_LENGTH = 0.1
 REST_COLOUR = (150, 150, 150)
-
-
-@dataclass(frozen=True)
-class ColourScale:
-    """A colour scale for one output, or for several outputs of one unit.
-
-    Attributes:
-        names: names of the outputs.
-        unit: unit of the outputs.
-        limit: magnitude at the ends of the colour scale.
-        has_sign: whether any value is negative.
-        is_exceeded: whether some values exceed the limit, so that they get the colour of the limit.
-        is_zero: whether all values are zero, so that the limit is arbitrary.
-    """
-
-    names: tuple[str, ...]
-    unit: str
-    limit: float
-    has_sign: bool
-    is_exceeded: bool = False
-    is_zero: bool = False
-
-
-def colour_scales(shown: Iterable[tuple[Variable, FloatArray]], is_plane: bool = False) -> tuple[ColourScale, ...]:
-    """Return the colour scales of outputs: one per unit, and one per output without a unit.
-
-    Args:
-        shown: for each output its variable and its values, of any shape.
-        is_plane: whether the shapes lie in a plane, where a few outstanding values do not set the limit.
-    """
-    groups: dict[str, list[tuple[Variable, FloatArray]]] = {}
-    for variable, values in shown:
-        groups.setdefault(variable.name if variable.unit == "1" else variable.unit, []).append((variable, values))
-    return tuple(_make_scale(group, is_plane) for group in groups.values())
-
-
-def _make_scale(group: Sequence[tuple[Variable, FloatArray]], is_plane: bool) -> ColourScale:
-    values = np.concatenate([np.ravel(values) for _, values in group])
-    values, unit = values[np.isfinite(values)], group[0][0].unit
-    names = tuple(dict.fromkeys(variable.name for variable, _ in group))
-    limit = colour_limit(values, clips=is_plane and unit != "1")
-    is_exceeded = bool(np.abs(values).max(initial=0.0) > 1.01 * limit)  # more than by rounding
-    return ColourScale(names, unit, limit, bool(values.min(initial=0.0) < 0.0), is_exceeded, not values.any())
 
 
 @dataclass(frozen=True)

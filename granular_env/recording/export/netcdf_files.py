@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator
-from contextlib import contextmanager
+from itertools import islice
 from math import prod
 from pathlib import Path
 from typing import Any
@@ -16,37 +15,30 @@ from ...terminal_text import printable_text
 from ..dataset import assemble_dataset
 from .frames import Frames
 
-# Size of a chunk of a variable in the file, along time [bytes].
-_CHUNK_BYTES = 1 << 18
+# Size of the frames that are written together [bytes].
+_BLOCK = 1 << 22
 
 
 def write_netcdf(frames: Frames, path: Path) -> None:
     """Write the coordinates, units and attributes of `Log.to_xarray`, and the frames, compressed without loss."""
     h5netcdf, xarray = import_optional("h5netcdf", "export to NetCDF"), import_optional("xarray", "export to NetCDF")
-    dataset = assemble_dataset(frames.log, frames.names, np.zeros(0), {})
+    variables = {name: frames.log.variables[name] for name in frames.names}
+    dataset = assemble_dataset(frames.log, np.zeros(0), {name: np.zeros((0, *one.shape)) for name, one in variables.items()})
     names = {name: printable_text(name).replace("/", "_") for name in (*dataset.variables, *dataset.dims)}
-    dataset = dataset.rename({old: new for old, new in names.items() if old != new})
-    for variable in dataset.variables.values():
-        if variable.dims[:1] == ("time",):
-            extents = tuple(max(size, 1) for size in variable.shape[1:])
-            chunk = max(1, min(1024, _CHUNK_BYTES // (8 * prod(extents))))
-            variable.encoding = {
-                "chunksizes": (chunk, *extents),
-                "zlib": True,
-                "complevel": 1,
-                "shuffle": True,
-                "_FillValue": None,
-            }
+    dataset = dataset.rename(names)
+    for name in variables:
+        dataset[names[name]].encoding = {"zlib": True, "complevel": 1, "shuffle": True, "_FillValue": None}
+    count = max(1, _BLOCK // (8 * sum(prod(one.shape) for one in variables.values())))
     with _SteadyFile(path, "w+b") as steady:
         with h5netcdf.File(steady, "w") as file:
             dataset.dump_to_store(xarray.backends.H5NetCDFStore(file), unlimited_dims=["time"])
-            for times, values in frames:
+            rest = iter(frames)
+            while (block := list(islice(rest, count))) and steady.failure is None:
                 begin = file.dimensions["time"].size
-                file.resize_dimension("time", begin + len(times))
-                for name, own in {"time": times, **values}.items():
-                    file.variables[names[name]][begin:] = own
-                if steady.failure is not None:
-                    break
+                file.resize_dimension("time", begin + len(block))
+                file.variables["time"][begin:] = [time for time, _ in block]
+                for name in variables:
+                    file.variables[names[name]][begin:] = np.stack([frame[name] for _, frame in block])
         if steady.failure is not None:
             raise steady.failure
 
@@ -60,22 +52,19 @@ class _SteadyFile(io.FileIO):
     failure: OSError | None = None
 
     def write(self, data: Any, /) -> int:
-        """Write all of `data` unless a write has failed."""
+        """Write all of `data`."""
         view, begin = memoryview(data).cast("B"), 0
-        with self._keep_failure():
-            while self.failure is None and begin < len(view):
+        try:
+            while begin < len(view):
                 begin += super().write(view[begin:])
+        except OSError as error:
+            self.failure = self.failure or error
         return len(view)
 
     def truncate(self, size: int | None = None, /) -> int:
-        """Set the size of the file unless a write has failed."""
-        with self._keep_failure():
-            return super().truncate(size) if self.failure is None else 0
-        return 0
-
-    @contextmanager
-    def _keep_failure(self) -> Iterator[None]:
+        """Set the size of the file."""
         try:
-            yield
+            return super().truncate(size)
         except OSError as error:
-            self.failure = error
+            self.failure = self.failure or error
+            return 0

@@ -11,8 +11,8 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from ...colours import colour_limit, diverging_colours
-from ...components.drawables import OUTPUT_FIELDS, Cells, Curve, Drawable, Links, Points, to_three_columns
+from ...colours import ColourScale, colour_scales, diverging_colours
+from ...components.drawables import OUTPUT_FIELDS, Cells, Curve, Drawable, Links, Points, drawn_outputs, to_three_columns
 from ...components.variables import Variable
 from .displacement_scale import common_exaggeration
 from .visible_drawables import colour_name, is_hidden, is_plane, is_solid, with_recorded_colour
@@ -47,26 +47,15 @@ class Clouds:
         larger = f"{self._factor:g} times larger" if self._factor != 1.0 else "true to scale"
         moves = any(getattr(one, "displacement", "") for one in drawables)
         self.sentences = [f"Displacements are {larger}."] if moves else []
-        for names in _scale_groups(drawables, variables):
-            self._add_scale(names, variables, pictures)
+        coloured = dict.fromkeys(filter(None, map(_coloured_by, drawables)))
+        values = [(variables[name], np.stack([drawn[name] for _, drawn in pictures])) for name in coloured]
+        bodies = [one for one in drawables if isinstance(one, Points | Cells)]
+        for scale in colour_scales(values, any(is_plane(_nodes(one), variables.get(one.displacement)) for one in bodies)):
+            self._limits |= dict.fromkeys(scale.names, scale.limit)
+            self.sentences.append(_scale_sentence(scale, drawables))
         curves = [one.name for one in drawables if isinstance(one, Curve)]
         self.sentences += [f"Curves from the top: {', '.join(curves)}."] if len(curves) > 1 else []
         self.sentences += ["Violet dots: broken links."] if any(isinstance(one, Links) for one in drawables) else []
-
-    def _add_scale(self, names: Sequence[str], variables: Mapping[str, Variable], pictures: Sequence[Picture]) -> None:
-        """Add the colour scale of outputs with one unit."""
-        bodies = [one for one in self._drawables if isinstance(one, Points | Cells)]
-        in_plane = any(is_plane(_nodes(one), variables.get(one.displacement)) for one in bodies)
-        unit = "" if variables[names[0]].unit == "1" else variables[names[0]].unit
-        values = np.concatenate([drawn[name].ravel() for _, drawn in pictures for name in names])
-        values = values[np.isfinite(values)]
-        limit = colour_limit(values, clips=in_plane and unit != "")
-        self._limits |= dict.fromkeys(names, limit)
-        full = f"{limit:g} {unit}".strip()
-        low = f"-{full} (blue) over 0" if values.min(initial=0.0) < 0.0 else "0"
-        is_height = any(_value_height(one) for one in self._drawables if _coloured_by(one) in names)
-        shown = "Colour and height" if is_height else "Colour"
-        self.sentences.append(f"{shown}: {', '.join(names)} from {low} (grey) to {full} (red).")
 
     def messages(self, picture: Mapping[str, np.ndarray]) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
         """Yield the topic, the positions (n, 3) [m] and the colours (n, 4) of each drawable in a picture."""
@@ -115,14 +104,14 @@ def shown_drawables(drawables: Sequence[Drawable], variables: Mapping[str, Varia
     """
     found: list[Drawable] = []
     for one in drawables:
-        if is_hidden(one, drawables) or not len(getattr(one, COUNTED[type(one)])):
+        if is_hidden(one, drawables):
             continue
         one = with_recorded_colour(one, variables)
-        roles = {role: name for role in OUTPUT_FIELDS if (name := getattr(one, role, ""))}
-        drawn = {role: name if name in variables and role not in ("rotation", "force") else "" for role, name in roles.items()}
-        has_points = not isinstance(one, Links) or one.points in {points.name for points in found}
-        if has_points and any(drawn.values()):
-            found.append(dataclasses.replace(one, **drawn))
+        roles = [role for role in OUTPUT_FIELDS if hasattr(one, role)]
+        omitted = [role for role in roles if role == "rotation" or getattr(one, role) not in variables]
+        one = dataclasses.replace(one, **dict.fromkeys(omitted, ""))
+        if drawn_outputs([one]) and (not isinstance(one, Links) or one.points in [points.name for points in found]):
+            found.append(one)
     return tuple(found)
 
 
@@ -145,14 +134,12 @@ def rest_positions(drawables: Sequence[Drawable]) -> dict[str, np.ndarray]:
 
 def bounding_box(drawables: Sequence[Drawable]) -> tuple[np.ndarray, np.ndarray]:
     """Return the lowest and highest corner of all drawables in the initial state, shape (3,) each [m]."""
-    rest, lows, highs = rest_positions(drawables), [], []
+    rest, corners = rest_positions(drawables), []
     for one in drawables:
         if not isinstance(one, Links):
-            margin = one.radius[:, None] if isinstance(one, Points) else 0.0
-            lows.append((rest[cloud_topic(one)] - margin).min(axis=0))
-            highs.append((rest[cloud_topic(one)] + margin).max(axis=0))
-            highs[-1][2] += _value_height(one)
-    return np.min(lows, axis=0), np.max(highs, axis=0)
+            places, margin = rest[cloud_topic(one)], one.radius[:, None] if isinstance(one, Points) else 0.0
+            corners += [places - margin, places + margin + np.array([0.0, 0.0, _value_height(one)])]
+    return np.min(np.vstack(corners), axis=0), np.max(np.vstack(corners), axis=0)
 
 
 def value_colours(values: np.ndarray, limit: float) -> np.ndarray:
@@ -185,12 +172,11 @@ def _value_height(drawable: Drawable) -> float:
     return _HEIGHT * float(np.ptp(drawable.coordinate)) if isinstance(drawable, Curve) else 0.0
 
 
-def _scale_groups(drawables: Sequence[Drawable], variables: Mapping[str, Variable]) -> list[list[str]]:
-    """Return the outputs of each colour scale: one scale per unit, and one per output without a unit."""
-    groups: dict[str, list[str]] = {}
-    for name in dict.fromkeys(filter(None, map(_coloured_by, drawables))):
-        groups.setdefault(name if variables[name].unit == "1" else variables[name].unit, []).append(name)
-    return list(groups.values())
+def _scale_sentence(scale: ColourScale, drawables: Sequence[Drawable]) -> str:
+    full = f"{scale.limit:g} {scale.unit if scale.unit != '1' else ''}".strip()
+    low = f"-{full} (blue) over 0" if scale.has_sign else "0"
+    is_height = any(_value_height(one) for one in drawables if _coloured_by(one) in scale.names)
+    return f"{'Colour and height' if is_height else 'Colour'}: {', '.join(scale.names)} from {low} (grey) to {full} (red)."
 
 
 def _displacement_factor(drawables: Sequence[Drawable], pictures: Sequence[Picture]) -> float:

@@ -12,8 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from ..records import encode_varint
-
 FRAME = "world"
 CDR_HEAD = b"\x00\x01\x00\x00"
 TEXT_NAME, TEXT = "std_msgs/msg/String", "string data\n"
@@ -89,15 +87,14 @@ def encode_point_cloud(nanoseconds: int, positions: np.ndarray, colours: np.ndar
     """
     points = np.empty(len(positions), dtype=_POINT)
     points["position"], points["colour"] = positions, colours[:, [2, 1, 0, 3]]
-    seconds, rest = divmod(nanoseconds, 10**9)
-    stamp = (b"\x08" + encode_varint(seconds) if seconds else b"") + (b"\x10" + encode_varint(rest) if rest else b"")
-    data = points.tobytes()
-    return b"\x0a" + encode_varint(len(stamp)) + stamp + _point_cloud_head() + b"\x32" + encode_varint(len(data)) + data
+    cloud = _empty_point_cloud()
+    cloud.timestamp.FromNanoseconds(nanoseconds)
+    cloud.data = points.tobytes()
+    return cloud.SerializeToString(deterministic=True)
 
 
-@cache
-def _point_cloud_head() -> bytes:
-    """Return the constant fields of a point cloud: frame, pose, stride, fields. Without a pose, viewers draw nothing."""
+def _empty_point_cloud() -> Any:
+    """Return a point cloud with frame, pose, stride and fields. Without a pose, viewers draw nothing."""
     from foxglove_schemas_protobuf.PackedElementField_pb2 import PackedElementField as Field
     from foxglove_schemas_protobuf.PointCloud_pb2 import PointCloud
     from foxglove_schemas_protobuf.Pose_pb2 import Pose
@@ -109,7 +106,7 @@ def _point_cloud_head() -> bytes:
     fields += [Field(name=name, offset=12 + place, type=Field.UINT8) for place, name in enumerate(names)]
     fields.append(Field(name="rgba", offset=12, type=Field.UINT32))
     pose = Pose(position=Vector3(), orientation=Quaternion(w=1.0))
-    return PointCloud(frame_id=FRAME, pose=pose, point_stride=_POINT.itemsize, fields=fields).SerializeToString()
+    return PointCloud(frame_id=FRAME, pose=pose, point_stride=_POINT.itemsize, fields=fields)
 
 
 def encode_text(text: str) -> bytes:

@@ -6,7 +6,7 @@ A wave lasts microseconds and moves particles by microns. Therefore:
   the messages are the simulated time.
 - Each drawable is a ``foxglove.PointCloud`` in ``/points/NAME``, ``/cells/NAME``, ``/curves/NAME`` or ``/links/NAME``.
 - Each number that changes is a ROS 2 ``Float64MultiArray`` in ``/QUANTITY/NAME``, with its unit in the channel's metadata.
-- ``/about`` describes clock, factor and colours, and lists units and constants.
+- ``/about`` describes clock, factor and colours, and lists units.
 """
 
 from __future__ import annotations
@@ -24,14 +24,12 @@ from .clouds import Clouds, Picture, shown_drawables
 
 # Approximate length of the whole run on the slow clock [s].
 _SHOWN_SECONDS = 10.0
-_SINGLE_DIGITS = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
 # Limits on the numbers of frames with numbers, of drawn frames, and of their bytes.
 MOST_FRAMES, MOST_PICTURES, _MOST_BYTES = 400, 100, 8 << 20
-# Limits on the numbers of plotted balances (energy and momentum are the first) and of elements of a plotted array, because
-# rerun 0.41 gives each number a view, and at most eight views at first.
-_MOST_BALANCES, _MOST_ELEMENTS = 2, 4
-# A number that changes by less than this part of its magnitude is constant; see `_group_numbers` for small numbers.
-_CONSTANT, _SMALL = 1e-9, 0.05
+# Largest number of elements of a plotted array, because rerun 0.41 gives each number a view, and at most eight views at first.
+_MOST_ELEMENTS = 4
+# A number is plotted if it changes by more than this part of the largest number in its balance or array.
+_SMALL = 0.02
 ABOUT_TOPIC = "/about"
 # Quantities of numbers that belong to no balance, by unit.
 _QUANTITIES = {
@@ -107,7 +105,8 @@ class Preview:
         if not self._rows:
             return []
         start = self._rows[0][0]
-        unit = _clock_unit(max(self._rows[-1][0], self._pictures[-1][0]) - start)
+        # Simulated time per second of the slow clock [ns], rounded to two digits.
+        unit = float(f"{(max(self._rows[-1][0], self._pictures[-1][0]) - start) / _SHOWN_SECONDS:.1e}") or 1e9
         text = [self._title, f"1 s of playback is {_time_text(unit)} of simulated time."]
         found = [*self._draw(text), *self._plot(text)]
         about = Topic(ABOUT_TOPIC, encoding.TEXT_NAME, "ros2msg", encoding.TEXT.encode())
@@ -127,18 +126,17 @@ class Preview:
                 yield topic, time, encoding.encode_point_cloud(time, places, colours)
 
     def _plot(self, text: list[str]) -> Iterator[tuple[Topic, int, bytes]]:
-        """Yield topic, time and content of the numbers that change; add units and constants to the text of ``/about``."""
+        """Yield topic, time and content of the numbers that change; add their units to the text of ``/about``."""
         columns = np.array([row for _, row in self._rows]).T
-        groups = {topic: self._quantities.get(one.name, one.name) for topic, (one, _) in self._topics.items()}
-        plotted, constant, omits = _group_numbers(dict(zip(self._topics, columns, strict=True)), groups)
-        units = {topic: "" if one.unit == "1" else one.unit for topic, (one, _) in self._topics.items()}
-        named = dict.fromkeys(f"{topic_quantity(topic)} {units[topic]}" for topic in plotted if units[topic])
-        text += [f"Units: {', '.join(named)}."] if named else []
-        kept = [f"{topic.rpartition('/')[2]} {value:.4g} {units[topic]}".strip() for topic, value in constant.items()]
-        text += [f"Constant: {', '.join(kept)}."] if kept else []
-        text += [f"Not plotted: numbers below {_SMALL:.0%} of the largest in their balance or array."] if omits else []
-        for name, column in plotted.items():
-            one, _ = self._topics[name]
+        finite = np.nan_to_num(columns, posinf=0.0, neginf=0.0)
+        groups = [self._quantities.get(one.name, one.name) for one, _ in self._topics.values()]
+        largest = {name: np.abs(finite[[own == name for own in groups]]).max() for name in groups}
+        changes = np.ptp(finite, axis=1) > [_SMALL * largest[name] for name in groups]
+        plotted = [(topic, one, columns[row]) for row, (topic, (one, _)) in enumerate(self._topics.items()) if changes[row]]
+        units = dict.fromkeys(f"{topic_quantity(topic)} {one.unit}" for topic, one, _ in plotted if one.unit != "1")
+        text += [f"Units: {', '.join(units)}."] if units else []
+        text += [f"Not plotted: numbers that change by less than {_SMALL:.0%} of the largest in their balance or array."]
+        for name, one, column in plotted:
             texts = {"unit": one.unit, "description": one.description}
             topic = Topic(name, encoding.NUMBERS_NAME, "ros2msg", encoding.NUMBERS.encode(), texts)
             for (time, _), data in zip(self._rows, encoding.encode_numbers(column), strict=True):
@@ -150,12 +148,12 @@ def number_topics(
 ) -> dict[str, tuple[Variable, tuple[int, ...]]]:
     """Return topic -> variable and index of each number that viewers can plot: scalars, and the elements of short arrays.
 
-    Vectors of a balance are omitted, and so are all but the first balances.
+    Only the first balance, the energy, is plotted.
     """
-    found, balances = dict[str, tuple[Variable, tuple[int, ...]]](), list(dict.fromkeys(quantities.values()))[:_MOST_BALANCES]
+    found, first = dict[str, tuple[Variable, tuple[int, ...]]](), next(iter(quantities.values()), None)
     for name, one in variables.items():
         quantity = quantities.get(name)
-        if math.prod(one.shape) > _MOST_ELEMENTS or (quantity is not None and (one.shape or quantity not in balances)):
+        if math.prod(one.shape) > _MOST_ELEMENTS or quantity not in (None, first):
             continue
         for place in np.ndindex(one.shape):
             axes = zip(place, [*one.axes, *[""] * len(place)], strict=False)
@@ -167,41 +165,6 @@ def number_topics(
 def topic_quantity(topic: str) -> str:
     """Return the quantity of a topic with numbers."""
     return topic.split("/")[1]
-
-
-def _group_numbers(
-    numbers: Mapping[str, np.ndarray], groups: Mapping[str, str]
-) -> tuple[dict[str, np.ndarray], dict[str, float], bool]:
-    """Return topic -> values of the numbers to plot, topic -> value of the constants, and whether small numbers are omitted.
-
-    Small numbers of a group (a balance or an array) are omitted: they are below `_SMALL` times the largest of the group. So is
-    a balance whose residual is as large as its entries, which are rounding errors then.
-    """
-    plotted, constant, omits = dict[str, np.ndarray](), dict[str, float](), False
-    finite = {name: values[np.isfinite(values)] for name, values in numbers.items()}
-    sizes = {name: float(np.abs(values).max(initial=0.0)) for name, values in finite.items()}
-    for name, values in numbers.items():
-        own = {one: sizes[one] for one in numbers if groups[one] == groups[name]}
-        residual = max((size for one, size in own.items() if one.endswith("_residual")), default=0.0)
-        largest = max((size for one, size in own.items() if not one.endswith("_residual")), default=0.0)
-        if not sizes[name] or 2.0 * residual > largest:
-            continue
-        if sizes[name] < _SMALL * largest:
-            omits = True
-        elif np.ptp(finite[name]) > _CONSTANT * sizes[name]:
-            plotted[name] = values
-        else:
-            constant[name] = float(finite[name][0])
-    return plotted, constant, omits
-
-
-def _clock_unit(nanoseconds: int) -> float:
-    """Return the simulated time per second of the slow clock [ns], rounded to one digit (or 1.5, 2.5) for readability."""
-    if nanoseconds <= 0:
-        return 1e9
-    value = nanoseconds / _SHOWN_SECONDS
-    decade = float(f"1e{f'{value:e}'.partition('e')[2]}")
-    return min((digit * decade for digit in _SINGLE_DIGITS), key=lambda unit: max(unit / value, value / unit))
 
 
 def _time_text(nanoseconds: float) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ...components.drawables import Cells, Drawable, Links, Points, element_count
+from ...components.drawables import Cells, Drawable, Links, Points, element_count, element_positions
 from ...components.support.float_arrays import FloatArray
 from ...components.variables import Variable
 
@@ -118,12 +118,9 @@ def is_plane_filling(drawables: Sequence[Drawable], count: int) -> bool:
 
     In a plane, the number of a place does not determine its position.
     """
-    points = {one.name: one.reference for one in drawables if isinstance(one, Points)}
-    for one in drawables:
-        counts, places = {element_count(one)}, points.get(getattr(one, "points", one.name))
-        if isinstance(one, Cells):
-            counts, places = counts | {len(one.nodes)}, one.nodes[one.connectivity].mean(axis=1)
-        # The tolerance allows for rounding errors in the positions.
-        if count in counts and places is not None and (np.ptp(places[:, 1:], axis=0) > 1e-9 * np.ptp(places[:, 0])).any():
-            return True
-    return False
+    # The tolerance allows for rounding errors in the positions.
+    return any(
+        len(places) == count > 0 and bool((np.ptp(places[:, 1:], axis=0) > 1e-9 * np.ptp(places[:, 0])).any())
+        for one in drawables
+        for places in (element_positions(one, drawables), *([one.nodes] if isinstance(one, Cells) else []))
+    )

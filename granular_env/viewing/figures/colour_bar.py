@@ -10,9 +10,8 @@ from matplotlib.colors import LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure, FigureBase
 from matplotlib.ticker import MaxNLocator
 
-from granular_env.colours import DIVERGING
+from granular_env.colours import DIVERGING, ColourScale
 
-from ..scene_scales import ColourScale
 from ..unit_labels import scaled_label
 from .drawing import new_figure
 

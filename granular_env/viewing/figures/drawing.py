@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import functools
 import io
 import re
 import warnings
-from collections.abc import Callable, Sequence
-from typing import Any, ParamSpec, TypeVar
+from collections.abc import Sequence
+from typing import Any
 
 import matplotlib
 import numpy as np
@@ -29,9 +28,6 @@ from ..unit_labels import scaled_label, scaled_unit
 # Ignore matplotlib's warnings on missing glyphs, which would print raw characters from a log on the terminal.
 warnings.filterwarnings("ignore", r"Glyph \d+")
 
-Arguments = ParamSpec("Arguments")
-Result = TypeVar("Result")
-
 _LINE_STYLES = ("-", "--", "-.", ":")
 _ROWS, _FEW_ROWS = 800, 240
 # In an x-t diagram, a frame fills the times up to this many usual intervals away; this covers one missing frame, not two.
@@ -49,6 +45,8 @@ _STYLE: Any = {
     "axes.titlelocation": "left", "axes.formatter.useoffset": False, "legend.frameon": False, "lines.linewidth": 1.7,
     "text.parse_math": False,
 }  # fmt: skip
+# Decorator of drawing functions: they use our style, without a change of matplotlib's global settings.
+use_style: Any = matplotlib.rc_context(_STYLE)
 # For each colour of a figure in a file, the colour from the style sheet that replaces it in an HTML page.
 _PAGE_COLOURS = {
     "#ffffff": "none", "#000000": "currentColor", "#b0b0b0": "var(--grid)", "#737373": "var(--dim)", "#595959": "var(--dim)",
@@ -58,17 +56,6 @@ DARK: Any = {
     "figure.facecolor": "#0d1011", "axes.facecolor": "#0d1011", "text.color": "#e0e0e0", "axes.labelcolor": "#e0e0e0",
     "xtick.color": "#c0c0c0", "ytick.color": "#c0c0c0", "axes.edgecolor": "#707070", "font.size": 12.0,
 }  # fmt: skip
-
-
-def use_style(draw: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
-    """Wrap a drawing function so that it uses our style without changing matplotlib's global settings."""
-
-    @functools.wraps(draw)
-    def call_with_style(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
-        with matplotlib.rc_context(_STYLE):
-            return draw(*args, **kwargs)
-
-    return call_with_style
 
 
 class ShownFigure(Figure):
@@ -194,17 +181,24 @@ def nearest_frames(times: FloatArray, instants: FloatArray) -> npt.NDArray[np.in
     return np.where(near, frames, -1)
 
 
-def draw_curves(axes: Axes, curves: Sequence[Curve], name: str, valid_until: float = np.inf) -> None:
-    """Draw curves of scalars of one unit over time, with a legend; `name` is the name of the vertical axis."""
+def draw_curves(axes: Axes, curves: Sequence[Curve], name: str, valid_until: float = np.inf, runs: int = 1) -> None:
+    """Draw curves of scalars of one unit over time, with a legend; `name` is the name of the vertical axis.
+
+    The curves of equal elements of several runs follow each other.
+    """
     scale, unit = time_unit(max(float(curve.times[-1]) for curve in curves if len(curve.times)))
     factor, label = value_scale(name, curves[0].unit, *(curve.values for curve in curves))
     for place, curve in enumerate(curves):
-        times, values = insert_gaps(curve.times * scale, curve.values * factor, curve.cuts)
-        axes.plot(times, values, label=curve.label or curve.name.replace("_", " "), **line_style(place))
+        # No line is drawn across a reset.
+        times, values = np.insert(curve.times, curve.cuts, curve.times[curve.cuts]), np.insert(curve.values, curve.cuts, np.nan)
+        words = curve.label or curve.name.replace("_", " ")
+        axes.plot(scale * times, factor * values, label=words, **line_style(place, runs))
     axes.set(xlabel=f"time [{unit}]", ylabel=label)
     axes.margins(x=0.0)
-    show_zero_of_flat_lines(axes)
-    mark_end_of_validity(axes, valid_until * scale)
+    _show_zero_of_flat_lines(axes)
+    if np.isfinite(end := valid_until * scale):
+        axes.axvline(end, color=DIVERGING[-1], linewidth=0.8)
+        axes.text(end, 0.98, " not valid", transform=axes.get_xaxis_transform(), va="top", color=DIVERGING[-1], fontsize=9)
     if len(curves) > 1 or curves[0].label:
         add_legend(axes)
 
@@ -214,14 +208,7 @@ def value_scale(name: str, unit: str, *values: FloatArray) -> tuple[float, str]:
     return scaled_label(name, unit, max(float(np.abs(one).max(initial=0.0, where=np.isfinite(one))) for one in values))
 
 
-def mark_end_of_validity(axes: Axes, time: float) -> None:
-    """Draw a line at the time at which the results cease to be valid (in the unit of the axes), unless it is infinite."""
-    if np.isfinite(time):
-        axes.axvline(time, color=DIVERGING[-1], linewidth=0.8)
-        axes.text(time, 0.98, " not valid", transform=axes.get_xaxis_transform(), va="top", color=DIVERGING[-1], fontsize=9)
-
-
-def show_zero_of_flat_lines(axes: Axes) -> None:
+def _show_zero_of_flat_lines(axes: Axes) -> None:
     """Include zero in the value axis of nearly constant lines, because a narrow range would show rounding errors enlarged."""
     values = np.concatenate([np.asarray(line.get_ydata(), np.float64) for line in axes.lines])
     values = values[np.isfinite(values)]
@@ -232,21 +219,10 @@ def show_zero_of_flat_lines(axes: Axes) -> None:
         axes.set_ylim(*sorted((0.0, 1.25 * largest)))
 
 
-def insert_gaps(times: FloatArray, values: FloatArray, cuts: npt.NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
-    """Return times and values with a NaN inserted before each index in `cuts`, so that no line is drawn across a reset."""
-    return np.insert(times, cuts, times[cuts]), np.insert(values, cuts, np.nan)
-
-
-def line_style(place: int) -> dict[str, Any]:
-    """Return colour and dashes of the line number `place`, so that lines differ by more than their colour."""
-    return {"color": PALETTE[place % len(PALETTE)], "linestyle": _LINE_STYLES[place % len(_LINE_STYLES)]}
-
-
-def run_style(place: int, runs: int) -> dict[str, Any]:
-    """Return the style of line number `place`; with several runs, each element has a colour and each run has dashes."""
-    if runs == 1:
-        return line_style(place)
-    return {**line_style(place // runs), "linestyle": _LINE_STYLES[place % runs % len(_LINE_STYLES)]}
+def line_style(place: int, runs: int = 1) -> dict[str, Any]:
+    """Return colour and dashes of the line number `place`; with several runs, elements differ by colour, runs by dashes."""
+    dashes = place % runs if runs > 1 else place
+    return {"color": PALETTE[place // runs % len(PALETTE)], "linestyle": _LINE_STYLES[dashes % len(_LINE_STYLES)]}
 
 
 def add_legend(axes: Axes) -> None:
@@ -256,11 +232,6 @@ def add_legend(axes: Axes) -> None:
         axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
     else:
         axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.2, ncols=1 if longest > 2 * _LONG_TEXT else 2)
-
-
-def marker_style(field: Field) -> dict[str, Any]:
-    """Return options for a line along the places of a field that mark each place with a dot, unless there are too many."""
-    return {"marker": "o", "markersize": 3} if field.values.shape[1] <= 60 else {}
 
 
 def time_unit(duration: float) -> tuple[float, str]:

@@ -74,7 +74,7 @@ def make_film(log: Any, scene_data: SceneData) -> Film | None:
         picture = base64.b64encode(_encode_picture(pixels)).decode()
         instants.append((instant_text(plane, frame), f"data:image/png;base64,{picture}"))
     events, words = _event_bars(log, plane.times)
-    bars = draw_colour_bars(plane.scales.colours, *_BAR_SIZE) if plane.scales.colours else None
+    bars = draw_colour_bars(plane.colour_scales, *_BAR_SIZE) if plane.colour_scales else None
     return Film(tuple(instants), ratio, events, words, to_svg(bars, "film-bars") if bars else "", exaggeration_text(plane))
 
 

@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import EllipseCollection, LineCollection, PolyCollection
 from matplotlib.figure import Figure
 
+from granular_env.colours import ColourScale
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.variables import Variable
 from granular_env.recording.preview.visible_drawables import area_vectors
@@ -21,7 +22,7 @@ from ..picture_sentences import picture_sentences
 from ..recorded_fields import located_events
 from ..scene_builder import load_shapes
 from ..scene_data import LinkFrames, MeshFrames, Motion, SceneData, drawn_positions
-from ..scene_scales import ColourScale, Scales, make_scales
+from ..scene_scales import Scales, make_scales
 from .drawing import new_figure, time_unit, use_style
 from .keys import draw_keys, keys_height
 from .overlays import Overlay, load_overlays
@@ -55,8 +56,9 @@ class Plane:
 
     @property
     def colour_scales(self) -> tuple[ColourScale, ...]:
-        """The colour scales of the drawn shapes."""
-        return () if self.is_pale else self.scales.colours
+        """The colour scales of the drawn shapes, without those of values that are all zero."""
+        names = {variable.name for variable, values in self.scene.coloured_outputs() if not self.is_pale and values.any()}
+        return tuple(one for one in self.scales.colours if names.intersection(one.names))
 
     def points_per_metre(self, axes: Axes) -> float:
         """Return the scale of a picture [point/m]."""

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from math import prod
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -37,8 +37,8 @@ def plot(
     kind: str | None = None,
     *,
     at: float | Sequence[float] | None = None,
-    indices: Sequence[int] | None = None,
-    show: Sequence[str] = (),
+    indices: int | Sequence[int] | None = None,
+    show: str | Sequence[str] = (),
 ) -> Figure:
     """Return a figure of a recorded variable, an input or a balance of a log.
 
@@ -61,8 +61,8 @@ def plot(
         kind: one of the kinds above; default: map for values of a body in a plane or in space, space-time along a row,
             histories for scalars and up to six elements. Components of vectors are drawn one above the other.
         at: time or times of profiles and maps [s]; default: four, evenly spaced, or with the first event for maps.
-        indices: elements of histories and spectra; default: up to five that changed.
-        show: further outputs drawn over a map: vectors, stresses, forces of links.
+        indices: element or elements of histories and spectra; default: up to five that changed.
+        show: further output or outputs drawn over a map: vectors, stresses, forces of links.
 
     Returns:
         A figure outside pyplot; its axes (`figure.axes`) have physical units and may be changed.
@@ -72,15 +72,28 @@ def plot(
         ParameterError: a log does not contain the variable, a time or an index, or the kind does not apply to the variable.
     """
     logs = list(log) if isinstance(log, (list, tuple)) else [log]
+    name = str(name)
     kind = _choose_kind(logs, name, kind)
-    for argument, given, kinds in (("at", at, _AT_TIMES), ("indices", indices, _OF_ELEMENTS), ("show", show or None, ("map",))):
-        if given is not None and kind not in kinds:
-            raise ParameterError(f"does not apply to {kind}", expected=f"kind={' or '.join(map(repr, kinds))}", at=argument)
-    times = None if at is None else [finite_number("at", time) for time in np.atleast_1d(np.asarray(at, object)).tolist()]
+    times, chosen = _given_values("at", at, kind, _AT_TIMES), _given_values("indices", indices, kind, _OF_ELEMENTS)
+    over = _given_values("show", show or None, kind, ("map",)) or []
+    if chosen and _is_drawn_as_curves(_find_variable(logs[0], name)):
+        raise ParameterError(f"all elements of {name!r} are drawn", hint="omit it", at="indices")
+    times = times and [finite_number("at", time) for time in times]
     try:
-        return _draw_map(logs[0], name, times, show) if kind == "map" else _draw(logs, name, kind, times, indices)
+        return _draw_map(logs[0], name, times, over) if kind == "map" else _draw(logs, name, kind, times, chosen)
     except ParameterError as error:
         raise error.with_argument("times", "at") from None
+
+
+def _given_values(argument: str, given: Any, kind: str, kinds: Sequence[str]) -> list[Any] | None:
+    """Return the values of an argument as a list; raise `ParameterError` if there are none or the kind does not use them."""
+    if given is None:
+        return None
+    if kind not in kinds:
+        raise ParameterError(f"does not apply to {kind}", expected=f"kind={' or '.join(map(repr, kinds))}", at=argument)
+    if not (values := np.atleast_1d(np.asarray(given, object)).tolist()):
+        raise ParameterError("got no values", expected="one or more, or None for the default", at=argument)
+    return values
 
 
 def _draw(logs: Sequence[Any], name: str, kind: str, times: Sequence[float] | None, indices: Sequence[int] | None) -> Figure:
@@ -119,10 +132,12 @@ def _choose_kind(logs: Sequence[Any], name: str, kind: str | None) -> str:
     kinds = [one for one in first if not others or (one in _OVERLAID and all(one in own for own in others))]
     if len({getattr(_find_variable(log, name), "unit", "") for log in logs}) > 1:
         raise ParameterError(f"{name!r} has different units in the logs", hint="draw one figure for each log", at="log")
-    if kind in kinds or (kind is None and kinds):
-        return kind or kinds[0]
-    expected = f"one of {', '.join(kinds)} for {name!r}{' of several logs' if others else ''}"
-    raise ParameterError(f"got {kind!r}", expected=expected if kinds else "a single log", at="kind" if kinds else "log")
+    if not kinds:
+        raise ParameterError(f"got {len(logs)} logs", expected=f"one log for {name!r}", at="log")
+    if kind not in (None, *kinds):
+        expected = f"one of {', '.join(kinds)} for {name!r}{' of several logs' if others else ''}"
+        raise ParameterError(f"got {kind!r}", expected=expected, at="kind")
+    return kind or kinds[0]
 
 
 def _applicable_kinds(log: Any, name: str) -> list[str]:
@@ -138,7 +153,9 @@ def _applicable_kinds(log: Any, name: str) -> list[str]:
     if _is_drawn_as_curves(variable):
         return ["histories", *spectrum, *balances]
     is_few, is_row = prod(variable.shape) <= MOST_CURVES, not is_plane_filling(log.drawables, variable.shape[0])
-    kinds = ["space-time", "profiles"] if is_row else ["map"] if name in _mapped_outputs(log) else []
+    # Outputs that colour, move or break a body, or are drawn over it.
+    mapped = [] if is_row else [*_colouring_outputs(log), *drawn_outputs(log.drawables), *overlay_drawables(log)]
+    kinds = ["space-time", "profiles"] if is_row else ["map"] if name in mapped else []
     kinds = ["histories", *kinds] if is_few else [*kinds, "histories"]
     return [*kinds, *spectrum, *(["dispersion"] if is_row and spectrum and not is_few else []), *balances]
 
@@ -154,30 +171,24 @@ def _find_balance(log: Any, name: str) -> str:
 
 def _is_drawn_as_curves(variable: Variable | None) -> bool:
     """Return whether a variable is a scalar, a vector or an input of a few elements."""
-    if variable is None or variable.causality != "input":
-        return variable is not None and bool(curve_names(variable))
-    return prod(variable.shape) <= MOST_CURVES
+    if variable is None or variable.causality == "input":
+        return variable is not None and prod(variable.shape) <= MOST_CURVES
+    return bool(curve_names(variable))
 
 
 def _colouring_outputs(log: Any) -> list[str]:
     return colouring_outputs([*visible_points(log.drawables), *visible_cells(log.drawables)], recorded_outputs(log))
 
 
-def _mapped_outputs(log: Any) -> list[str]:
-    """Return the outputs that colour, move or break a body, or are drawn over it."""
-    return [*_colouring_outputs(log), *drawn_outputs(log.drawables), *overlay_drawables(log)]
-
-
 def _run_names(logs: Sequence[Any]) -> list[str]:
     """Return a name for each log: none for a single one, else the titles or, if some are equal, the names of the files."""
-    titles, stems = [log_title(log) for log in logs], [Path(str(log.path)).stem for log in logs]
-    choices = ([""], titles, stems, [str(log.path) for log in logs])
-    return next((names for names in choices if len(set(names)) == len(logs)), choices[-1])
+    titles, files = [log_title(log) for log in logs], [os.path.basename(log.path) for log in logs]
+    return [""] if len(logs) == 1 else titles if len(set(titles)) == len(logs) else files
 
 
 def _load_run_curves(logs: Sequence[Any], name: str) -> Iterator[Curve]:
     for log, run in zip(logs, _run_names(logs), strict=True):
-        acted = None if name in recorded_outputs(log) else load_input_curves(log, name)
+        acted = None if name in log.variables else load_input_curves(log, name)
         for curve in load_curves(log, name) if acted is None else acted.curves:
             words = curve.label or curve.name.replace("_", " ")
             yield replace(curve, label=f"{run}: {words}" if run else curve.label)
@@ -194,18 +205,17 @@ def _load_run_fields(logs: Sequence[Any], name: str) -> list[list[Field]]:
 
 def _load_spectra(logs: Sequence[Any], name: str, indices: Sequence[int] | None) -> Iterator[Spectrum]:
     """Yield the spectra of the chosen elements; those of equal elements of all logs are neighbours."""
-    if names := curve_names(logs[0].variables[name]):
-        for number, words in enumerate(names):
-            for log, run in zip(logs, _run_names(logs), strict=True):
-                yield load_spectrum(log, name, number, name, f"{run}: {words}" if run else words)
-        return
-    runs = _load_run_fields(logs, name)
-    for component, first in enumerate(runs[0]):
+    names = curve_names(logs[0].variables[name])
+    for number, words in enumerate(names):
+        for log, run in zip(logs, _run_names(logs), strict=True):
+            yield load_spectrum(log, name, number, name, f"{run}: {words}" if run else words)
+    runs = [] if names else _load_run_fields(logs, name)
+    for component, fields in enumerate(zip(*runs, strict=True)):
         for index in default_indices(runs[0][0]) if indices is None else indices:
-            for log, fields in zip(logs, runs, strict=True):
-                place = find_place(fields[component], index)
-                label = fields[component].place_name(place)
-                yield load_spectrum(log, name, place * len(fields) + component, first.variable.name, label)
+            for log, field in zip(logs, fields, strict=True):
+                place = find_place(field, index)
+                number = place * len(runs[0]) + component
+                yield load_spectrum(log, name, number, field.variable.name, field.place_name(place))
 
 
 def _dispersion_curves(log: Any) -> Callable[[Any], Any] | None:

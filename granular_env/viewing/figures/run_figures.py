@@ -23,13 +23,8 @@ from .drawing import (
     add_legend,
     draw_curves,
     draw_space_time,
-    insert_gaps,
     line_style,
-    mark_end_of_validity,
-    marker_style,
     new_figure,
-    run_style,
-    show_zero_of_flat_lines,
     time_unit,
     use_style,
     value_scale,
@@ -39,7 +34,8 @@ from .drawing import (
 FRAMES = 2000
 # Kinds of array figures, and their heights [inch] (for profiles the height per time).
 _HEIGHTS = {"space-time": 5.2, "profiles": 1.8, "histories": 4.2}
-_PROFILES = 4
+# Number of profiles by default, and largest number of places that a profile marks with dots.
+_PROFILES, _MOST_MARKERS = 4, 60
 # Number of time intervals in which events are counted.
 EVENT_BINS = 100
 # The wave has reached a place if its value changes by more than this fraction of the largest change of all places.
@@ -91,7 +87,8 @@ def _draw_profiles(figure: FigureBase, fields: Sequence[Field], times: Sequence[
     panels = np.atleast_1d(figure.subplots(len(chosen), 1, sharex=True, sharey=True))
     for place, panel in enumerate(panels):
         for number, (field, own) in enumerate(zip(fields, values, strict=True)):
-            style = {**line_style(number), **marker_style(field)}
+            marker = "o" if field.values.shape[1] <= _MOST_MARKERS else ""
+            style = {**line_style(number), "marker": marker, "markersize": 3}
             panel.plot(across * field.coordinates, factor * own[place], label=field.run, **style)
         panel.set_title(f"t = {fields[0].times[frames[0][place]] * scale:.4g} {unit}", fontsize=11)
         panel.margins(x=0.01)
@@ -102,22 +99,10 @@ def _draw_profiles(figure: FigureBase, fields: Sequence[Field], times: Sequence[
 
 
 def _draw_histories(figure: FigureBase, fields: Sequence[Field], indices: Sequence[int] | None, valid_until: float) -> None:
-    scale, unit = time_unit(max(float(field.times[-1]) for field in fields))
-    axes = figure.subplots()
     chosen = default_indices(fields[0]) if indices is None else indices
-    lines = [(field, find_place(field, index) // field.every) for index in chosen for field in fields]
-    variable, values = fields[0].variable, [field.values[:, column] for field, column in lines]
-    factor, label = value_scale(variable.name, variable.unit, *values)
-    for place, ((field, column), own) in enumerate(zip(lines, values, strict=True)):
-        style = run_style(place, len(fields) if len(chosen) > 1 else 1)
-        axes.plot(
-            *insert_gaps(field.times * scale, factor * own, field.cuts), label=field.place_name(column * field.every), **style
-        )
-    axes.set(xlabel=f"time [{unit}]", ylabel=label)
-    axes.margins(x=0.0)
-    show_zero_of_flat_lines(axes)
-    mark_end_of_validity(axes, valid_until * scale)
-    add_legend(axes)
+    curves = [field.history(find_place(field, index)) for index in chosen for field in fields]
+    runs = len(fields) if len(chosen) > 1 else 1
+    draw_curves(figure.subplots(), curves, fields[0].variable.name, valid_until, runs)
 
 
 def default_indices(field: Field) -> list[int]:
@@ -134,7 +119,7 @@ def default_indices(field: Field) -> list[int]:
 
 def find_place(field: Field, index: int) -> int:
     """Return the number of the place with an index, which may count from the end; `ParameterError` if there is none."""
-    if not isinstance(index, int) or not -field.total <= index < field.total:
+    if not isinstance(index, int | np.integer) or not -field.total <= index < field.total:
         raise ParameterError(
             f"got {index!r}", expected=f"a whole number from {-field.total} to {field.total - 1}", at="indices"
         )
@@ -186,16 +171,12 @@ def draw_event_counts(events: Sequence[tuple[float, str]], span: tuple[float, fl
     scale, unit = time_unit(span[1])
     figure = new_figure(8.0, 2.6)
     axes = figure.subplots()
-    edges = np.linspace(span[0], span[1] if span[1] > span[0] else span[0] + 1.0, EVENT_BINS + 1)
-    below = np.zeros(EVENT_BINS)
-    for place, kind in enumerate(dict.fromkeys(kind for _, kind in events)):
-        counts, _ = np.histogram([time for time, one in events if one == kind], edges)
-        axes.bar(
-            scale * edges[:-1], counts, scale * np.diff(edges), below, align="edge", color=PALETTE[place % len(PALETTE)],
-            label=kind.replace("_", " "),
-        )  # fmt: skip
-        below += counts
-    axes.set(xlabel=f"time [{unit}]", ylabel="events", xlim=(scale * edges[0], scale * edges[-1]))
+    start, end = scale * span[0], scale * span[1] if span[1] > span[0] else scale * span[0] + 1.0
+    kinds = list(dict.fromkeys(kind for _, kind in events))
+    times = [[scale * time for time, one in events if one == kind] for kind in kinds]
+    style = {"color": np.resize(PALETTE, len(kinds)).tolist(), "label": [kind.replace("_", " ") for kind in kinds]}
+    axes.hist(times, bins=EVENT_BINS, range=(start, end), stacked=True, **style)
+    axes.set(xlabel=f"time [{unit}]", ylabel="events", xlim=(start, end))
     axes.yaxis.set_major_locator(MaxNLocator(integer=True))
     add_legend(axes)
     return figure

@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
@@ -17,7 +16,7 @@ from granular_env.components.support.float_arrays import FloatArray
 
 from ..recorded_fields import evenly_spaced_series
 from ..unit_labels import scaled_unit
-from .drawing import add_legend, new_figure, run_style, use_style, value_scale
+from .drawing import add_legend, line_style, new_figure, use_style, value_scale
 
 _WIDTH, _HEIGHT, _DISPERSION_HEIGHT = 8.0, 4.2, 5.2  # inch
 # Magnitudes below the largest one by more than this have the darkest colour [dB].
@@ -64,7 +63,7 @@ def draw_spectra(spectra: Sequence[Spectrum], runs: int) -> Figure:
         shown = [one for one in spectra if one.quantity == quantity]
         factor, label = value_scale(f"amplitude of {quantity}", shown[0].unit, *(one.amplitudes for one in shown))
         for place, one in enumerate(shown):
-            style = run_style(place, runs if len(shown) > runs else 1)
+            style = line_style(place, runs if len(shown) > runs else 1)
             axes.plot(scale * one.frequencies, factor * one.amplitudes, label=one.label.replace("_", " "), **style)
         axes.set(xlabel=f"frequency [{unit}]", ylabel=label)
         axes.margins(x=0.0)
@@ -101,11 +100,15 @@ def draw_dispersion(log: Any, name: str, components: Sequence[str], curves: Curv
         )  # fmt: skip
         axes.grid(False)
         figure.colorbar(image, ax=axes, label=f"{components[number].replace('_', ' ')} [dB], 0 at the largest", pad=0.02)
-        highest = max(
-            _draw_theory(axes, curves, scale), scale * float(frequencies[(decibels > -_RANGE).any(axis=1)].max(initial=0.0))
-        )
+        shown = [frequencies[(decibels > -_RANGE).any(axis=1)]]
+        lattice = np.linspace(-np.pi, np.pi, _CURVE_POINTS)
+        for place, (label, theory) in enumerate(curves(lattice).items() if curves is not None else ()):
+            axes.plot(lattice, scale * theory, "--", color=PALETTE[1 + place], linewidth=1.2, label=label)
+            axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.2)
+            shown.append(theory)
         axes.set(xlabel="wave number x spacing [rad]", ylabel=f"frequency [{unit}]", xlim=(-np.pi, np.pi))
-        axes.set_ylim(0.0, min(_HEADROOM * highest or np.inf, scale * float(frequencies[-1])))
+        highest = _HEADROOM * float(np.concatenate(shown).max(initial=0.0)) or np.inf
+        axes.set_ylim(0.0, scale * min(highest, float(frequencies[-1])))
         axes.set_xticks(np.pi * np.linspace(-1.0, 1.0, 5), ["\u2212\u03c0", "\u2212\u03c0/2", "0", "\u03c0/2", "\u03c0"])
     return figure
 
@@ -118,14 +121,3 @@ def _transform(interval: float, values: FloatArray) -> tuple[npt.NDArray[Any], n
     magnitude = np.abs(np.fft.fftshift(np.fft.ifft(np.fft.rfft(values * window, axis=0), axis=1), axes=1))
     decibels = 20.0 * np.log10(np.maximum(magnitude / (magnitude.max() or 1.0), 1e-30))
     return np.fft.rfftfreq(frames, interval), np.fft.fftshift(np.fft.fftfreq(places)) * 2.0 * np.pi, decibels
-
-
-def _draw_theory(axes: Axes, curves: Curves, scale: float) -> float:
-    """Draw the theory's curves, multiplied by `scale`; return the largest frequency drawn, 0 without curves."""
-    phases = np.linspace(-np.pi, np.pi, _CURVE_POINTS)
-    found = {} if curves is None else curves(phases)
-    for place, (name, frequencies) in enumerate(found.items()):
-        axes.plot(phases, scale * frequencies, "--", color=PALETTE[1 + place], linewidth=1.2, label=name)
-    if found:
-        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.2)
-    return max((scale * float(frequencies.max()) for frequencies in found.values()), default=0.0)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,18 +10,16 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
-from granular_env.components.support.float_arrays import FloatArray
 from granular_env.progress import Progress, progress_bar
-from granular_env.recording.comparison import Difference, LogComparison, Logs, common_frames, compare_logs
-from granular_env.recording.preview.visible_drawables import is_plane_filling
+from granular_env.recording.comparison import Difference, LogComparison, Logs, compare_logs
 
-from ..curves import MOST_CURVES, Curve, component_names, load_input_curves
-from ..figures.plane import Plane, draw_plane, plane_text
-from ..figures.run_figures import FRAMES, default_indices, draw_curve_panels, draw_fields
+from ..curves import component_names
+from ..figures.drawing import new_figure, use_style
+from ..figures.keys import draw_keys, keys_height
+from ..figures.plane import Plane, draw_instant, instant_text, plane_text
+from ..figures.plot import plot
 from ..html_page import Page, parts
-from ..recorded_fields import Field, curve_names, load_curves, load_fields, pick_evenly, sample_frames
 from ..scene_builder import load_scene, load_shapes, require_log
-from ..scene_data import MAXIMUM_POINTS, SceneData
 from ..scene_scales import make_scales
 from ..unit_labels import typeset_unit
 from .figures import CaptionedFigure, figure_title
@@ -30,8 +27,8 @@ from .page import figure_sections, require_page, write_page
 from .tables import short_value
 
 _NAMES = ("A", "B")
-# Number of instants of the pictures, and distance between the bodies of both logs, as a fraction of their width.
-_INSTANTS, _GAP = 3, 0.1
+# Number of instants of the pictures; width and largest height of a picture [inch].
+_INSTANTS, _WIDTH, _HEIGHT = 3, 4.0, 4.5
 
 
 def compare(
@@ -62,11 +59,11 @@ def compare(
     require_page(target, file_format)
     with progress_bar(f"comparison in {target.parent.name}", show=progress) as bar:
         found = compare_logs(first, second)
-        drawn = _draw_bodies(logs, found.differences)
+        drawn = _draw_bodies(logs, found.differences[0].time) if found.differences else {}
         residuals = {balance.residual for balance in first.balances}
         variables = [one for one in found.differences if one.kind != "events" and one.name not in residuals]
         for done, one in enumerate(variables, start=1):
-            drawn |= _draw_variable(logs, one)
+            drawn[one.name] = _draw_variable(logs, one)
             bar.update(done / (1 + len(variables)))
         files = [f"{name}: {log.path}, recorded {log.metadata.get('created')}" for name, log in zip(_NAMES, logs, strict=True)]
         lead = parts.paragraph(f"{found.message[0].upper()}{found.message[1:]}.")
@@ -83,92 +80,58 @@ def compare(
 def _difference_table(found: LogComparison) -> Markup:
     rows = []
     for one in found.differences:
-        digits = 6 if f"{one.values[0]:.6g}" != f"{one.values[1]:.6g}" else 17
-        values = [f"{value:.{digits}g}" for value in one.values]
-        largest, index = "" if one.largest is None else f"{one.largest:.4g}", ", ".join(map(str, one.index))
+        # All digits of values that agree in the first six.
+        texts = [f"{value:.6g}" for value in one.values]
+        values = one.values if texts[0] != texts[1] else map(repr, one.values)
+        index, largest = ", ".join(map(str, one.index)), "" if one.largest is None else one.largest
         rows.append([one.name.replace("_", " "), typeset_unit(one.unit), one.time, index, *values, largest])
     differ = {one.name for one in found.differences}
     equal = ", ".join(name.replace("_", " ") for name in found.compared if name not in differ)
     words = parts.paragraph(f"Equal at all common times: {equal or 'none'}.")
+    words += parts.paragraph("Figures of arrays show the elements with the first and with the largest difference.", "dim")
     if found.not_compared:
         words += parts.paragraph(f"In one log only, or of different shapes: {', '.join(found.not_compared)}.")
     return (parts.table(["name", "unit", "time [s]", "element", *_NAMES, "largest difference"], rows) if rows else "") + words
 
 
-def _draw_variable(logs: Logs, difference: Difference) -> dict[str, CaptionedFigure]:
-    """Draw the histories of an input or an output in both logs and, along a row, the difference as x-t diagram."""
+def _draw_variable(logs: Logs, difference: Difference) -> CaptionedFigure:
+    """Draw an input or an output of both logs over time; of an array, the elements with the first and largest difference."""
     name, title = difference.name, figure_title(difference.name)
-    if curves := [curve for run, log in zip(_NAMES, logs, strict=True) for curve in _load_curves(log, difference, run)]:
-        heading = "Inputs" if difference.kind == "input" else "Outputs"
-        return {name: CaptionedFigure(heading, draw_curve_panels(curves), f"{title} over time.")}
-    fields = [replace(one, run=run) for run, log in zip(_NAMES, logs, strict=True) for one in load_fields(log, name, FRAMES)]
-    differences = _difference_fields(logs, name)
-    figure = draw_fields(fields, "histories", None, default_indices(differences[0])[::2])
-    drawn = {f"{name}-histories": CaptionedFigure(title, figure, f"{title} of elements at which the logs clearly differ.")}
-    is_line = differences[0].coordinate is not None or not is_plane_filling(logs[0].drawables, differences[0].total)
-    if is_line and len(differences) == 1 and differences[0].total > MOST_CURVES:
-        words = f"{title} in B minus that in A: place (horizontal) and time (vertical)."
-        drawn[f"{name}-difference"] = CaptionedFigure(title, draw_fields(differences, "space-time"), words)
-    return drawn
+    variable = {**logs[0].variables, **logs[0].input_variables}[name]
+    components = len(component_names(variable))
+    indices = dict.fromkeys(one for one in (difference.index, difference.largest_index) if one)
+    places = [int(np.ravel_multi_index(index, variable.shape)) // components for index in indices]
+    heading = "Inputs" if difference.kind == "input" else title if places else "Outputs"
+    figure = plot(logs, name, "histories", indices=list(dict.fromkeys(places)) or None)
+    return CaptionedFigure(heading, figure, f"{title}: {variable.description}.")
 
 
-def _load_curves(log: Any, difference: Difference, run: str) -> Iterator[Curve]:
-    """Yield the curves of an input or a number, labelled with the name of the run; none for a recorded array."""
-    acted = load_input_curves(log, difference.name) if difference.kind == "input" else None
-    is_array = difference.kind == "input" or not curve_names(log.variables[difference.name])
-    for one in acted.curves if acted is not None else () if is_array else load_curves(log, difference.name):
-        yield replace(one, label=f"{run}: {one.label or one.name.replace('_', ' ')}")
-
-
-def _difference_fields(logs: Logs, name: str) -> list[Field]:
-    """Return an array of B minus that of A at common times, with one field for each component of a vector."""
-    frames, fields = common_frames(logs, name), load_fields(logs[0], name, 2)
-    most = max(2, min(FRAMES, MAXIMUM_POINTS // fields[0].values.shape[1]))
-    picked = pick_evenly(len(frames[0]), most)
-    (times, before), (_, after) = (sample_frames(log, name, own[picked]) for log, own in zip(logs, frames, strict=True))
-    count, every = len(component_names(logs[0].variables[name])), fields[0].every
-    values = (after - before).reshape(len(times), -1, count)[:, ::every]
-    found = []
-    for place, one in enumerate(fields):
-        variable = replace(one.variable, name=f"{one.variable.name}, B - A")
-        found.append(replace(one, variable=variable, times=times, values=values[:, :, place], cuts=one.cuts[:0]))
-    return found
-
-
-def _draw_bodies(logs: Logs, differences: list[Difference]) -> dict[str, CaptionedFigure]:
-    """Draw the bodies of both logs, B to the right of A, at the same instants after the first difference."""
+@use_style
+def _draw_bodies(logs: Logs, start: float) -> dict[str, CaptionedFigure]:
+    """Draw the bodies of A (left) and B (right) at the same instants after the time `start` [s], with one scale."""
     scenes = [load_scene(log, 2) for log in logs]
-    if not differences or not all(scene.is_plane for scene in scenes):
-        return {}
     clocks = [shape.times for scene in scenes for shape in scene.shapes]
-    start = max(differences[0].time, *(float(clock[0]) for clock in clocks))
-    end = max(start, min(float(clock[-1]) for clock in clocks))
-    times = np.linspace(start, end, _INSTANTS + 1)[1:].tolist()
-    pairs = [[load_shapes(log, [time]) for log in logs] for time in times]
-    everything = _join_scenes([scene for pair in pairs for scene in pair], np.zeros(3))
-    if (scales := make_scales(everything)) is None:
+    if not clocks or not all(scene.is_plane for scene in scenes):
         return {}
+    first, last = max(start, *(float(clock[0]) for clock in clocks)), min(float(clock[-1]) for clock in clocks)
+    times = np.linspace(first, max(first, last), _INSTANTS + 1)[1:].tolist()
+    shown = [load_shapes(log, [time]) for time in times for log in logs]
+    motions, meshes = (tuple(shape for scene in shown for shape in getattr(scene, kind)) for kind in ("motions", "meshes"))
+    everything = replace(shown[0], motions=motions, meshes=meshes)
+    scales = make_scales(everything)
+    assert scales is not None
     plane = Plane(everything, scales)
-    shift = (1.0 + _GAP) * float(np.ptp(plane.bounding_box, axis=0)[0]) * plane.eye_axes[:, 0]
-    drawn = {}
-    for number, pair in enumerate(pairs, start=1):
-        figure = draw_plane(Plane(_join_scenes(pair, shift), scales))
-        title = figure.axes[0].get_title("left")
-        figure.axes[0].set_title(f"A (left) and B (right), {title}", loc="left", fontsize=11)
-        words = f"A (left) and B (right). {plane_text(Plane(pair[0], scales))}" if number == len(pairs) else ""
-        drawn[f"plane-{number}"] = CaptionedFigure("Pictures", figure, words)
-    return drawn
-
-
-def _join_scenes(scenes: Sequence[SceneData], shift: FloatArray) -> SceneData:
-    """Return the shapes of all scenes, those of each scene shifted from those of the last one by a vector, shape (3,) [m]."""
-    moved = [
-        replace(
-            scene,
-            motions=tuple(replace(one, reference=one.reference + place * shift) for one in scene.motions),
-            meshes=tuple(replace(one, nodes=one.nodes + place * shift) for one in scene.meshes),
-        )
-        for place, scene in enumerate(scenes)
-    ]
-    motions, meshes = ([one for scene in moved for one in getattr(scene, name)] for name in ("motions", "meshes"))
-    return replace(scenes[0], motions=tuple(motions), meshes=tuple(meshes))
+    low, high = plane.bounding_box
+    tall = _INSTANTS * min(_WIDTH * (high - low)[1] / (high - low)[0] + 0.35, _HEIGHT)
+    below = keys_height(plane, len(plane.colour_scales))
+    figure = new_figure(2.0 * _WIDTH, tall + below)
+    above, keys = figure.subfigures(2, 1, squeeze=False, height_ratios=[tall, below]).flat
+    panels = above.subplots(_INSTANTS, 2)
+    for axes, scene, run in zip(panels.flat, shown, _NAMES * _INSTANTS, strict=True):
+        own = Plane(replace(scene, focus_normal=everything.focus_normal), scales)
+        draw_instant(axes, own, 0)
+        axes.set_title(f"{run}, t = {instant_text(own, 0)}", fontsize=11)
+        axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+    draw_keys(keys, panels.flat[0], plane)
+    words = f"A (left) and B (right). {plane_text(Plane(shown[-1], scales))}"
+    return {"pictures": CaptionedFigure("Pictures", figure, words)}

@@ -2,57 +2,39 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Callable, Collection, Sequence
+from math import prod
+from typing import Any, NamedTuple
 
-import numpy as np
 from matplotlib.figure import Figure
 
-from granular_env.components.drawables import Cells, Links, Points, element_count
+from granular_env.components.drawables import Cells, Points
 from granular_env.components.errors import ParameterError
 from granular_env.recording.preview.visible_drawables import colouring_outputs, is_plane_filling, is_solid
 
-from ..curves import MOST_CURVES, Curve, InputCurves, load_input_curves
+from ..curves import MOST_CURVES, InputCurves, load_input_curves
 from ..figures import plane, run_figures
-from ..plot_groups import make_plots
-from ..recorded_fields import Field, array_names, load_fields, recorded_outputs
+from ..recorded_fields import curve_names, load_curves, load_fields, recorded_outputs
 from ..scene_builder import load_scene
 from ..scene_data import SceneData
 
+_CAPTIONS = {"space-time": "x-t diagram", "profiles": "Profiles", "histories": "Histories"}
 
-@dataclass(frozen=True)
-class CaptionedFigure:
-    """A figure of a report with its heading and its caption."""
+
+class CaptionedFigure(NamedTuple):
+    """A figure of a page with the heading of its section and its caption."""
 
     heading: str
     figure: Figure
     words: str
 
 
-@dataclass(frozen=True)
-class ReportChoice:
+class ReportChoice(NamedTuple):
     """The user's choice of what a report shows: names of variables, times [s] and indices of elements; None for the default."""
 
     variables: Sequence[str] | None = None
     times: Sequence[float] | None = None
     indices: Sequence[int] | None = None
-
-    def check_log(self, log: Any) -> None:
-        """Raise `ParameterError` if the log does not contain the chosen variables, times or indices."""
-        arrays = array_names(log)
-        known = [*arrays, *(name for name in recorded_outputs(log) if name not in arrays)]
-        if unknown := [name for name in self.variables or () if name not in known]:
-            raise ParameterError(
-                f"{unknown[0]!r} was not recorded", hint=f"this log contains {', '.join(known) or 'none'}", at="variables"
-            )
-        if (self.times is not None or self.indices is not None) and not any(map(self.is_chosen, arrays)):
-            raise ParameterError("none of the variables is a recorded array", hint="omit times and indices", at="variables")
-
-    def is_chosen(self, name: str) -> bool:
-        """Return whether the report shows a variable."""
-        return self.variables is None or name in self.variables
 
 
 def draw_report(
@@ -63,127 +45,104 @@ def draw_report(
     `progress` gets the done fraction.
 
     Raises:
-        ParameterError: as in `ReportChoice.check_log`, or a time or place outside the log.
+        ParameterError: a variable, time or place that the log does not contain.
     """
-    choice.check_log(log)
+    names = _chosen_outputs(log, choice)
     scene_data = load_scene(log, run_figures.FRAMES)
-    balanced = {name for balance in log.balances for name in (*balance.entries, balance.residual)}
-    others = [name for name in recorded_outputs(log) if choice.is_chosen(name) and name not in balanced]
-    zero = [name for name in others if is_always_zero(log, name)]
-    drawn = _scene_pictures(log, scene_data, choice, zero) if choice.variables is None else {}
-    pictured = _pictured_arrays(log) if choice.variables is None else {}
-    elsewhere = {*pictured, *zero, *(balanced if choice.variables is None else ())}
-    main = _main_array(scene_data)
-    arrays = [name for name in array_names(log) if choice.is_chosen(name) and name not in elsewhere]
+    zero = [name for name in names if not any(log.frames(row, name)[1].any() for row in log.frame_rows(name))]
+    is_whole = choice.variables is None
+    drawn = _scene_pictures(log, scene_data, choice.times, zero) if is_whole else {}
+    pictured = [name for name in _pictured_arrays(log) if is_whole and name not in zero]
+    shown = [name for name in names if name not in zero and name not in pictured]
+    motion = scene_data.motion
+    main = "" if motion is None or motion.colour is None else motion.colour_variable.name
+    arrays = [name for name in shown if not curve_names(log.variables[name])]
     arrays.sort(key=lambda name: (len(log.variables[name].shape) > 1, name != main))
     for done, name in enumerate(arrays, start=1):
         progress(done / (1 + len(arrays)))
-        drawn |= _array_figures(log, scene_data, name, choice)
+        drawn |= _array_figures(log, scene_data, name, choice, name == main)
     drawn |= _balance_figures(scene_data)
-    if curves := [one for one in _active_curves(scene_data, "outputs") if choice.is_chosen(one.name)]:
+    if curves := [curve for name in shown if name not in arrays for curve in load_curves(log, name)]:
         figure = run_figures.draw_curve_panels(curves, scene_data.valid_until)
         drawn["outputs"] = CaptionedFigure("Outputs", figure, "Outputs over time.")
-    drawn |= _input_figures(log, scene_data)
-    if choice.variables is None and (happened := log.events()):
+    drawn |= _input_figures(log)
+    if is_whole and (happened := log.events()):
         span = log.start_tick * log.step_size, log.start_tick * log.step_size + log.duration
         figure = run_figures.draw_event_counts([(event.tick * log.step_size, event.kind) for event in happened], span)
         drawn["events"] = CaptionedFigure("Events", figure, "Number of events of each kind in each hundredth of the run.")
-    return scene_data, drawn, list(_omission_sentences(pictured, zero))
+    omissions = [f"Always zero: {', '.join(zero)}."] if zero else []
+    if pictured:
+        options = " ".join(f"--variables {name}" for name in pictured)
+        omissions.append(f"Shown in the pictures alone: {', '.join(pictured)}. The curves are shown by {options}.")
+    return scene_data, drawn, omissions
 
 
-def is_always_zero(log: Any, name: str) -> bool:
-    """Return whether all recorded values of an output are zero."""
-    return not any(log.frames(row, name)[1].any() for row in log.frame_rows(name))
+def _chosen_outputs(log: Any, choice: ReportChoice) -> list[str]:
+    """Return the recorded outputs to show, by default all except the entries of balances."""
+    recorded = recorded_outputs(log)
+    balanced = {name for balance in log.balances for name in (*balance.entries, balance.residual)}
+    names = [name for name in recorded if name not in balanced] if choice.variables is None else list(choice.variables)
+    if unknown := [name for name in names if name not in recorded]:
+        known = f"this log contains {', '.join(recorded) or 'none'}"
+        raise ParameterError(f"{unknown[0]!r} was not recorded", hint=known, at="variables")
+    if (choice.times or choice.indices) and all(curve_names(recorded[name]) for name in names):
+        raise ParameterError("none of the variables is a recorded array", hint="omit times and indices", at="variables")
+    return names
 
 
-def _omission_sentences(pictured: Mapping[str, str], zero: Sequence[str]) -> Iterator[str]:
-    """Yield sentences on outputs that are always zero, and on those that the pictures show."""
-    if zero:
-        yield f"Always zero: {', '.join(name.replace('_', ' ') for name in zero)}."
-    if elsewhere := {name: how for name, how in pictured.items() if name not in zero}:
-        words = ", ".join(f"{name.replace('_', ' ')} ({how})" for name, how in elsewhere.items())
-        yield f"Not shown as curves: {words}; show them with {' '.join(f'--variables {name}' for name in elsewhere)}."
-
-
-def _scene_pictures(log: Any, scene_data: SceneData, choice: ReportChoice, zero: Collection[str]) -> dict[str, CaptionedFigure]:
+def _scene_pictures(
+    log: Any, scene_data: SceneData, times: Sequence[float] | None, zero: Collection[str]
+) -> dict[str, CaptionedFigure]:
     """Return pictures of a plane or a body in space; for a surface, one per output that can colour it."""
-    if (shown := plane.load_plane(log, scene_data, choice.times)) is None:
+    if (shown := plane.load_plane(log, scene_data, times)) is None:
         return {}
     heading = "In space" if scene_data.is_solid else "In the plane"
     caption = f"{plane.plane_text(shown)} {scene_data.remark}".strip()
     drawn = {"plane": CaptionedFigure(heading, plane.draw_plane(shown), caption)}
     surfaces = [one for one in log.drawables if isinstance(one, Cells) and is_solid(one.nodes)]
-    shown_already = {mesh.field_variable.name for mesh in shown.scene.meshes} | {one.state for one in surfaces}
+    excluded = {*zero, *(mesh.field_variable.name for mesh in shown.scene.meshes), *(one.state for one in surfaces)}
     for name in colouring_outputs(surfaces, recorded_outputs(log)):
-        is_new = name not in shown_already and name not in zero
-        other = plane.load_plane(log, scene_data, choice.times, name) if is_new else None
+        other = None if name in excluded else plane.load_plane(log, scene_data, times, name)
         if other is not None:
             words = f"The same, coloured by {log.variables[name].description}."
             drawn[f"plane-{name}"] = CaptionedFigure(figure_title(name), plane.draw_plane(other), words)
     return drawn
 
 
-def _pictured_arrays(log: Any) -> dict[str, str]:
-    """Return the arrays that only the pictures show, and how."""
-    arrays, found = array_names(log), dict[str, str]()
-    for one in log.drawables:
-        if isinstance(one, Cells) and is_solid(one.nodes):
-            found[one.state] = "gaps in the pictures"
-        if isinstance(one, Points | Cells) and one.displacement in arrays and len(log.variables[one.displacement].shape) > 1:
-            found[one.displacement] = "in the pictures"
-    return {name: how for name, how in found.items() if name in arrays}
+def _pictured_arrays(log: Any) -> list[str]:
+    """Return the arrays that only the pictures show: displacements, and the states of the cells of surfaces."""
+    recorded, bodies = recorded_outputs(log), [one for one in log.drawables if isinstance(one, Points | Cells)]
+    states = [one.state for one in bodies if isinstance(one, Cells) and is_solid(one.nodes)]
+    names = dict.fromkeys([*states, *(one.displacement for one in bodies)])
+    return [name for name in names if name in recorded and (name in states or len(recorded[name].shape) > 1)]
 
 
-def _main_array(scene_data: SceneData) -> str:
-    """Return the name of the output that colours the first particles; "" if there is none."""
-    motion = scene_data.motion
-    return "" if motion is None or motion.colour is None else motion.colour_variable.name
-
-
-def _array_figures(log: Any, scene_data: SceneData, name: str, choice: ReportChoice) -> dict[str, CaptionedFigure]:
+def _array_figures(
+    log: Any, scene_data: SceneData, name: str, choice: ReportChoice, is_main: bool
+) -> dict[str, CaptionedFigure]:
     """Return the figures of an array: x-t diagram, profiles (of the main array or on request) and histories.
 
     Vectors have only histories. The same holds, unless requested, for values at places that fill a plane, because the
     number of such a place does not determine its position.
     """
-    fields = load_fields(log, name, run_figures.FRAMES)
-    field, is_vector = fields[0], len(log.variables[name].shape) > 1
-    is_main, is_asked = name == _main_array(scene_data), choice.times is not None or choice.variables is not None
-    title, drawn = figure_title(name), {}
-    stem = "" if is_main else f"{name}-"
-    across = _axis_text(field)
+    fields, variable = load_fields(log, name, run_figures.FRAMES), log.variables[name]
+    field, title, kinds = fields[0], figure_title(name), ["histories"]
+    is_asked = choice.times is not None or choice.variables is not None
     # An image of a few columns shows less than their curves.
     is_few = field.total <= MOST_CURVES and field.coordinate is None
-    is_line = field.coordinate is not None or not is_plane_filling(log.drawables, field.total)
-    if not is_vector and not is_few and (is_asked or is_line):
-        words = (
-            f"{title} {across} (horizontal) over time (vertical): red is positive, blue is negative, near white is 0. "
-            "Times without a frame are grey."
-        )
-        figure = run_figures.draw_fields(fields, "space-time")
-        drawn[f"{stem}space-time"] = CaptionedFigure("x-t diagram" if is_main else title, figure, words)
-        if is_main or is_asked or field.coordinate is not None:
-            figure = run_figures.draw_fields(fields, "profiles", choice.times)
-            heading = "Profiles at chosen times" if is_main else f"{title}: profiles"
-            drawn[f"{stem}profiles"] = CaptionedFigure(heading, figure, f"{title} {across} at chosen instants.")
-    things = _plural_noun(log, field)
-    indices, words = choice.indices, f"{title} of chosen {things} over time, by default evenly spaced among those that changed."
-    if is_few:
-        indices, words = range(field.total), f"{title} of every {field.place} over time."
-    figure = run_figures.draw_fields(fields, "histories", None, indices, scene_data.valid_until)
-    heading = f"Histories of chosen {things}" if is_main else f"{title}: histories"
-    drawn[f"{stem}histories"] = CaptionedFigure(heading, figure, words)
+    is_line = is_asked or field.coordinate is not None or not is_plane_filling(log.drawables, field.total)
+    if is_line and not is_few and len(variable.shape) == 1:
+        has_profiles = is_main or is_asked or field.coordinate is not None
+        kinds = ["space-time", "profiles", "histories"] if has_profiles else ["space-time", "histories"]
+    indices = range(field.total) if is_few and choice.indices is None else choice.indices
+    picked = "" if indices is not None else " The elements are evenly spaced among those that changed."
+    notes = {"space-time": " Times without a frame are grey.", "histories": picked}
+    drawn = {}
+    for kind in kinds:
+        figure = run_figures.draw_fields(fields, kind, choice.times, indices, scene_data.valid_until)
+        words = f"{_CAPTIONS[kind]}: {variable.description}.{notes.get(kind, '')}"
+        drawn[f"{name}-{kind}"] = CaptionedFigure(title, figure, words)
     return drawn
-
-
-def _axis_text(field: Field) -> str:
-    return f"of every {field.place}" if field.coordinate is None else "along x"
-
-
-def _plural_noun(log: Any, field: Field) -> str:
-    """Return the plural name of an array's places, such as "grains"."""
-    drawn = (one for one in log.drawables if isinstance(one, Points | Links) and element_count(one) == field.total)
-    return next((one.name.replace("_", " ") for one in drawn), f"{field.place}s")
 
 
 def _balance_figures(scene_data: SceneData) -> dict[str, CaptionedFigure]:
@@ -196,48 +155,32 @@ def _balance_figures(scene_data: SceneData) -> dict[str, CaptionedFigure]:
     return drawn
 
 
-def _active_curves(scene_data: SceneData, group: str) -> list[Curve]:
-    found = [curve for plot in make_plots(scene_data) if plot.group == group for curve in plot.curves]
-    return [curve for curve in found if np.any(curve.values != 0.0)]
-
-
-def _input_figures(log: Any, scene_data: SceneData) -> dict[str, CaptionedFigure]:
-    """Return one figure of all scalar inputs and one per array input that is not always 0; large arrays also as x-t diagram."""
+def _input_figures(log: Any) -> dict[str, CaptionedFigure]:
+    """Return a figure of each input that is not always 0; large arrays also as x-t diagram."""
     drawn: dict[str, CaptionedFigure] = {}
-    scalars = {name for name, one in log.input_variables.items() if one.shape == ()}
-    if curves := [one for one in _active_curves(scene_data, "inputs") if one.name in scalars]:
-        drawn["inputs"] = CaptionedFigure(
-            "Inputs", run_figures.draw_curve_panels(curves), "Inputs over time; inputs that stay 0 are omitted."
-        )
     for name in log.input_variables:
-        acted = None if name in scalars else load_input_curves(log, name)
+        acted = load_input_curves(log, name)
         moving = [] if acted is None else [one for one in acted.curves if one.values.any()]
         if acted is None or not moving:
             continue
         drawn[f"inputs-{name}"] = CaptionedFigure("Inputs", run_figures.draw_curve_panels(moving), _input_text(acted))
         if acted.is_summary and not is_plane_filling(log.drawables, acted.variable.shape[0]):
             fields = [one for one in load_fields(log, name, run_figures.FRAMES) if one.values.any()]
-            words = f"{figure_title(name)} {_axis_text(fields[0])} (horizontal) over time (vertical)."
+            words = f"x-t diagram: {acted.variable.description}."
             drawn[f"inputs-{name}-space-time"] = CaptionedFigure("Inputs", run_figures.draw_fields(fields, "space-time"), words)
     return drawn
 
 
 def _input_text(acted: InputCurves) -> str:
-    """Return the caption of an array input's figure: its description, what its indices count, and which elements are drawn."""
-    variable = acted.variable
-    words = f"{figure_title(variable.name)} in time: {variable.description}."
-    if variable.axes:
-        numbers = ", ".join(f"{number} is {axis}" for number, axis in enumerate("xyz"[: variable.shape[-1]]))
-        counted = (axis.replace("_", " ") + (f" ({numbers})" if axis == "direction" else "") for axis in variable.axes)
-        words += f" In brackets: {', '.join(counted)}."
-    size = math.prod(variable.shape)
+    """Return the caption of an input's figure: its description and, for an array, which elements are drawn."""
+    variable, size = acted.variable, prod(acted.variable.shape)
+    words = f"{figure_title(variable.name)} over time: {variable.description}."
+    if size == 1:
+        return words
     if len(acted.curves) == 1 and acted.acting == size:
         return f"{words} All {size} elements have the same value."
-    shown = (
-        "the curves are the maximum and the minimum over all elements"
-        if acted.is_summary
-        else "elements that stay 0 are omitted"
-    )
+    summary = "the curves are the maximum and the minimum over all elements"
+    shown = summary if acted.is_summary else "elements that stay 0 are omitted"
     return f"{words} {acted.acting} of {size} elements act; {shown}."
 
 

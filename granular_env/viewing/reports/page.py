@@ -14,10 +14,11 @@ from markupsafe import Markup
 from granular_env.components.errors import ParameterError
 from granular_env.output_files import count_text, require_writable, size_text, valid_file_name, write_files
 from granular_env.progress import Progress, progress_bar
+from granular_env.recording.header import header_table
 
 from ..figures import drawing
 from ..figures.html_film import make_film
-from ..html_page import Page, parts, render_page
+from ..html_page import Page, page_template, parts
 from ..scene_builder import require_log
 from ..scene_data import SceneData
 from . import tables
@@ -41,8 +42,7 @@ def report(
 
         ge.viewing.report(log, "piston", variables=["contact_force"], indices=[10, 20], times=[1e-4, 2e-4])
 
-    The page embeds its pictures and style, runs no script, and forbids network access by a policy. Text from the log is
-    escaped. The page follows the light or dark theme of the reader's system.
+    The page embeds its pictures and style, runs no script, forbids network access, and is light or dark with your system.
 
     Args:
         log: an open log, of any component.
@@ -94,7 +94,7 @@ def write_page(target: Path, page: Page, drawn: Mapping[str, CaptionedFigure], f
         # Names of figures contain names from the log, which may contain any characters.
         contents[f"{valid_file_name(name, 'figure')}.{file_format}"] = buffer.getvalue()
     before = target.read_text("utf-8", "replace") if target.exists() else ""
-    html = render_page(page, list(contents)).encode("utf-8", "replace")
+    html = page_template.render(page=page, files=contents).encode("utf-8", "replace")
     write_files({**{target.parent / name: data for name, data in contents.items()}, target: html})
     for name in re.findall(r"[^ /]+", "".join(re.findall(r'<meta name="figures" content="(.*?)">', before)[:1])):
         if name not in contents and Path(name).suffix[1:] in FORMATS:
@@ -133,16 +133,15 @@ def _sections(
 
 def _lead_paragraphs(log: Any, scene_data: SceneData) -> Markup:
     """Return the paragraphs at the top of the report: conclusions, cautions, notes, and description and length of the run."""
-    metadata = log.metadata
-    experiment = metadata.get("experiment") if isinstance(metadata.get("experiment"), dict) else {}
+    metadata, lead = log.metadata, Markup()
+    experiment = header_table(metadata.get("experiment"))
+    notes = [*tables.incident_sentences(log), *metadata["cautions"], *scene_data.notes]
+    for sentences, style in ((metadata.get("conclusions"), ""), (notes, "cautions")):
+        lead += parts.bullets(sentences, style) if sentences else ""
     scale, unit = drawing.time_unit(log.duration)
-    calls = count_text(log.calls, "call")
-    what = f"{log.duration * scale:.6g} {unit} of component {metadata.get('component')}, {calls} of step()"
-    lead = [parts.bullets(concluded)] if (concluded := metadata.get("conclusions")) else []
-    if notes := [*tables.incident_sentences(log), *metadata["cautions"], *scene_data.notes]:
-        lead.append(parts.bullets(notes, "cautions"))
-    lead += [parts.paragraph(experiment["description"])] if experiment.get("description") else []
-    lead += [parts.paragraph(f"From: {experiment['source']}", "dim")] if experiment.get("source") else []
-    size = size_text(os.path.getsize(log.path))
-    lead.append(parts.paragraph(f"{what}; recorded {metadata.get('created')}; {size}.", "dim"))
-    return Markup().join(lead)
+    what = f"{log.duration * scale:.6g} {unit} of component {metadata['component']}, {count_text(log.calls, 'call')} of step()"
+    size = f"{what}; recorded {metadata.get('created')}; {size_text(os.path.getsize(log.path))}."
+    source = f"From: {experiment['source']}" if experiment.get("source") else ""
+    for text, style in ((experiment.get("description"), ""), (source, "dim"), (size, "dim")):
+        lead += parts.paragraph(text, style) if text else ""
+    return lead

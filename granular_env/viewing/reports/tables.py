@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shlex
-from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from typing import Any
@@ -14,18 +13,22 @@ from markupsafe import Markup
 from granular_env.components.errors import GranularError
 from granular_env.components.support.parameter_fields import absent_meaning, field_unit
 from granular_env.documents import to_toml
-from granular_env.recording.event_places import event_table, listed_events
-from granular_env.recording.header import BalanceNames
+from granular_env.recording.event_places import event_summary, event_table, listed_events
+from granular_env.recording.header import header_table
 
 from ..html_page import parts
 from ..scene_data import SceneData
 from ..unit_labels import typeset_unit
 
 _LONGEST_LIST = 8
-# A residual below this fraction of the largest entry of its balance is a rounding error.
-_ROUNDING = 1e-11
 _MOST_EVENTS = 200
-_MOST_INCIDENTS, _LONGEST_MESSAGE = 20, 1000
+_INCIDENTS = {
+    "recovered": "Recovered from another log; lost",
+    "resumed": "The run was resumed: its process had been killed or interrupted before",
+    "unrecorded": "Steps are missing",
+    "failed": "A step failed",
+    "interrupted": "A step was interrupted",
+}
 
 
 def balance_table(scene_data: SceneData) -> Markup:
@@ -33,53 +36,37 @@ def balance_table(scene_data: SceneData) -> Markup:
     rows: list[list[Any]] = []
     sentences = []
     for balance in scene_data.balances:
-        entries = [scene_data.curves[name] for name in balance.entries if name in scene_data.curves]
-        residuals = [curve for name, curve in scene_data.curves.items() if name.startswith(balance.residual)]
-        largest = [max((float(np.abs(one.values).max()) for one in some), default=0.0) for some in (entries, residuals)]
+        names = balance.entries, [name for name in scene_data.curves if name.startswith(balance.residual)]
+        entries, residuals = map(scene_data.named_curves, names)
         for one in (*entries, *residuals):
             first, last, most = (float(value) + 0.0 for value in (one.values[0], one.values[-1], np.abs(one.values).max()))
             rows.append([one.name.replace("_", " "), typeset_unit(one.unit), first, last, most])
-        if residuals:
-            sentences.append(_residual_sentence(balance, *largest))
-    if not rows:
-        return parts.paragraph("No balance was recorded.")
-    table = parts.table(["entry", "unit", "start", "end", "largest magnitude"], rows)
-    return table + parts.paragraph(" ".join(sentences))
-
-
-def _residual_sentence(balance: BalanceNames, entry: float, residual: float) -> str:
-    """Return a sentence on the largest residual of a balance, compared with the largest magnitude of its entries."""
-    quantity, unit = balance.quantity.replace("_", " "), typeset_unit(balance.unit)
-    if residual == 0.0:
-        return f"The {quantity} balance closes exactly."
-    if residual < _ROUNDING * entry:
-        return f"The {quantity} balance is at round-off ({residual:.2g} {unit})."
-    if residual > 0.5 * entry:
-        return f"No entry of the {quantity} balance is much larger than its residual, {residual:.2g} {unit}."
-    part = f"{residual / entry:.2g} of the largest entry, {entry:.2g} {unit}"
-    return f"The residual of the {quantity} balance, a numerical error, is at most {residual:.2g} {unit} ({part})."
+        if names[1]:
+            entry, residual = (
+                max((float(np.abs(one.values).max()) for one in own), default=0.0) for own in (entries, residuals)
+            )
+            unit, quantity = typeset_unit(balance.unit), balance.quantity.replace("_", " ")
+            text = f"{residual:.2g} {unit} (largest entry: {entry:.2g} {unit})"
+            sentences.append(f"The residual of the {quantity} balance, a numerical error, is at most {text}.")
+    if not sentences:
+        return Markup()
+    table = parts.table(["entry", "unit", "start", "end", "largest magnitude"], rows) if rows else Markup()
+    return table + parts.paragraph(" ".join([*sentences, "Entries that stay 0 are omitted."]))
 
 
 def incident_sentences(log: Any) -> list[str]:
     """Return a sentence on each incident of the recording, and one on the segments if the log has several."""
-    sentences = [text for incident in log.incidents if (text := _incident_sentence(incident))][:_MOST_INCIDENTS]
+    sentences = []
+    for incident in log.incidents:
+        words = [_INCIDENTS.get(incident.get("incident"), "Incident")]
+        words += [str(incident[key]) for key in ("kind", "message", "lost") if incident.get(key)]
+        undone = incident.get("undone_ticks")
+        after = f"; internal steps written to the log and then undone: {undone}" if undone else ""
+        sentences.append(f"{': '.join(words)}{after}.")
     if (count := len(log.segments)) > 1:
         why = "the component was reset, restored or returned to an earlier state between them"
         sentences.append(f"The log has {count} segments, concatenated in time: {why}.")
     return sentences
-
-
-def _incident_sentence(incident: Mapping[str, Any]) -> str | None:
-    undone = incident.get("undone_ticks")
-    after = f"; internal steps written to the log and then undone: {undone}" if undone else ""
-    message = ": ".join(str(incident[key])[:_LONGEST_MESSAGE] for key in ("kind", "message") if incident.get(key))
-    return {
-        "recovered": f"Recovered from another log; lost: {str(incident.get('lost'))[:_LONGEST_MESSAGE]}.",
-        "resumed": "The run was resumed: its process had been killed or interrupted before.",
-        "unrecorded": f"Steps are missing: {message}.",
-        "failed": f"A step failed: {message}{after}.",
-        "interrupted": f"A step was interrupted: {message or 'by the user'}{after}.",
-    }.get(str(incident.get("incident")))
 
 
 def event_section(log: Any) -> Markup:
@@ -88,30 +75,26 @@ def event_section(log: Any) -> Markup:
     if not kinds:
         return Markup()
     found, earlier = log.events(), log.earlier_events()
-    start = f"{log.start_tick * log.step_size:.9g} s"
-    happened = {event.kind for event in (*found, *(earlier or []))} or kinds
-    sentences = ["; ".join(f"{kind.replace('_', ' ')}: {text}" for kind, text in kinds.items() if kind in happened) + "."]
+    start, before = log.start_tick * log.step_size, earlier or []
+    happened = {event.kind for event in (*found, *before)} or kinds
+    meanings = "; ".join(f"{kind.replace('_', ' ')}: {text}" for kind, text in kinds.items() if kind in happened)
+    summary = event_summary(found, before, start).replace("_", " ") if found or before else "no event"
+    sentences = [f"{summary.capitalize()}.", f"Kinds of events: {meanings}."]
     if earlier is None:
-        sentences.append(f"This log begins at {start}; earlier events are unknown.")
-    elif earlier:
-        counts = Counter(event.kind for event in earlier).most_common()
-        words = ", ".join(f"{count} x {kind.replace('_', ' ')}" for kind, count in counts)
-        sentences.append(f"Of these, {len(found)} are in this log and {len(earlier)} precede its start at {start}: {words}.")
-    shown = listed_events(found, earlier or [], _MOST_EVENTS)
-    if not shown:
-        return parts.paragraph(f"No events. Possible events: {' '.join(sentences)}")
-    if (count := len(found) + len(earlier or [])) > len(shown):
+        sentences.append(f"This log begins at {start:.9g} s; earlier events are unknown.")
+    shown = listed_events(found, before, _MOST_EVENTS)
+    if (count := len(found) + len(before)) > len(shown):
         sentences.append(f"The table has {len(shown)} of {count} events; `granular-env events` prints all.")
     heads, rows = event_table(shown, log)
     rows = [[time, kind.replace("_", " "), *others] for time, kind, *others in rows]
-    return parts.table(heads, rows) + parts.paragraph(" ".join(sentences))
+    return (parts.table(heads, rows) if rows else Markup()) + parts.paragraph(" ".join(sentences))
 
 
 def validity_section(log: Any) -> Markup:
     """Return the report's parts on the validity of the model's assumptions in this run."""
-    figures, cautions = log.metadata["report"], log.metadata["cautions"]
-    rows = [[typeset_unit(name), "unknown" if value is None else value] for name, value in figures.items()]
-    reported = parts.table(["figure", "value"], rows) if rows else parts.paragraph("No figures of validity.")
+    cautions = log.metadata["cautions"]
+    rows = [[typeset_unit(name), "unknown" if value is None else value] for name, value in log.metadata["report"].items()]
+    reported = parts.table(["figure", "value"], rows) if rows else Markup()
     return reported + (parts.bullets(cautions, "cautions") if cautions else parts.paragraph("No cautions."))
 
 
@@ -150,17 +133,14 @@ def short_value(value: Any) -> str:
         more = f", ... ({len(value)} values)" if len(value) > _LONGEST_LIST else ""
         shown = [short_value(entry) for entry in value[:_LONGEST_LIST]]
         return ", ".join(f"({text})" if isinstance(value[0], list) else text for text in shown) + more
-    return f"{value + 0.0:.6g}" if isinstance(value, float) else "" if value is None else str(value)  # avoid -0
+    return f"{value + 0.0:.6g}" if isinstance(value, float) else "none" if value is None else str(value)  # avoid -0
 
 
 def experiment_section(log: Any) -> Markup:
     """Return the experiment as a TOML file that can be run again; "" if a script recorded the log."""
-    content = log.metadata.get("experiment")
-    if not isinstance(content, dict) or "component" not in content:
-        return Markup()
-    text = to_toml(content)
+    content = header_table(log.metadata.get("experiment"))
     words = "The recorded experiment as a file for the command granular-env run, without the data files that it names."
-    return parts.paragraph(words) + parts.preformatted(text)
+    return parts.paragraph(words) + parts.preformatted(to_toml(content)) if "component" in content else Markup()
 
 
 def environment_table(log: Any) -> Markup:
@@ -177,9 +157,9 @@ def replay_commands(log: Any) -> Markup:
     path = shlex.quote(str(log.path))
     middle = (log.start_tick + round(0.5 * log.duration / log.step_size)) * log.step_size
     commands = [
-        f"granular-env replay {path} --verify      # run it again and compare every recorded bit",
-        f"granular-env branch {path} --at {middle:.12g}      # continue from there, with other inputs",
-        f"granular-env view {path}      # show it in rerun",
+        f"granular-env replay {path} --verify   # run it again and compare every bit",
+        f"granular-env branch {path} --at {middle:.6g}   # continue with other inputs",
+        f"granular-env view {path}   # show it in rerun",
     ]
     words = parts.paragraph("This page did not verify the log; the first command does.")
     return words + parts.preformatted("\n".join(commands))

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
+from granular_env.colours import ColourScale
+
 from ..picture_sentences import picture_sentences
 from ..scene_data import MeshFrames, Motion, SceneData
-from ..scene_scales import ColourScale
 
 if TYPE_CHECKING:
     from ..domain_views import Views
