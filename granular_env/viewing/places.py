@@ -9,7 +9,7 @@ import numpy as np
 from granular_env.components.drawables import Cells, Curve, element_positions
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.variables import Variable
-from granular_env.recording.element_arrays import cell_arrays, point_arrays
+from granular_env.recording.element_arrays import element_arrays
 
 from .unit_labels import scaled_unit
 
@@ -31,9 +31,10 @@ def variable_positions(log: Any, variable: Variable) -> FloatArray | None:
     variables = {**log.variables, variable.name: variable}
     # Curves first: a coordinate says more than the centres of cells along a tube.
     for drawable in sorted(log.drawables, key=lambda one: not isinstance(one, Curve)):
-        if variable.name in point_arrays(drawable, variables):
+        of_points, of_cells = element_arrays(drawable, variables)
+        if variable.name in of_points:
             return drawable.nodes if isinstance(drawable, Cells) else element_positions(drawable, log.drawables)
-        if variable.name in cell_arrays(drawable, variables):
+        if variable.name in of_cells:
             return element_positions(drawable, log.drawables)
     try:
         given = np.array(log.metadata["parameters"][f"{variable.axes[0]}s"], dtype=np.float64)

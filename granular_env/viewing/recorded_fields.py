@@ -14,7 +14,7 @@ from granular_env.components.drawables import Curve, Drawable
 from granular_env.components.errors import ParameterError
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.variables import Variable
-from granular_env.recording.element_arrays import point_arrays
+from granular_env.recording.element_arrays import element_arrays
 from granular_env.recording.preview.visible_drawables import colouring_outputs, is_hidden, with_colour, with_recorded_colour
 from granular_env.recording.steps import sample_intervals
 
@@ -265,7 +265,7 @@ def load_fields(log: Any, name: str, frames: int) -> list[Field]:
 def _coordinate(log: Any, variable: Variable) -> FloatArray | None:
     """Return the coordinates of a variable's places [m] if they are the evenly spaced samples of a curve along x."""
     for one in log.drawables:
-        if isinstance(one, Curve) and variable.name in point_arrays(one, {**log.variables, variable.name: variable}):
+        if isinstance(one, Curve) and variable.name in element_arrays(one, {**log.variables, variable.name: variable})[0]:
             steps = np.diff(one.coordinate)
             if len(steps) and np.ptp(steps) < 1e-6 * steps[0]:
                 return one.coordinate
