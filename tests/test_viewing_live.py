@@ -143,6 +143,9 @@ def test_live_histories_are_laid_end_to_end(tmp_path):
 
 def test_live_scales_only_grow_to_hold_what_comes():
     chain = make("chain", grains=20, left="piston")
+    at_rest = make_scales(make_scene(chain))
+    chain.step(5e-5, left_velocity=0.05)
+    assert at_rest.colours[0].is_zero and 0.05 <= enlarge_scales(at_rest, make_scene(chain), None).colour_limit <= 0.2
     chain.step(5e-5, left_velocity=5.0)
     now = make_scene(chain)
     scales = enlarge_scales(make_scales(now), now, None)

@@ -25,7 +25,7 @@ def html_summary(title: str, facts: Mapping[str, Any], columns: Sequence[str] = 
     lines = "".join(f"<div>{_cell(name)}: {_cell(value)}</div>" for name, value in facts.items() if value not in (None, "", []))
     body = [_row(row, "td") for row in rows]
     table = f"<table><thead>{_row(columns, 'th')}</thead><tbody>{''.join(body[:_MOST_ROWS])}</tbody></table>"
-    table = f"<details><summary>table of {len(body)} rows</summary>{table}</details>" if body else ""
+    table = f"<details><summary>rows: {len(body)}</summary>{table}</details>" if body else ""
     return f"<div><strong>{_cell(title)}</strong>{lines}{table}</div>"
 
 
@@ -36,5 +36,6 @@ def _row(cells: Iterable[Any], tag: str) -> str:
 def _cell(value: Any) -> str:
     if isinstance(value, list):
         value = "; ".join(map(str, value[:_MOST_ROWS]))
-    is_text = isinstance(value, str | PurePath)
-    return html.escape(f"{value:.6g}" if isinstance(value, float) else str(value) if is_text else one_line(value))
+    elif value is None or isinstance(value, PurePath):
+        value = str(value or "")
+    return html.escape(f"{value:.6g}" if isinstance(value, float) else value if isinstance(value, str) else one_line(value))

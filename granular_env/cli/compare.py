@@ -19,20 +19,20 @@ _STATUS = {"identical": Status.DONE, "different": Status.DIFFERENT, "nothing was
     epilog="Exit status: 0 identical; 1 different; 2 an error, such as logs of different components; 3 nothing was compared, "
     "because no output was recorded in both logs at a common time.",
 )
-@click.argument("first", metavar="A", type=FILE)
-@click.argument("second", metavar="B", type=FILE)
+@click.argument("a", type=FILE)
+@click.argument("b", type=FILE)
 @click.option("-o", "--out", metavar="FOLDER", type=FOLDER, help="Folder of the page (default: A-B, next to A).")
 @format_option()
 @json_option(help="Print the result as JSON; write the page only if --out is given.")
 @allow_large_option()
-def compare(first: str, second: str, out: str | None, file_format: str, as_json: bool, allow_large: bool) -> int:
+def compare(a: str, b: str, out: str | None, file_format: str, as_json: bool, allow_large: bool) -> int:
     """Compare two logs of one component: print the first difference, and write a page with figures of both logs."""
     from granular_env.recording import open_log
     from granular_env.recording.comparison import compare_logs
 
-    folder = Path(out or Path(first).with_name(f"{Path(first).stem}-{Path(second).stem}"))
+    folder = Path(out or Path(a).with_name(f"{Path(a).stem}-{Path(b).stem}"))
     page = None if as_json and not out else folder / "compare.html"
-    with open_log(first, allow_large=allow_large) as log, open_log(second, allow_large=allow_large) as other:
+    with open_log(a, allow_large=allow_large) as log, open_log(b, allow_large=allow_large) as other:
         if page is None:
             found = compare_logs(log, other)
         else:

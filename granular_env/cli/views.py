@@ -51,7 +51,7 @@ def view(log: str, allow_large: bool, as_json: bool, **options: Any) -> int:
     from granular_env import viewing
     from granular_env.recording import open_log
 
-    given = {name: value for name, value in options.items() if value not in (None, (), False)}
+    given = {name: value for name, value in options.items() if value is not None and value is not False and value != ()}
     output = next((name for name in _OUTPUTS if name in given), "")
     paths = [given.pop(output)] if output else []
     function, known = _OUTPUTS[output]

@@ -32,9 +32,9 @@ def variable_positions(log: Any, variable: Variable) -> FloatArray | None:
     # Curves first: a coordinate says more than the centres of cells along a tube.
     for drawable in sorted(log.drawables, key=lambda one: not isinstance(one, Curve)):
         of_points, of_cells = element_arrays(drawable, variables)
-        if variable.name in of_points:
-            return drawable.nodes if isinstance(drawable, Cells) else element_positions(drawable, log.drawables)
-        if variable.name in of_cells:
+        if variable.name in of_points and isinstance(drawable, Cells):
+            return drawable.nodes
+        if variable.name in (*of_points, *of_cells):
             return element_positions(drawable, log.drawables)
     try:
         given = np.array(log.metadata["parameters"][f"{variable.axes[0]}s"], dtype=np.float64)
@@ -62,5 +62,10 @@ def element_label(variable: Variable, index: tuple[int, ...], positions: FloatAr
         words, index = f"{words} {AXES[index[-1]]}", index[:-1]
     if not index:
         return words
-    place, (number, *others) = axes[0].replace("_", " ") if axes else "element", index
-    return ", ".join([words, place_name(place, number, positions), *map(str, others)])
+    number, *others = index
+    return ", ".join([words, place_name(place_noun(variable), number, positions), *map(str, others)])
+
+
+def place_noun(variable: Variable) -> str:
+    """Return the name of a single element along a variable's first axis, such as "grain"; "element" without axes."""
+    return variable.axes[0].replace("_", " ") if variable.axes else "element"

@@ -20,7 +20,7 @@ from granular_env.recording.steps import sample_intervals
 
 from . import curves
 from .curves import acting_intervals, component_names, pick_with_extremes
-from .places import AXES, is_vector, place_name, variable_positions
+from .places import AXES, is_vector, place_name, place_noun, variable_positions
 from .scene_data import MAXIMUM_POINTS, MAXIMUM_SHOWN_PARTICLES, Motion
 from .unit_labels import scaled_label
 
@@ -159,8 +159,6 @@ class Field:
         variable: name, unit and meaning of the quantity.
         times: shape (frames,) [s].
         values: shape (frames, n), in the variable's unit.
-        place: what a place is, from the variable's axes, such as "grain" or "contact"; "element" if it declares none.
-        axis: the label of the axis along the places.
         every: every `every`-th place is shown; 1 shows all.
         total: the number of places.
         cuts: indices of the first frames of later segments.
@@ -172,14 +170,17 @@ class Field:
     variable: Variable
     times: FloatArray
     values: FloatArray
-    place: str
-    axis: str
     every: int = 1
     total: int = 0
     cuts: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
     coordinate: FloatArray | None = None
     positions: FloatArray | None = None
     run: str = ""
+
+    @property
+    def place(self) -> str:
+        """The name of a single place, such as "grain" or "contact"."""
+        return place_noun(self.variable)
 
     @property
     def coordinates(self) -> FloatArray | npt.NDArray[np.int64]:
@@ -189,7 +190,9 @@ class Field:
     @property
     def place_axis(self) -> tuple[float, str]:
         """The factor of the coordinates along the places, and the label of their axis with its unit."""
-        return (1.0, self.axis) if self.coordinate is None else scaled_label("x", "m", float(np.abs(self.coordinate).max()))
+        if self.coordinate is not None:
+            return scaled_label("x", "m", float(np.abs(self.coordinate).max()))
+        return 1.0, f"{self.place} (numbered from 0{f'; 1 in {self.every} is shown' if self.every > 1 else ''})"
 
     def history(self, number: int) -> curves.Curve:
         """Return the values of a place over time; with `every` above 1, of the nearest place shown before it."""
@@ -221,8 +224,7 @@ def to_field(source: Motion | Field) -> Field:
         raise ParameterError(
             f"{name!r} was not recorded, so it cannot be drawn", hint="add it to the recorded variables", at="variables"
         )
-    place, axis = _axis_labels(source.colour_variable, source.every)
-    return Field(source.colour_variable, source.times, source.colour, place, axis, source.every, source.total, source.cuts)
+    return Field(source.colour_variable, source.times, source.colour, source.every, source.total, source.cuts)
 
 
 def array_names(log: Any) -> list[str]:
@@ -253,11 +255,10 @@ def load_fields(log: Any, name: str, frames: int) -> list[Field]:
         picked = pick_evenly(len(log.times(name)), most)
         times, whole = sample_frames(log, name, picked)
         values, cuts = whole.reshape(len(times), total, len(names))[:, ::every], segment_starts(log, name, picked)
-    place, axis = _axis_labels(variable, every)
     coordinate, positions = _coordinate(log, variable), variable_positions(log, variable)
     coordinate = None if coordinate is None else coordinate[::every]
     return [
-        Field(replace(variable, name=one), times, values[:, :, column], place, axis, every, total, cuts, coordinate, positions)
+        Field(replace(variable, name=one), times, values[:, :, column], every, total, cuts, coordinate, positions)
         for column, one in enumerate(names)
     ]
 
@@ -270,9 +271,3 @@ def _coordinate(log: Any, variable: Variable) -> FloatArray | None:
             if len(steps) and np.ptp(steps) < 1e-6 * steps[0]:
                 return one.coordinate
     return None
-
-
-def _axis_labels(variable: Variable, every: int) -> tuple[str, str]:
-    """Return the name of a place, and the label of the axis along the places, of which every `every`-th is shown."""
-    place = variable.axes[0].replace("_", " ") if variable.axes else "element"
-    return place, f"{place} (numbered from 0{f'; 1 in {every} is shown' if every > 1 else ''})"

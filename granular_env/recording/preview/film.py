@@ -148,7 +148,7 @@ def number_topics(
 ) -> dict[str, tuple[Variable, tuple[int, ...]]]:
     """Return topic -> variable and index of each number that viewers can plot: scalars, and the elements of short arrays.
 
-    Of the balances, only the first is plotted: the energy.
+    Only the first balance, the energy, is plotted.
     """
     found, first = dict[str, tuple[Variable, tuple[int, ...]]](), next(iter(quantities.values()), None)
     for name, one in variables.items():

@@ -184,7 +184,7 @@ def nearest_frames(times: FloatArray, instants: FloatArray) -> npt.NDArray[np.in
 def draw_curves(axes: Axes, curves: Sequence[Curve], name: str, valid_until: float = np.inf, runs: int = 1) -> None:
     """Draw curves of scalars of one unit over time, with a legend; `name` is the name of the vertical axis.
 
-    Of several runs, the curves of equal elements follow each other.
+    The curves of equal elements of several runs follow each other.
     """
     scale, unit = time_unit(max(float(curve.times[-1]) for curve in curves if len(curve.times)))
     factor, label = value_scale(name, curves[0].unit, *(curve.values for curve in curves))

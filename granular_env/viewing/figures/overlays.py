@@ -132,7 +132,7 @@ def principal_stresses(stresses: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 def load_overlays(log: Any, times: FloatArray, names: Sequence[str]) -> tuple[Overlay, ...]:
     """Read vectors, stresses and link forces at given times [s]; `ParameterError` for an output of another kind."""
-    known = overlay_drawables(log)
+    known, names = overlay_drawables(log), [names] if isinstance(names, str) else names
     if unknown := [name for name in names if name not in known]:
         raise ParameterError(
             f"{unknown[0]!r} is not a recorded vector, stress or link force of a drawn body",

@@ -205,16 +205,17 @@ def _load_run_fields(logs: Sequence[Any], name: str) -> list[list[Field]]:
 
 def _load_spectra(logs: Sequence[Any], name: str, indices: Sequence[int] | None) -> Iterator[Spectrum]:
     """Yield the spectra of the chosen elements; those of equal elements of all logs are neighbours."""
-    named = list(zip(logs, _run_names(logs), strict=True))
-    for number, words in enumerate(names := curve_names(logs[0].variables[name])):
-        for log, run in named:
+    names = curve_names(logs[0].variables[name])
+    for number, words in enumerate(names):
+        for log, run in zip(logs, _run_names(logs), strict=True):
             yield load_spectrum(log, name, number, name, f"{run}: {words}" if run else words)
     runs = [] if names else _load_run_fields(logs, name)
-    for component in range(len(runs[0]) if runs else 0):
+    for component, fields in enumerate(zip(*runs, strict=True)):
         for index in default_indices(runs[0][0]) if indices is None else indices:
-            for log, fields in zip(logs, runs, strict=True):
-                place, field = find_place(fields[component], index), fields[component]
-                yield load_spectrum(log, name, place * len(fields) + component, field.variable.name, field.place_name(place))
+            for log, field in zip(logs, fields, strict=True):
+                place = find_place(field, index)
+                number = place * len(runs[0]) + component
+                yield load_spectrum(log, name, number, field.variable.name, field.place_name(place))
 
 
 def _dispersion_curves(log: Any) -> Callable[[Any], Any] | None:

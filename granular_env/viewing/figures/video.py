@@ -60,7 +60,7 @@ def video(
         colour: a recorded output that colours the shapes, instead of the component's choice.
         show: recorded outputs to draw over the shapes: vectors as arrows, stresses as crosses along the principal
             directions, forces of links as lines.
-        frame_rate: pictures per second of the film; a frame of the log is repeated until the next one.
+        frame_rate: pictures per second of the film; each shows the nearest frame of the log.
         duration: duration of the film [s].
         size: width and height in pixels, even numbers; by default the film is up to 1080 pixels wide and fits the bodies.
         exaggerate: factor of the drawn displacements; by default motion is visible.

@@ -60,12 +60,12 @@ def save_rrd(
     """
     target = output_path(path, ".rrd")
     with progress_bar(f"scene of {target.name}", show=progress) as bar:
-        write_files({target: _scene_bytes(log, exaggerate, colour)})
+        write_files({target: scene_bytes(log, exaggerate, colour)})
         bar.update(1.0)
     return target
 
 
-def _scene_bytes(log: Any, exaggerate: float | None, colour: str | None) -> bytes:
+def scene_bytes(log: Any, exaggerate: float | None = None, colour: str | None = None) -> bytes:
     """Return the content of the file that `save_rrd` writes; errors as for `save_rrd`."""
     require_log(log)
     if exaggerate is not None:
@@ -101,7 +101,7 @@ def view(log: Any, web: bool = False, exaggerate: float | None = None, colour: s
     if not web:
         file, picture = "save_rrd (--save FILE.rrd)", "screenshot (--screenshot FILE.png)"
         require_screen(f"use the web viewer, web=True (--web), a rerun file, {file}, or a picture, {picture}")
-    data = _scene_bytes(log, exaggerate, colour)
+    data = scene_bytes(log, exaggerate, colour)
     with contextlib.suppress(KeyboardInterrupt), RerunProcess(data=data, web=web) as viewer:
         if web:
             viewer.wait_for_ports()
@@ -135,7 +135,7 @@ def screenshot(
     target = output_path(png, ".png")
     require_log(log)
     instant = _shown_time(log, at)
-    data = _scene_bytes(log, exaggerate, colour)
+    data = scene_bytes(log, exaggerate, colour)
     with RerunProcess("--headless", "--window-size", f"{size[0]}x{size[1]}", data=data, advice=NEEDED) as viewer:
         picture = _take_png(viewer, instant)
     write_files({target: picture})
