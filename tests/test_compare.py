@@ -115,7 +115,7 @@ def test_the_page_shows_both_logs_in_the_same_axes(parent, branch, tmp_path, cap
     headings = re.findall(r"<h2[^>]*>([^<]*)</h2>", page)
     assert headings[:2] == ["First differences", "Inputs"] and {"Velocity", "Outputs"} <= set(headings)
     texts = re.findall(r"<text[^>]*>([^<]*)</text>", page)
-    assert {"parent: left velocity", "branch: left velocity", "parent: kinetic energy", "branch: kinetic energy"} <= set(texts)
+    assert {"A: left velocity", "B: left velocity", "A: kinetic energy", "B: kinetic energy"} <= set(texts)
     assert (folder / "velocity.svg").exists() and "<script" not in page
 
 

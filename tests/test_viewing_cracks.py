@@ -88,7 +88,7 @@ def test_the_page_has_the_body_in_each_quantity_and_a_film(burst_log: Any, tmp_p
     assert (tmp_path / "page" / "plane-surface_plastic_strain.png").is_file()
     assert ">Histories: mean plastic strain around the nodes" in page
     # The absolute size is stated too, because for a free body the largest entry may itself be rounding.
-    assert re.search(r"The (residual of the momentum balance|momentum balance is at round-off)[^.]*\S+ kg m/s", page)
+    assert re.search(r"; momentum \S+ of \S+ kg m/s", page)
     # Node numbers around a tube do not determine positions.
     assert not list((tmp_path / "page").glob("*space-time.png"))
 

@@ -13,12 +13,13 @@ from markupsafe import Markup
 from granular_env.progress import Progress, progress_bar
 from granular_env.recording.comparison import Difference, LogComparison, Logs, compare_logs
 
-from ..curves import component_names
+from ..curves import Curve, component_names, load_input_curves
 from ..figures.drawing import new_figure, use_style
 from ..figures.keys import draw_keys, keys_height
 from ..figures.plane import Plane, draw_instant, instant_text, plane_text
-from ..figures.plot import plot
+from ..figures.run_figures import FRAMES, draw_curve_panels, draw_fields
 from ..html_page import Page, parts
+from ..recorded_fields import curve_names, load_curves, load_fields
 from ..scene_builder import load_scene, load_shapes, require_log
 from ..scene_scales import make_scales
 from ..unit_labels import typeset_unit
@@ -96,14 +97,19 @@ def _difference_table(found: LogComparison) -> Markup:
 
 def _draw_variable(logs: Logs, difference: Difference) -> CaptionedFigure:
     """Draw an input or an output of both logs over time; of an array, the elements with the first and largest difference."""
-    name, title = difference.name, figure_title(difference.name)
+    name, runs, curves = difference.name, list(zip(_NAMES, logs, strict=True)), list[Curve]()
     variable = {**logs[0].variables, **logs[0].input_variables}[name]
-    components = len(component_names(variable))
-    indices = dict.fromkeys(one for one in (difference.index, difference.largest_index) if one)
-    places = [int(np.ravel_multi_index(index, variable.shape)) // components for index in indices]
-    heading = "Inputs" if difference.kind == "input" else title if places else "Outputs"
-    figure = plot(logs, name, "histories", indices=list(dict.fromkeys(places)) or None)
-    return CaptionedFigure(heading, figure, f"{title}: {variable.description}.")
+    words = f"{variable.description[0].upper()}{variable.description[1:]}."
+    for run, log in runs:
+        acted = load_input_curves(log, name) if difference.kind == "input" else None
+        own = acted.curves if acted is not None else load_curves(log, name) if curve_names(variable) else ()
+        curves += [replace(one, label=f"{run}: {one.label or one.name.replace('_', ' ')}") for one in own]
+    if curves:
+        return CaptionedFigure("Inputs" if difference.kind == "input" else "Outputs", draw_curve_panels(curves), words)
+    indices, components = (difference.index, difference.largest_index), len(component_names(variable))
+    places = dict.fromkeys(int(np.ravel_multi_index(index, variable.shape)) // components for index in indices)
+    fields = [replace(one, run=run) for run, log in runs for one in load_fields(log, name, FRAMES)]
+    return CaptionedFigure(figure_title(name), draw_fields(fields, "histories", indices=list(places)), words)
 
 
 @use_style

@@ -42,23 +42,23 @@ def balance_table(scene_data: SceneData) -> Markup:
             first, last, most = (float(value) + 0.0 for value in (one.values[0], one.values[-1], np.abs(one.values).max()))
             rows.append([one.name.replace("_", " "), typeset_unit(one.unit), first, last, most])
         if names[1]:
-            entry, residual = (
-                max((float(np.abs(one.values).max()) for one in own), default=0.0) for own in (entries, residuals)
-            )
-            unit, quantity = typeset_unit(balance.unit), balance.quantity.replace("_", " ")
-            text = f"{residual:.2g} {unit} (largest entry: {entry:.2g} {unit})"
-            sentences.append(f"The residual of the {quantity} balance, a numerical error, is at most {text}.")
+            entry, residual = (max((np.abs(one.values).max() for one in own), default=0.0) for own in (entries, residuals))
+            quantity = balance.quantity.replace("_", " ")
+            sentences.append(f"{quantity} {residual:.2g} of {entry:.2g} {typeset_unit(balance.unit)}")
     if not sentences:
         return Markup()
     table = parts.table(["entry", "unit", "start", "end", "largest magnitude"], rows) if rows else Markup()
-    return table + parts.paragraph(" ".join([*sentences, "Entries that stay 0 are omitted."]))
+    words = (
+        f"Largest residuals, which are numerical errors, and entries: {'; '.join(sentences)}. Entries that stay 0 are omitted."
+    )
+    return table + parts.paragraph(words)
 
 
 def incident_sentences(log: Any) -> list[str]:
     """Return a sentence on each incident of the recording, and one on the segments if the log has several."""
     sentences = []
     for incident in log.incidents:
-        words = [_INCIDENTS.get(incident.get("incident"), "Incident")]
+        words = [_INCIDENTS.get(str(incident.get("incident")), "Incident")]
         words += [str(incident[key]) for key in ("kind", "message", "lost") if incident.get(key)]
         undone = incident.get("undone_ticks")
         after = f"; internal steps written to the log and then undone: {undone}" if undone else ""
