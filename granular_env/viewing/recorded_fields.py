@@ -255,7 +255,9 @@ def load_fields(log: Any, name: str, frames: int) -> list[Field]:
         picked = pick_evenly(len(log.times(name)), most)
         times, whole = sample_frames(log, name, picked)
         values, cuts = whole.reshape(len(times), total, len(names))[:, ::every], segment_starts(log, name, picked)
-    coordinate, positions = _coordinate(log, variable), variable_positions(log, variable)
+    # An array with several values per element, such as layers of a shell, has more places than positions.
+    is_placed = total == variable.shape[0]
+    coordinate, positions = (_coordinate(log, variable), variable_positions(log, variable)) if is_placed else (None, None)
     coordinate = None if coordinate is None else coordinate[::every]
     return [
         Field(replace(variable, name=one), times, values[:, :, column], every, total, cuts, coordinate, positions)
