@@ -376,7 +376,7 @@ def test_names_may_contain_any_characters(tmp_path):
 
 
 def test_a_missing_package_is_named(tmp_path, monkeypatch):
-    for to, module in (("vtk", "pyevtk.vtk"), ("netcdf", "h5netcdf"), ("hdf5", "h5py")):
+    for to, module in (("vtk", "pyevtk.vtk"), ("netcdf", "h5netcdf"), ("hdf5", "h5netcdf")):
         monkeypatch.setitem(sys.modules, module, None)
         with pytest.raises(MissingExtraError, match=r"pip install 'granular-env\[data\]'"):
             ge.open_log(GOLDEN / "piston.mcap").export(to, tmp_path / "a")

