@@ -24,8 +24,9 @@ Logs = tuple[Log, Log]
 Frames = tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]
 # Numbers of one output that are read at a time.
 _BLOCK = 2_000_000
-# Parts of a header whose differences are listed.
+# Parts of a header whose differences are listed, and settings that are not; the component is in the parameters.
 _SETTINGS = ("parameters", "versions", "machine", "experiment", "step_size")
+_OMITTED = ("experiment.component", "experiment.description")
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,12 +119,7 @@ def compare_logs(first: Log, second: Log) -> LogComparison:
         same,
         [name for name in {**outputs[0], **outputs[1]} if name not in same],
         sorted(filter(None, found), key=lambda one: one.time),
-        # The component of an experiment is in the parameters.
-        [
-            row
-            for row in _different_settings(headers[0], headers[1])
-            if not row[0].startswith(("experiment.component", "experiment.description"))
-        ],
+        list(_different_settings(headers[0], headers[1])),
     )
 
 
@@ -194,5 +190,5 @@ def _different_settings(first: dict[str, Any], second: dict[str, Any], prefix: s
         match first.get(name), second.get(name):
             case dict() as one, dict() as other:
                 yield from _different_settings(one, other, f"{prefix}{name}.")
-            case one, other if one != other:
+            case one, other if one != other and not f"{prefix}{name}".startswith(_OMITTED):
                 yield f"{prefix}{name}", one, other

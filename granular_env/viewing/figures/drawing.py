@@ -231,7 +231,8 @@ def add_legend(axes: Axes) -> None:
     if longest <= _LONG_TEXT or axes.get_title(loc="left"):
         axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
     else:
-        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.2, ncols=1 if longest > 2 * _LONG_TEXT else 2)
+        place, columns = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0)}, 1 if longest > 2 * _LONG_TEXT else 2
+        axes.legend(**place, borderaxespad=0.2, ncols=columns, fontsize="small")
 
 
 def time_unit(duration: float) -> tuple[float, str]:

@@ -56,9 +56,8 @@ class Plane:
 
     @property
     def colour_scales(self) -> tuple[ColourScale, ...]:
-        """The colour scales of the drawn shapes, without those of values that are all zero."""
-        names = {variable.name for variable, values in self.scene.coloured_outputs() if not self.is_pale and values.any()}
-        return tuple(one for one in self.scales.colours if names.intersection(one.names))
+        """The colour scales of the drawn shapes."""
+        return () if self.is_pale else self.scales.colours
 
     def points_per_metre(self, axes: Axes) -> float:
         """Return the scale of a picture [point/m]."""

@@ -54,8 +54,7 @@ def draw_report(
     drawn = _scene_pictures(log, scene_data, choice.times, zero) if is_whole else {}
     pictured = [name for name in _pictured_arrays(log) if is_whole and name not in zero]
     shown = [name for name in names if name not in zero and name not in pictured]
-    motion = scene_data.motion
-    main = "" if motion is None or motion.colour is None else motion.colour_variable.name
+    main = next((one.colour_variable.name for one in scene_data.motions[:1] if one.colour is not None), "")
     arrays = [name for name in shown if not curve_names(log.variables[name])]
     arrays.sort(key=lambda name: (len(log.variables[name].shape) > 1, name != main))
     for done, name in enumerate(arrays, start=1):
@@ -96,9 +95,8 @@ def _scene_pictures(
     """Return pictures of a plane or a body in space; for a surface, one per output that can colour it."""
     if (shown := plane.load_plane(log, scene_data, times)) is None:
         return {}
-    heading = "In space" if scene_data.is_solid else "In the plane"
-    caption = f"{plane.plane_text(shown)} {scene_data.remark}".strip()
-    drawn = {"plane": CaptionedFigure(heading, plane.draw_plane(shown), caption)}
+    heading, words = "In space" if scene_data.is_solid else "In the plane", f"{plane.plane_text(shown)} {scene_data.remark}"
+    drawn = {"plane": CaptionedFigure(heading, plane.draw_plane(shown), words.strip())}
     surfaces = [one for one in log.drawables if isinstance(one, Cells) and is_solid(one.nodes)]
     excluded = {*zero, *(mesh.field_variable.name for mesh in shown.scene.meshes), *(one.state for one in surfaces)}
     for name in colouring_outputs(surfaces, recorded_outputs(log)):
@@ -149,8 +147,7 @@ def _balance_figures(scene_data: SceneData) -> dict[str, CaptionedFigure]:
     drawn = {}
     for balance in scene_data.balances:
         if (figure := run_figures.draw_balance(scene_data, balance.quantity)) is not None:
-            residual = "; below, the residual, which is the numerical error" if len(figure.axes) > 1 else ""
-            words = f"{figure_title(balance.quantity)} since the reset{residual}."
+            words = f"{figure_title(balance.quantity)} since the reset and, unless it is 0, the residual: the numerical error."
             drawn[f"balance-{balance.quantity}"] = CaptionedFigure("Balances", figure, words)
     return drawn
 

@@ -60,7 +60,7 @@ def incident_sentences(log: Any) -> list[str]:
     for incident in log.incidents:
         words = [_INCIDENTS.get(str(incident.get("incident")), "Incident")]
         words += [str(incident[key]) for key in ("kind", "message", "lost") if incident.get(key)]
-        undone = incident.get("undone_ticks")
+        undone = incident.get("undone_ticks", 0)
         after = f"; internal steps written to the log and then undone: {undone}" if undone else ""
         sentences.append(f"{': '.join(words)}{after}.")
     if (count := len(log.segments)) > 1:
@@ -94,8 +94,8 @@ def validity_section(log: Any) -> Markup:
     """Return the report's parts on the validity of the model's assumptions in this run."""
     cautions = log.metadata["cautions"]
     rows = [[typeset_unit(name), "unknown" if value is None else value] for name, value in log.metadata["report"].items()]
-    reported = parts.table(["figure", "value"], rows) if rows else Markup()
-    return reported + (parts.bullets(cautions, "cautions") if cautions else parts.paragraph("No cautions."))
+    words = parts.bullets(cautions, "cautions") if cautions else parts.paragraph("No cautions.")
+    return parts.table(["figure", "value"], rows) + words if rows else words
 
 
 def parameter_table(log: Any) -> Markup:
@@ -103,8 +103,8 @@ def parameter_table(log: Any) -> Markup:
     model = None
     with suppress(GranularError):
         model = log.component().parameters
-    rows = list(_parameter_rows("", {**log.metadata["parameters"], "step_size": log.step_size}, model))
-    return parts.table(["parameter", "value", "unit", "meaning"], rows)
+    values = {**log.metadata["parameters"], "step_size": log.step_size}
+    return parts.table(["parameter", "value", "unit", "meaning"], list(_parameter_rows("", values, model)))
 
 
 def _parameter_rows(prefix: str, values: Mapping[str, Any], model: Any) -> Iterator[list[Any]]:
