@@ -17,6 +17,7 @@ _INSTALL = {
     "stable_baselines3": ("stable-baselines3", "pip install 'granular-env[rl]'"),
     "xarray": ("xarray", "pip install 'granular-env[data]'"),
     "h5netcdf": ("h5netcdf", "pip install 'granular-env[data]'"),
+    "h5py": ("h5py", "pip install 'granular-env[data]'"),
     "pyevtk": ("pyevtk", "pip install 'granular-env[data]'"),
     "imageio_ffmpeg": ("imageio-ffmpeg", "pip install 'granular-env[video]'"),
 }
