@@ -22,6 +22,7 @@ import granular_env as ge
 from granular_env.cli.program import main
 from granular_env.components.drawables import Cells, Links, Points, to_three_columns
 from granular_env.components.errors import LogError, MissingExtraError, ParameterError
+from granular_env.recording.index import CHUNK
 from granular_env.recording.records import HEADER, Record
 
 GOLDEN = Path(__file__).resolve().parent.parent / "logs" / "golden"
@@ -340,7 +341,9 @@ def test_the_intact_part_of_a_damaged_log_is_exported(to, tmp_path, capsys):
             chain.step(400 * chain.step_size)
     data = bytearray((tmp_path / "a.mcap").read_bytes())
     (tmp_path / "cut.mcap").write_bytes(data[: len(data) // 2])
-    data[len(data) // 2] ^= 1
+    with ge.open_log(tmp_path / "a.mcap") as log:
+        offset, length = log.container.places[log.frame_rows("kinetic_energy" if to == "csv" else "displacement")[-1][CHUNK]]
+    data[offset + length // 2] ^= 1
     (tmp_path / "flipped.mcap").write_bytes(data)
     for name, said in (("cut", "the log was not closed"), ("flipped", "is damaged: the chunk at byte")):
         arguments = ["export", str(tmp_path / f"{name}.mcap"), "--to", to, "--every", str(400 * chain.step_size)]
