@@ -36,7 +36,7 @@ PLAYS: dict[str, tuple[int, str | OpenLoop]] = {
     "SolitonTrain-v1": (2, "theory"),
     "Confinement-v3": (0, "nothing"),
 }
-# What the colours show, if it is not the speed or velocity.
+# Meaning of the colours of the pictures that do not show speed or velocity.
 COLOURED = {
     "Splitting-v1": "red links are in tension, blue ones in compression",
     "Confinement-v3": "red is axial compression, blue tension",

@@ -18,7 +18,7 @@ from ..output_files import count_text
 from .header import header_table
 from .index import COUNT
 from .log import Log
-from .steps import sample_intervals
+from .steps import acting_intervals, sample_intervals
 
 Logs = tuple[Log, Log]
 Frames = tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]
@@ -162,7 +162,7 @@ def _output_difference(logs: Logs, variable: Variable, frames: Frames) -> Differ
 
 def _input_difference(logs: Logs, variable: Variable) -> Difference | None:
     """Compare an input at the ends of its intervals and at samples of its profiles; None for logs with different ticks."""
-    intervals = [[one for one in log.input_intervals(variable.name) if one.end > one.begin] for log in logs]
+    intervals = [acting_intervals(log, variable.name) for log in logs]
     if logs[0].step_size != logs[1].step_size or not all(intervals):
         return None
     first, last = max(log.start_tick for log in logs), min(log.end_tick for log in logs)

@@ -182,6 +182,11 @@ def input_intervals(
         yield InputInterval(begin, stop, value, shift)
 
 
+def acting_intervals(log: Any, name: str) -> list[InputInterval]:
+    """Return the intervals of non-zero length between changes of an input, each with the value or profile held in it."""
+    return [one for one in log.input_intervals(name) if one.end > one.begin]
+
+
 def sample_intervals(intervals: Sequence[InputInterval], ticks: Iterable[int]) -> Iterator[Any]:
     """Yield the values of an input at the given ascending ticks of the log; at a jump, the value after the jump."""
     place = 0

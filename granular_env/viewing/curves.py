@@ -18,7 +18,7 @@ from granular_env.components.inputs import Held
 from granular_env.components.profiles import CompiledProfile
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.variables import Element, Variable
-from granular_env.recording.steps import InputInterval
+from granular_env.recording.steps import InputInterval, acting_intervals
 
 from .places import AXES, element_label, is_vector, variable_positions
 
@@ -103,11 +103,6 @@ def load_input_curves(log: Any, name: str) -> InputCurves | None:
         return replace(draw(_element_name(variable, place), itemgetter(place)), label=label)
 
     return InputCurves(variable, tuple(draw_element(place) for place in np.flatnonzero(acting).tolist()), count)
-
-
-def acting_intervals(log: Any, name: str) -> list[InputInterval]:
-    """Return the intervals of non-zero length between changes of an input, each with the value or profile held in it."""
-    return [one for one in log.input_intervals(name) if one.end > one.begin]
 
 
 def present_input_curves(variable: Variable, value: Any, time: float, tick: int) -> Iterator[Curve]:

@@ -16,10 +16,10 @@ from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.variables import Variable
 from granular_env.recording.element_arrays import element_arrays
 from granular_env.recording.preview.visible_drawables import colouring_outputs, is_hidden, with_colour, with_recorded_colour
-from granular_env.recording.steps import sample_intervals
+from granular_env.recording.steps import acting_intervals, sample_intervals
 
 from . import curves
-from .curves import acting_intervals, component_names, pick_with_extremes
+from .curves import component_names, pick_with_extremes
 from .places import AXES, is_vector, place_name, place_noun, variable_positions
 from .scene_data import MAXIMUM_POINTS, MAXIMUM_SHOWN_PARTICLES, Motion
 from .unit_labels import scaled_label

@@ -23,7 +23,6 @@ _WIDTH, _HEIGHT, _DISPERSION_HEIGHT = 8.0, 4.2, 5.2  # inch
 _RANGE = 60.0
 _CURVE_POINTS, _HEADROOM = 401, 1.15
 
-
 Curves = Callable[[FloatArray], dict[str, FloatArray]] | None
 
 
