@@ -55,12 +55,13 @@ def _run_python(where: str, code: str, promised: list[str], names: dict[str, obj
 
 
 def _run_commands(code: str) -> None:
-    """Run shell lines: granular-env commands in this process, all others with bash."""
+    """Run shell lines: plain granular-env commands in this process, all others with bash."""
     from granular_env.cli import main
 
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
     for line in code.replace("\\\n", " ").splitlines():
         words = shlex.split(line, comments=True)
         if words[:1] != ["granular-env"] or set(line) & set("|><&;$`*"):
-            subprocess.run(["bash", "-eu", "-o", "pipefail", "-c", line], check=True)
+            subprocess.run(["bash", "-eu", "-o", "pipefail", "-c", line], check=True, env={**os.environ, "PATH": path})
         elif status := main(words[1:]):
             raise AssertionError(f"{line}: exit status {status}")
