@@ -10,6 +10,8 @@ from granular_env.components.errors import ExperimentError, ParameterError
 from granular_env.components.variables import Element, Variable, parse_element, parse_index
 from granular_env.envs import ComponentEnv, Task
 from granular_env.experiments import load_experiment
+from granular_env.viewing.curves import component_names
+from granular_env.viewing.places import element_label
 
 ROW = "discs/broken-row"
 VELOCITY = Variable("velocity", "output", "m/s", (10, 2), "velocity", axes=("disc", "direction"))
@@ -95,3 +97,23 @@ def test_a_task_drives_and_sees_elements() -> None:
     assert reward == info["velocity[2,0]"] == velocity > 0.0 and observation[1] == pytest.approx(velocity / 0.5)
     with pytest.raises(ParameterError, match=r"action\[1\]: got nan"):
         env.step([0.0, np.nan])
+
+
+@pytest.mark.parametrize(
+    ("axes", "entries"),
+    [
+        (("disc", "direction"), ("x", "y")),
+        (("automaton", "component"), ("xx", "yy", "xy")),
+        (("cell", "entry"), ("xx", "yy", "zz", "xy")),
+        (("point", "entry"), ("xx", "yy", "zz", "xy", "yz", "zx")),
+    ],
+)
+def test_entries_of_vectors_and_tensors_have_names_in_figures(axes: tuple[str, ...], entries: tuple[str, ...]) -> None:
+    variable = Variable("stress", "output", "Pa", (7, len(entries)), "stress", axes=axes)
+    assert component_names(variable) == [f"stress_{entry}" for entry in entries]
+    labels = [element_label(variable, (3, place), None) for place in range(len(entries))]
+    assert labels == [f"stress {entry}, {axes[0]} 3" for entry in entries]
+
+
+def test_entries_without_names_have_numbers_in_figures() -> None:
+    assert component_names(Variable("pair", "output", "1", (7, 2), "pair", axes=("disc", "end"))) == ["pair[:,0]", "pair[:,1]"]

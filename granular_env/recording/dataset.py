@@ -10,6 +10,7 @@ import numpy as np
 
 from ..components.drawables import Cells, Curve, Links, Points
 from ..components.errors import LogError
+from ..components.variables import DIRECTIONS, entry_names
 from ..documents import to_toml
 from ..optional_packages import import_optional
 from .element_arrays import element_arrays
@@ -17,10 +18,6 @@ from .header import header_table, header_title
 
 if TYPE_CHECKING:
     from .log import Log
-
-# Names of the entries along an axis of a variable: of vectors, and of symmetric tensors by their number of entries.
-_DIRECTIONS = ("x", "y", "z")
-_TENSORS = {3: ("xx", "yy", "xy"), 4: ("xx", "yy", "zz", "xy"), 6: ("xx", "yy", "zz", "xy", "yz", "zx")}
 
 
 def make_dataset(log: Log) -> Any:
@@ -43,7 +40,7 @@ def assemble_dataset(log: Log, times: np.ndarray, values: Mapping[str, np.ndarra
         variable, own = log.variables[name], dimensions[name]
         data[name] = (["time", *own], frames, {"units": variable.unit, "description": variable.description})
         for dimension, size, axis in zip(own, variable.shape, variable.axes or own, strict=True):
-            coordinates.setdefault(dimension, (dimension, _entry_names(axis, size)))
+            coordinates.setdefault(dimension, (dimension, np.array(entry_names(axis, size) or range(size))))
     for name, dimension, content, unit, description in _geometry(log, dimensions):
         if name not in log.variables:
             coordinates.setdefault(name, (dimension, content, {"units": unit, "description": description}))
@@ -54,12 +51,6 @@ def assemble_dataset(log: Log, times: np.ndarray, values: Mapping[str, np.ndarra
         **{name: json.dumps(facts.get(name)) for name in ("parameters", "versions")},
     }  # fmt: skip
     return xarray.Dataset(data, coordinates, attributes)
-
-
-def _entry_names(axis: str, size: int) -> np.ndarray:
-    """Return the names of the entries along an axis; numbers from 0 if they have no names."""
-    names = _TENSORS.get(size, ()) if axis in ("entry", "component") else _DIRECTIONS[:size] if axis == "direction" else ()
-    return np.array(names) if len(names) == size else np.arange(size)
 
 
 def _dimensions(log: Log) -> dict[str, list[str]]:
@@ -89,7 +80,7 @@ def _geometry(log: Log, dimensions: Mapping[str, list[str]]) -> Iterator[tuple[s
     """
 
     def positions(own: str, points: np.ndarray, what: str) -> Iterator[tuple[str, Any, np.ndarray, str, str]]:
-        for direction, column in zip(_DIRECTIONS, points.reshape(len(points), -1).T, strict=False):
+        for direction, column in zip(DIRECTIONS, points.reshape(len(points), -1).T, strict=False):
             yield f"{own}_{direction}", own, column, "m", what
 
     of_points: dict[str, str] = {}

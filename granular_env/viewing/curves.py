@@ -20,7 +20,7 @@ from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.variables import Element, Variable
 from granular_env.recording.steps import InputInterval, acting_intervals
 
-from .places import AXES, element_label, is_vector, variable_positions
+from .places import element_label, variable_positions, vector_names
 
 MAXIMUM_CURVE_POINTS = 4_000
 # Largest number of curves in one figure; more would be unreadable.
@@ -121,12 +121,11 @@ def present_input_curves(variable: Variable, value: Any, time: float, tick: int)
 
 
 def component_names(variable: Variable) -> list[str]:
-    """Return one name per vector component of a variable that is an array of vectors; for any other variable its name."""
-    count = prod(variable.shape[1:])
-    if len(variable.shape) < 2 or count > MOST_COMPONENTS:
+    """Return one name per entry of a variable that is an array of vectors or tensors; for any other variable its name."""
+    if names := vector_names(variable.shape[1:], variable.axes[1:]):
+        return [f"{variable.name}_{entry}" for entry in names]
+    if len(variable.shape) < 2 or prod(variable.shape[1:]) > MOST_COMPONENTS:
         return [variable.name]
-    if is_vector(variable.shape[1:], variable.axes[1:]):
-        return [f"{variable.name}_{axis}" for axis in AXES[:count]]
     return [f"{variable.name}[:,{','.join(map(str, index))}]" for index in np.ndindex(variable.shape[1:])]
 
 

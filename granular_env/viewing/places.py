@@ -8,17 +8,15 @@ import numpy as np
 
 from granular_env.components.drawables import Cells, Curve, element_positions
 from granular_env.components.support.float_arrays import FloatArray
-from granular_env.components.variables import Variable
+from granular_env.components.variables import DIRECTIONS, Variable, entry_names
 from granular_env.recording.element_arrays import element_arrays
 
 from .unit_labels import scaled_unit
 
-AXES = "xyz"
 
-
-def is_vector(shape: tuple[int, ...], axes: tuple[str, ...]) -> bool:
-    """Return whether an array is a single vector: up to three numbers that count directions and no other elements."""
-    return len(shape) == 1 and shape[0] <= len(AXES) and axes in ((), ("direction",))
+def vector_names(shape: tuple[int, ...], axes: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the names of the entries of an array that is a single vector or symmetric tensor; () for any other array."""
+    return entry_names(axes[0] if axes else "direction", shape[0]) if len(shape) == 1 else ()
 
 
 def variable_positions(log: Any, variable: Variable) -> FloatArray | None:
@@ -41,7 +39,7 @@ def variable_positions(log: Any, variable: Variable) -> FloatArray | None:
     except (KeyError, TypeError, ValueError):
         return None
     given = given[:, None] if given.ndim == 1 else given
-    return given if given.ndim == 2 and len(given) == variable.shape[0] and 1 <= given.shape[1] <= len(AXES) else None
+    return given if given.ndim == 2 and len(given) == variable.shape[0] and 1 <= given.shape[1] <= len(DIRECTIONS) else None
 
 
 def place_name(place: str, number: int, positions: FloatArray | None) -> str:
@@ -51,15 +49,15 @@ def place_name(place: str, number: int, positions: FloatArray | None) -> str:
     factor, unit = scaled_unit("m", float(np.abs(positions).max()))
     # Rounding errors of zero are 0, not -0.
     values = [round(factor * float(value), 6) + 0.0 for value in positions[number]]
-    own = (f"{axis} = {value:.4g} {unit}" for axis, value in zip(AXES, values, strict=False))
+    own = (f"{axis} = {value:.4g} {unit}" for axis, value in zip(DIRECTIONS, values, strict=False))
     return ", ".join([f"{place} {number}", *own])
 
 
 def element_label(variable: Variable, index: tuple[int, ...], positions: FloatArray | None) -> str:
     """Return an element of a variable as text for legends: "force y, node 3, x = 0.1 m, y = 0.2 m"."""
     axes, words = variable.axes, variable.name.replace("_", " ")
-    if is_vector(variable.shape, axes) or (len(index) == 2 and is_vector(variable.shape[1:], axes[1:])):
-        words, index = f"{words} {AXES[index[-1]]}", index[:-1]
+    if names := vector_names(variable.shape, axes) or (len(index) == 2 and vector_names(variable.shape[1:], axes[1:])):
+        words, index = f"{words} {names[index[-1]]}", index[:-1]
     if not index:
         return words
     number, *others = index

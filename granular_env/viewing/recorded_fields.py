@@ -20,7 +20,7 @@ from granular_env.recording.steps import acting_intervals, sample_intervals
 
 from . import curves
 from .curves import component_names, pick_with_extremes
-from .places import AXES, is_vector, place_name, place_noun, variable_positions
+from .places import place_name, place_noun, variable_positions, vector_names
 from .scene_data import MAXIMUM_POINTS, MAXIMUM_SHOWN_PARTICLES, Motion
 from .unit_labels import scaled_label
 
@@ -75,7 +75,7 @@ def curve_names(variable: Variable) -> list[str]:
     """Return the names of the curves that show a variable: one for a single number, one per component of a short vector."""
     if variable.shape in ((), (1,)):
         return [variable.name]
-    return [f"{variable.name}_{axis}" for axis in AXES[: variable.shape[0]]] if is_vector(variable.shape, variable.axes) else []
+    return [f"{variable.name}_{entry}" for entry in vector_names(variable.shape, variable.axes)]
 
 
 def nearest_frame(times: FloatArray, time: float) -> int:

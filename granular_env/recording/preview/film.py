@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...components.drawables import Drawable, drawn_outputs
-from ...components.variables import Variable
+from ...components.variables import Variable, entry_names
 from . import encoding
 from .clouds import Clouds, Picture, shown_drawables
 
@@ -156,9 +156,9 @@ def number_topics(
         if math.prod(one.shape) > _MOST_ELEMENTS or quantity not in (None, first):
             continue
         for place in np.ndindex(one.shape):
-            axes = zip(place, [*one.axes, *[""] * len(place)], strict=False)
-            ends = ["xyz"[number] if axis == "direction" and number < 3 else str(number) for number, axis in axes]
-            found[f"/{quantity or _QUANTITIES.get(one.unit, 'other')}/{'_'.join([name, *ends])}"] = (one, place)
+            axes = zip(place, one.axes or [""] * len(place), one.shape, strict=True)
+            ends = [(entry_names(axis, size) or range(size))[number] for number, axis, size in axes]
+            found[f"/{quantity or _QUANTITIES.get(one.unit, 'other')}/{'_'.join(map(str, [name, *ends]))}"] = (one, place)
     return found
 
 

@@ -25,7 +25,7 @@ from ..scene_builder import load_scene, log_title, require_log
 from .overlays import overlay_drawables
 from .plane import draw_plane, load_plane
 from .run_figures import FRAMES, default_indices, draw_balance, draw_curve_panels, draw_fields, find_place
-from .spectra import Spectrum, draw_dispersion, draw_spectra, load_spectrum
+from .spectra import Spectrum, draw_dispersion, draw_spectra, load_spectra
 
 # Kinds that draw several logs in the same axes, that use `at`, and that use `indices`.
 _OVERLAID, _AT_TIMES, _OF_ELEMENTS = ("histories", "profiles", "spectrum"), ("profiles", "map"), ("histories", "spectrum")
@@ -108,7 +108,7 @@ def _draw(logs: Sequence[Any], name: str, kind: str, times: Sequence[float] | No
         case "dispersion":
             return draw_dispersion(log, name, component_names(log.variables[name]), _dispersion_curves(log))
         case "spectrum":
-            return draw_spectra(list(_load_spectra(logs, name, indices)), len(logs))
+            return draw_spectra(_load_spectra(logs, name, indices), len(logs))
     until = min(validity_limit(one)[0] for one in logs)
     if kind == "histories" and _is_drawn_as_curves(_find_variable(log, name)):
         return draw_curve_panels(list(_load_run_curves(logs, name)), until)
@@ -203,19 +203,18 @@ def _load_run_fields(logs: Sequence[Any], name: str) -> list[list[Field]]:
     return found
 
 
-def _load_spectra(logs: Sequence[Any], name: str, indices: Sequence[int] | None) -> Iterator[Spectrum]:
-    """Yield the spectra of the chosen elements; those of equal elements of all logs are neighbours."""
-    names = curve_names(logs[0].variables[name])
-    for number, words in enumerate(names):
-        for log, run in zip(logs, _run_names(logs), strict=True):
-            yield load_spectrum(log, name, number, name, f"{run}: {words}" if run else words)
-    runs = [] if names else _load_run_fields(logs, name)
-    for component, fields in enumerate(zip(*runs, strict=True)):
-        for index in default_indices(runs[0][0]) if indices is None else indices:
-            for log, field in zip(logs, fields, strict=True):
-                place = find_place(field, index)
-                number = place * len(runs[0]) + component
-                yield load_spectrum(log, name, number, field.variable.name, field.place_name(place))
+def _load_spectra(logs: Sequence[Any], name: str, indices: Sequence[int] | None) -> list[Spectrum]:
+    """Return the spectra of the chosen elements; those of equal elements of all logs are neighbours."""
+    names, found = curve_names(logs[0].variables[name]), []
+    for log, run, fields in zip(
+        logs, _run_names(logs), [[]] * len(logs) if names else _load_run_fields(logs, name), strict=True
+    ):
+        chosen = {number: (name, f"{run}: {words}" if run else words) for number, words in enumerate(names)}
+        for component, field in enumerate(fields):
+            for place in [find_place(field, index) for index in (default_indices(field) if indices is None else indices)]:
+                chosen[place * len(fields) + component] = field.variable.name, field.place_name(place)
+        found.append(load_spectra(log, name, chosen))
+    return [one for equal in zip(*found, strict=True) for one in equal]
 
 
 def _dispersion_curves(log: Any) -> Callable[[Any], Any] | None:

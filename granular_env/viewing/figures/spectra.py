@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from math import prod
 from typing import Any, NamedTuple
 
@@ -36,20 +36,29 @@ class Spectrum(NamedTuple):
     amplitudes: FloatArray
 
 
-def load_spectrum(log: Any, name: str, number: int, quantity: str, label: str) -> Spectrum:
-    """Return the spectrum of the element with this number in the flat array of a recorded variable.
+def load_spectra(log: Any, name: str, elements: Mapping[int, tuple[str, str]]) -> list[Spectrum]:
+    """Return the spectra of elements of a recorded variable.
 
     A sine of amplitude A that has a whole number of periods in the log gives a line of the height A.
+
+    Args:
+        log: an open log.
+        name: name of the variable.
+        elements: quantity and label of each element by its index in the flat array.
 
     Raises:
         ParameterError: the frames are not evenly spaced in time.
     """
-    interval, values = evenly_spaced_series(log, name, [number])
-    count = len(values)
-    amplitudes = np.abs(np.fft.rfft(values[:, 0])) * 2.0 / count
+    interval, values = evenly_spaced_series(log, name, list(elements))
+    count, unit = len(values), log.variables[name].unit
+    amplitudes = np.abs(np.fft.rfft(values, axis=0)) * 2.0 / count
     # Frequency 0 and, for an even count, the highest one have no counterpart of negative frequency.
     amplitudes[0 :: count // 2 if count % 2 == 0 else count] *= 0.5
-    return Spectrum(quantity, log.variables[name].unit, label, np.fft.rfftfreq(count, interval), amplitudes)
+    frequencies = np.fft.rfftfreq(count, interval)
+    return [
+        Spectrum(quantity, unit, label, frequencies, own)
+        for (quantity, label), own in zip(elements.values(), amplitudes.T, strict=True)
+    ]
 
 
 @use_style
