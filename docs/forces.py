@@ -27,7 +27,7 @@ def draw_halves(path: str) -> None:
     figure = drawing.new_figure(2.0 * SIDE, SIDE + 0.7)
     for part, plane, (_, instant, title) in zip(figure.subfigures(1, 2), planes, HALVES, strict=True):
         assert plane is not None
-        above, keys = part.subfigures(2, 1, height_ratios=[SIDE, keys_height(plane, 0)])
+        above, keys = part.subfigures(2, 1, height_ratios=[SIDE, keys_height(plane, bars=False)])
         axes = above.subplots()
         draw_instant(axes, plane, 0)
         axes.set_title(f"{title}, {1e6 * instant:.4g} \u00b5s", fontsize=11)

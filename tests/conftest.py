@@ -6,6 +6,7 @@ import signal
 from collections.abc import Iterator
 from typing import Any
 
+import numba  # noqa: F401  (`new` and `describe` interpret kernels in a process that has not imported numba)
 import pytest
 from hypothesis import HealthCheck, settings
 

@@ -70,7 +70,7 @@ def test_equal_logs_are_identical(parent):
         log.branch(2e-5).run(same).close()
     found = compare(parent, same)
     assert found.outcome == "identical" and found.differences == []
-    assert found.message.endswith("at 41 common times from 2e-05 s to 6e-05 s, inputs and events")
+    assert found.message.endswith("at 41 common times from 2e-05 s to 6e-05 s, and the events")
     assert main(["compare", str(parent), str(same), "--json"]) == 0
 
 
@@ -86,6 +86,20 @@ def test_settings_and_shapes_that_differ_are_listed(parent, tmp_path):
     names = {name: values for name, *values in found.settings}
     assert names["parameters.grains"] == [8, 9]
     assert "velocity" in found.not_compared and "kinetic_energy" in found.compared
+
+
+@pytest.mark.parametrize("forced", [[[0.0, 0.0]], []])
+def test_inputs_of_another_shape_are_named(tmp_path, capsys, forced):
+    paths = [tmp_path / f"{name}.mcap" for name in ("two", "other")]
+    for path, nodes in zip(paths, ([[0.0, 0.0], [0.04, 0.0]], forced), strict=True):
+        body = ge.make("grid", forced_nodes=nodes)
+        with ge.record(body, path, every=body.step_size):
+            body.step(3.0 * body.step_size)
+    for pair in (paths, paths[::-1]):
+        assert compare(*pair).not_compared == ["force"]
+        assert main(["compare", *map(str, pair), "--out", str(tmp_path / "page")]) == 0
+        assert "step sizes differ: force." in " ".join(capsys.readouterr().out.split())
+    assert "step sizes differ: force." in (tmp_path / "page" / "compare.html").read_text()
 
 
 def test_events_that_differ_are_found(tmp_path):

@@ -22,6 +22,7 @@ from granular_env.envs.policies import Policy
 from granular_env.recording import verify
 from granular_env.sweep import run_sweep
 from granular_env.viewing.figures import plane
+from granular_env.viewing.figures.keys import displacement_notes
 from granular_env.viewing.scene_data import MeshFrames, SceneData
 from granular_env.viewing.scene_scales import Scales
 
@@ -191,7 +192,8 @@ def test_a_plane_has_cells_in_the_colours_of_their_field_or_of_its_mean_over_the
         np.testing.assert_allclose(drawn.get_facecolor()[:, :3], diverging_colours(np.array([-3.0, 5.0]), 13.0) / 255.0)
         assert bar.get_xlabel() == "stress [Pa]"
         np.testing.assert_allclose(drawn.get_paths()[1].vertices[:4], nodes[corners[1]] + 0.1)
-        assert plane.plane_text(shown) == "Grid at chosen instants, x to the right, y up. Displacements drawn 10 x larger."
+        assert plane.plane_text(shown) == "Grid at chosen instants, x to the right, y up."
+        assert displacement_notes(shown) == ["displacements \u00d7 10"]
 
 
 def played(env: gymnasium.Env, policy: Policy) -> tuple[float, dict]:

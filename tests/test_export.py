@@ -22,6 +22,7 @@ import granular_env as ge
 from granular_env.cli.program import main
 from granular_env.components.drawables import Cells, Links, Points, to_three_columns
 from granular_env.components.errors import LogError, MissingExtraError, ParameterError
+from granular_env.components.variables import Element
 from granular_env.recording.index import CHUNK
 from granular_env.recording.records import HEADER, Record
 
@@ -63,8 +64,9 @@ def test_csv_has_the_bits_of_every_number(log, tmp_path):
     for name, variable in log.variables.items():
         values = log.series(name)[1].reshape(len(table), -1)
         own = table.iloc[:, columns : columns + values.shape[1]]
-        assert bits(own) == bits(values) and own.columns[0].startswith(name)
-        assert own.columns[-1].endswith("" if variable.unit == "1" else f"[{variable.unit}]")
+        assert bits(own) == bits(values)
+        unit = "" if variable.unit == "1" else f" [{variable.unit}]"
+        assert list(own.columns) == [f"{Element(name, index)}{unit}" for index in np.ndindex(variable.shape)]
         columns += values.shape[1]
     assert columns == table.shape[1]
 

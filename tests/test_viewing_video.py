@@ -165,9 +165,8 @@ def test_a_log_without_bodies_and_an_interrupted_film_leave_no_file(pressed_log:
         if done > 0.3:
             raise KeyboardInterrupt
 
-    for name in ("film.mp4", "film.gif"):
-        with pytest.raises(KeyboardInterrupt):
-            ge.viewing.video(pressed_log, tmp_path / name, duration=1.0, size=(160, 120), progress=interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        ge.viewing.video(pressed_log, tmp_path / "film.gif", duration=1.0, size=(160, 120), progress=interrupt)
     assert [one.name for one in tmp_path.iterdir()] == ["oscillator.mcap"]
 
 

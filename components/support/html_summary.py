@@ -1,4 +1,4 @@
-"""HTML of objects in a notebook: a title, facts, and a table that unfolds; all text is escaped."""
+"""HTML summaries of objects for notebooks: title, facts and a collapsible table; all text is escaped."""
 
 from __future__ import annotations
 

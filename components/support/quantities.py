@@ -74,7 +74,7 @@ def parse_quantity(text: str, unit: str, at: str | Location = ()) -> float:
 
 
 def to_si(value: Any, unit: str | None, at: Location = ()) -> Any:
-    """Return a value with the texts in it (in lists and tables also) as numbers in SI; a text without a unit is no number.
+    """Convert texts with a unit, also in lists and tables, to numbers in SI; leave other values unchanged.
 
     Args:
         value: numbers, texts or quantities.
@@ -109,7 +109,7 @@ def _keep_quantity(given: Any, handler: ValidatorFunctionWrapHandler) -> float:
 
 Seconds = Annotated[float, BeforeValidator(lambda value: to_si(value, "s"))]
 """A time [s] in a document."""
-Texts = BeforeValidator(lambda value: to_si(value, None))
+Quantities = BeforeValidator(lambda value: to_si(value, None))
 """Annotation of a field of a document with values whose units are known only with the component."""
 Value = Annotated[float, WrapValidator(_keep_quantity)]
 """A value in a unit that is known only with the component; `to_si` checks it then."""

@@ -42,7 +42,7 @@ def compare(a: str, b: str, out: str | None, file_format: str, as_json: bool, al
     if as_json:
         print_json({"outcome": found.outcome, **dataclasses.asdict(found), "written": page})
         return _STATUS[found.outcome]
-    for text in filter(None, (found.relation, found.message)):
+    for text in filter(None, (found.relation, found.message, found.omission)):
         print(wrap_text(printable_text(text)))
     settings = [tuple(map(printable_text, row)) for row in found.settings]
     print(align_columns([("settings that differ", "A", "B"), *settings], "") if settings else "settings: equal")

@@ -19,7 +19,7 @@ from granular_env.terminal_text import printable_text
 
 
 @command("list")
-@click.argument("word", required=False, help="List only what has this word in its kind, name or description.")
+@click.argument("word", required=False, help="Show only entries whose kind, name or description contains this word.")
 @json_option()
 def list_shipped(word: str | None, as_json: bool) -> int:
     """List the components, experiments, plans and studies that come with the package."""

@@ -23,7 +23,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from granular_env.components import catalogue
 from granular_env.components.errors import ParameterError
-from granular_env.components.support.quantities import Seconds, Texts
+from granular_env.components.support.quantities import Quantities, Seconds
 from granular_env.components.support.validation import validation_faults
 from granular_env.documents import Document, Overrides, Table, load_document
 from granular_env.package_contents import shipped_files
@@ -115,7 +115,7 @@ class Experiment(Document):
         examples=[{"type": "chain", "grains": 40}],
         json_schema_extra={"advice": 'give a table [component] with a type, such as type = "chain"'},
     )
-    start: Annotated[dict[str, Any], Texts] = Field(default_factory=dict, description="start values of state variables")
+    start: Annotated[dict[str, Any], Quantities] = Field(default_factory=dict, description="start values of state variables")
     input: dict[str, Input] = Field(
         default_factory=dict, description="inputs of the component: numbers, lists, or time profiles"
     )

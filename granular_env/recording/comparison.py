@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import zip_longest
 from math import prod
@@ -12,16 +12,14 @@ import numpy as np
 import numpy.typing as npt
 
 from ..components.errors import ParameterError
-from ..components.support.float_arrays import FloatArray
 from ..components.variables import Variable
 from ..output_files import count_text
 from .header import header_table
-from .index import COUNT
 from .log import Log
 from .steps import acting_intervals, sample_intervals
 
 Logs = tuple[Log, Log]
-Frames = tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]
+FramePairs = tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]
 # Numbers of one output that are read at a time.
 _BLOCK = 2_000_000
 # Parts of a header whose differences are listed, and settings that are not; the component is in the parameters.
@@ -39,7 +37,7 @@ class Difference:
         unit: unit of the values.
         time: first common time of the difference [s].
         index: index of the first differing element; empty for a number.
-        values: the two values; for events, their numbers in the common time of the logs.
+        values: the two values; for events, the numbers of events in the time span that both logs cover.
         largest: largest magnitude of the difference over elements and common times; None for inputs and events.
         largest_index: index of the element with the largest difference.
     """
@@ -69,8 +67,8 @@ class LogComparison:
         relation: sentence on the logs if one is a branch of the other; else "".
         span: start and end of the time that both logs contain [s].
         frames: largest number of common times of an output.
-        compared: names of the compared outputs.
-        not_compared: names of outputs that only one log contains, or that have different shapes.
+        compared: names of the compared outputs and inputs.
+        not_compared: names of the other outputs and inputs.
         differences: the first difference of each variable and of the events, in the order of time.
         settings: settings that differ (they do not count as differences): name and both values, None if missing.
     """
@@ -95,8 +93,14 @@ class LogComparison:
             return f"first difference: {self.differences[0]}"
         if not self.frames:
             return "nothing was compared: the logs have no output with a common time"
-        outputs, times = count_text(len(self.compared), "output"), count_text(self.frames, "common time")
-        return f"identical: {outputs} at {times} from {self.span[0]:.9g} s to {self.span[1]:.9g} s, inputs and events"
+        variables, times = count_text(len(self.compared), "variable"), count_text(self.frames, "common time")
+        return f"identical: {variables} at {times} from {self.span[0]:.9g} s to {self.span[1]:.9g} s, and the events"
+
+    @property
+    def omission(self) -> str:
+        """Sentence on the variables that were not compared; "" if all were."""
+        names = ", ".join(self.not_compared)
+        return names and f"Not compared, because they are in one log only, or shapes or step sizes differ: {names}."
 
 
 def compare_logs(first: Log, second: Log) -> LogComparison:
@@ -107,20 +111,27 @@ def compare_logs(first: Log, second: Log) -> LogComparison:
         raise ParameterError(f"got {components[0]!r} and {components[1]!r}", expected="two logs of one component", at="logs")
     span = max(log.start_tick * log.step_size for log in logs), min(log.end_tick * log.step_size for log in logs)
     outputs = [{name: one for name, one in log.variables.items() if one.causality == "output"} for log in logs]
-    same = [name for name, one in outputs[0].items() if name in outputs[1] and one.shape == outputs[1][name].shape]
-    frames = {name: _common_frames(logs, name) for name in same}
-    found = [_event_difference(logs, span), *(_input_difference(logs, one) for one in first.input_variables.values())]
-    found += [_output_difference(logs, outputs[0][name], frames[name]) for name in same]
+    inputs = [log.input_variables for log in logs]
+    frames = {name: _common_frames(logs, name) for name in _common_names(*outputs)}
+    acted = _common_names(*inputs) if first.step_size == second.step_size else []
+    found = [_event_difference(logs, span), *(_input_difference(logs, inputs[0][name]) for name in acted)]
+    found += [_output_difference(logs, outputs[0][name], own) for name, own in frames.items()]
+    compared, known = [*frames, *acted], {**outputs[0], **outputs[1], **inputs[0], **inputs[1]}
     headers = [{name: log.header.get(name) for name in _SETTINGS} for log in logs]
     return LogComparison(
         _branch_sentence(first, second, "B is a branch of A") or _branch_sentence(second, first, "A is a branch of B"),
         span,
         max((len(own) for own, _ in frames.values()), default=0),
-        same,
-        [name for name in {**outputs[0], **outputs[1]} if name not in same],
+        compared,
+        [name for name in known if name not in compared],
         sorted(filter(None, found), key=lambda one: one.time),
         list(_different_settings(headers[0], headers[1])),
     )
+
+
+def _common_names(first: Mapping[str, Variable], second: Mapping[str, Variable]) -> list[str]:
+    """Return the names of the variables that both logs contain with one shape."""
+    return [name for name, one in first.items() if name in second and one.shape == second[name].shape]
 
 
 def _branch_sentence(parent: Log, log: Log, words: str) -> str:
@@ -128,26 +139,17 @@ def _branch_sentence(parent: Log, log: Log, words: str) -> str:
     return f"{words} from {log.start_tick * log.step_size:.9g} s on." if is_branch else ""
 
 
-def _common_frames(logs: Logs, name: str) -> Frames:
+def _common_frames(logs: Logs, name: str) -> FramePairs:
     """Return the indices of the frames of an output at the times (to a thousandth of a tick) of both logs, for each log."""
     marks = [np.rint(1000.0 * log.times(name) / logs[0].step_size) for log in logs]
     return np.intersect1d(marks[0], marks[1], return_indices=True)[1:]
 
 
-def _read_frames(log: Log, name: str, frames: npt.NDArray[np.int64]) -> FloatArray:
-    """Return the values of an output in frames with ascending indices, shape (frames, *shape)."""
-    rows = log.frame_rows(name)
-    ends = np.cumsum(rows[:, COUNT])
-    first, last = np.searchsorted(ends, frames[[0, -1]], side="right")
-    values = np.concatenate([log.frames(row, name)[1] for row in rows[first : last + 1]])
-    return np.asarray(values[frames - (ends[first] - rows[first, COUNT])], dtype=np.float64)
-
-
-def _output_difference(logs: Logs, variable: Variable, frames: Frames) -> Difference | None:
+def _output_difference(logs: Logs, variable: Variable, frames: FramePairs) -> Difference | None:
     name, found, largest, largest_index = variable.name, None, 0.0, ()
     blocks = range(0, len(frames[0]), max(1, _BLOCK // max(1, prod(variable.shape))))
     for block in (slice(start, start + blocks.step) for start in blocks):
-        values = [_read_frames(log, name, own[block]) for log, own in zip(logs, frames, strict=True)]
+        values = [log.frames_at(name, own[block]) for log, own in zip(logs, frames, strict=True)]
         places = np.argwhere(values[0].view(np.int64) != values[1].view(np.int64))
         if len(places):
             with np.errstate(invalid="ignore", over="ignore"):
@@ -161,9 +163,9 @@ def _output_difference(logs: Logs, variable: Variable, frames: Frames) -> Differ
 
 
 def _input_difference(logs: Logs, variable: Variable) -> Difference | None:
-    """Compare an input at the ends of its intervals and at samples of its profiles; None for logs with different ticks."""
+    """Compare an input at the ends of its intervals and at samples of its profiles."""
     intervals = [acting_intervals(log, variable.name) for log in logs]
-    if logs[0].step_size != logs[1].step_size or not all(intervals):
+    if not all(intervals):  # a log without a step
         return None
     first, last = max(log.start_tick for log in logs), min(log.end_tick for log in logs)
     sampled = {first} | {tick + one.shift for own in intervals for one in own for tick in one.sample_ticks()}

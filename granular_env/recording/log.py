@@ -220,6 +220,21 @@ class Log(RecordReader):
         ticks = np.concatenate([np.zeros(0, np.int64), *(ticks for ticks, _ in parts)])
         return ticks * self.step_size, np.concatenate([np.zeros((0, *shape)), *(values for _, values in parts)])
 
+    def frames_at(self, name: str, numbers: np.ndarray, elements: Sequence[int] | None = None) -> np.ndarray:
+        """Return the frames with the given numbers, counted as in `times`; only the records with these frames are read.
+
+        The shape is (numbers, *shape) or, for given elements (indices in the flat array), (numbers, elements).
+        """
+        rows, shape = self.frame_rows(name), self.variables[name].shape if elements is None else (len(elements),)
+        begins = np.cumsum(rows[:, COUNT]) - rows[:, COUNT]
+        owners = np.searchsorted(begins, numbers, side="right") - 1
+        chosen = np.empty((len(numbers), *shape))
+        for owner in np.unique(owners):
+            here = owners == owner
+            values = self.frames(rows[owner], name)[1][numbers[here] - begins[owner]]
+            chosen[here] = values if elements is None else values.reshape(len(values), -1)[:, elements]
+        return chosen
+
     def get(self, name: str, time: float) -> Any:
         """Return the last frame of a variable at or before a time [s]: a number, or an array of its shape.
 
@@ -267,14 +282,14 @@ class Log(RecordReader):
         overwrite: bool = False,
         progress: Progress = False,
     ) -> Export:
-        """Write frames in the format of another program; the memory does not depend on their number.
+        """Write frames in the format of another program; memory use does not grow with their number.
 
         Args:
             to: "vtk", "xyz", "csv", "netcdf" or "hdf5".
             path: the file or, for VTK, the folder; by default next to the log.
             start: time of the first frame [s].
             end: time of the last frame [s].
-            every: length of the intervals with at most one frame each, from `start` on [s]; by default all frames.
+            every: keep the first frame of each interval of this length, counted from `start` [s]; by default all frames.
             variables: names of variables; by default all that the format can contain, and in CSV those with at most 16 values.
             overwrite: whether an existing file or folder may be replaced.
             progress: whether to show a progress bar, or a function to call with the fraction done.

@@ -24,9 +24,6 @@ from .places import place_name, place_noun, variable_positions, vector_names
 from .scene_data import MAXIMUM_POINTS, MAXIMUM_SHOWN_PARTICLES, Motion
 from .unit_labels import scaled_label
 
-# Recorded series with more numbers than this are read frame by frame.
-_READ_AT_ONCE = 50_000_000
-
 
 def validity_limit(log: Any) -> tuple[float, str]:
     """Return the time at which the results cease to be valid [s], and a sentence on it; infinity and "" if they stay valid."""
@@ -45,8 +42,12 @@ def located_events(log: Any) -> list[Any]:
 
 
 def recorded_outputs(log: Any) -> dict[str, Variable]:
-    """Return the outputs with recorded frames, by name."""
-    return {name: one for name, one in log.variables.items() if one.causality == "output" and len(log.times(name))}
+    """Return the outputs with elements and recorded frames, by name."""
+    return {
+        name: one
+        for name, one in log.variables.items()
+        if one.causality == "output" and prod(one.shape) and len(log.frame_rows(name))
+    }
 
 
 def coloured_drawables(log: Any, colour: str | None) -> tuple[Drawable, ...]:
@@ -105,22 +106,6 @@ def segment_starts(log: Any, name: str, frames: npt.NDArray[np.int64]) -> npt.ND
     return cuts[(cuts > 0) & (cuts < len(frames))]
 
 
-def sample_frames(
-    log: Any, name: str, frames: npt.NDArray[np.int64], elements: Sequence[int] | None = None
-) -> tuple[FloatArray, FloatArray]:
-    """Return the times (frames,) [s] and the values of a variable in the picked frames.
-
-    The values have the shape (frames, *shape) or, for given elements (indices in the flat array), (frames, elements).
-    """
-    times = np.asarray(log.times(name), dtype=np.float64)
-    chosen = slice(None) if elements is None else list(elements)
-    if len(times) * prod(log.variables[name].shape) <= _READ_AT_ONCE:
-        values = np.asarray(log.series(name)[1], dtype=np.float64)[frames]
-        return times[frames], values if elements is None else values.reshape(len(frames), -1)[:, chosen]
-    rows = (np.asarray(log.get(name, float(time)), dtype=np.float64) for time in times[frames])
-    return times[frames], np.stack([row if elements is None else row.ravel()[chosen] for row in rows])
-
-
 def evenly_spaced_series(log: Any, name: str, elements: Sequence[int]) -> tuple[float, FloatArray]:
     """Return the time between two frames [s] and the values of the elements of a variable in all frames, (frames, elements).
 
@@ -137,13 +122,12 @@ def evenly_spaced_series(log: Any, name: str, elements: Sequence[int]) -> tuple[
             expected="three or more evenly spaced frames of one run without a reset",
             hint="record with a fixed time between frames: `every`", at="variable",
         )  # fmt: skip
-    return float(steps[0]) * log.step_size, sample_frames(log, name, np.arange(len(ticks)), elements)[1]
+    return float(steps[0]) * log.step_size, log.frames_at(name, np.arange(len(ticks)), elements)
 
 
 def load_curves(log: Any, name: str) -> Iterator[curves.Curve]:
     """Yield a recorded scalar, or each component of a short vector, as a curve thinned without losing peaks."""
-    variable = log.variables[name]
-    times, values = sample_frames(log, name, np.arange(len(log.times(name))))
+    variable, (times, values) = log.variables[name], log.series(name)
     for column, shown in enumerate(curve_names(variable)):
         own = values if values.ndim == 1 else values[:, column]
         picked = pick_with_extremes(own)
@@ -227,11 +211,6 @@ def to_field(source: Motion | Field) -> Field:
     return Field(source.colour_variable, source.times, source.colour, source.every, source.total, source.cuts)
 
 
-def array_names(log: Any) -> list[str]:
-    """Return the names of the recorded outputs with several elements."""
-    return [name for name, one in recorded_outputs(log).items() if prod(one.shape) > 1]
-
-
 def load_fields(log: Any, name: str, frames: int) -> list[Field]:
     """Read a recorded array or array input of a log as one field, or as one field per component of vectors.
 
@@ -253,7 +232,7 @@ def load_fields(log: Any, name: str, frames: int) -> list[Field]:
         values = np.stack(list(rows))
     else:
         picked = pick_evenly(len(log.times(name)), most)
-        times, whole = sample_frames(log, name, picked)
+        times, whole = log.times(name)[picked], log.frames_at(name, picked)
         values, cuts = whole.reshape(len(times), total, len(names))[:, ::every], segment_starts(log, name, picked)
     # An array with several values per element, such as layers of a shell, has more places than positions.
     is_placed = total == variable.shape[0]

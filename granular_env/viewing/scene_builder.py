@@ -28,7 +28,6 @@ from .recorded_fields import (
     nearest_frame,
     pick_evenly,
     recorded_outputs,
-    sample_frames,
     segment_starts,
     validity_limit,
 )
@@ -74,8 +73,8 @@ def _log_source(log: Any, colour: str | None, pick: Callable[[FloatArray, int], 
 
     def frames(name: str, size: int) -> Frames:
         picked = pick(np.asarray(log.times(name), dtype=np.float64), size)
-        times, ticks = np.asarray(log.times(name), dtype=np.float64)[picked], np.asarray(log.ticks(name))[picked]
-        return Frames(times, ticks, segment_starts(log, name, picked), lambda name: sample_frames(log, name, picked)[1])
+        cuts = segment_starts(log, name, picked)
+        return Frames(log.times(name)[picked], log.ticks(name)[picked], cuts, lambda name: log.frames_at(name, picked))
 
     component, recorded = str(log.metadata.get("component")), recorded_outputs(log)
     return SceneSource(component, log.variables, coloured_drawables(log, colour), recorded.__contains__, frames)

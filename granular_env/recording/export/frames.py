@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from ...components.errors import LogError, ParameterError
 from ...components.support.float_arrays import FloatArray
-from ...components.support.quantities import parse_quantity
+from ...components.support.validation import finite_number
 from ...progress import Bar
 from ..index import FIRST, LAST, SEGMENT
 
@@ -31,7 +31,7 @@ class Frames:
 
     def __init__(self, log: Log, names: Sequence[str], times: Sequence[float | None], bar: Bar) -> None:
         start, end, every = (
-            None if value is None else parse_quantity(str(value), "s", name) / log.step_size
+            None if value is None else finite_number(name, value, "seconds") / log.step_size
             for name, value in zip(("start", "end", "every"), times, strict=True)
         )
         if every is not None and every <= 0.0:

@@ -28,7 +28,7 @@ def write_netcdf(frames: Frames, path: Path) -> None:
     dataset = dataset.rename(names)
     for name in variables:
         dataset[names[name]].encoding = {"zlib": True, "complevel": 1, "shuffle": True, "_FillValue": None}
-    count = max(1, _BLOCK // (8 * sum(prod(one.shape) for one in variables.values())))
+    count = max(1, _BLOCK // (8 + 8 * sum(prod(one.shape) for one in variables.values())))
     with _SteadyFile(path, "w+b") as steady:
         with h5netcdf.File(steady, "w") as file:
             dataset.dump_to_store(xarray.backends.H5NetCDFStore(file), unlimited_dims=["time"])

@@ -90,16 +90,15 @@ def to_png(figure: Figure, dots_per_inch: int = 130) -> bytes:
     return buffer.getvalue()
 
 
-def to_svg(figure: Figure, name: str, dots_per_inch: int = 150) -> str:
+def to_svg(figure: Figure, name: str) -> str:
     """Return a figure as SVG for an HTML page, with colours from the page's style sheet.
 
     Args:
         figure: the figure to draw.
         name: name of the figure, unique in the page.
-        dots_per_inch: resolution of embedded pictures.
     """
     buffer = io.StringIO()
-    figure.set_dpi(dots_per_inch)
+    figure.set_dpi(150)  # resolution of embedded pictures
     with matplotlib.rc_context({"svg.fonttype": "none", "svg.hashsalt": name}):
         FigureCanvasSVG(figure).print_svg(buffer, metadata={"Date": None, "Creator": None})
     # Omit the header of the file; the page's style sheet sets the colours.

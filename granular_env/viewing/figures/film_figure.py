@@ -39,12 +39,11 @@ class FilmFigure:
     @use_style
     def __init__(self, plane: Plane, dots_per_inch: float, size: tuple[int, int] | None = None, is_page: bool = False) -> None:
         self._plane, self._profiles = plane, [] if is_page else _profiles_to_show(plane)
-        bars = 0 if is_page else len(plane.colour_scales)
         low, high = plane.bounding_box
         across, up = (high - low).tolist()
         scale = min(_LARGEST[0] / across, _LARGEST[1] / up)
         width = max(scale * across, _LARGEST[0] if self._profiles else _NARROWEST)
-        body, below = max(scale * up, _LOWEST) + _MARGIN, keys_height(plane, bars)
+        body, below = max(scale * up, _LOWEST) + _MARGIN, keys_height(plane, bars=not is_page)
         above = (0.0 if is_page else _TITLE) + body + _PROFILE * len(self._profiles)
         if size is None:
             # Codecs need even numbers of pixels.

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import base64
 import io
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -18,13 +17,14 @@ import numpy.typing as npt
 from PIL import Image
 
 from granular_env.components.support.float_arrays import FloatArray
+from granular_env.recording.event_places import event_summary
 
 from ..recorded_fields import pick_evenly
 from ..scene_data import SceneData
 from .colour_bar import draw_colour_bars
-from .drawing import time_unit, to_svg, use_style
+from .drawing import to_svg, use_style
 from .film_figure import FilmFigure
-from .plane import exaggeration_text, instant_text, load_plane, visible_events
+from .plane import instant_text, load_plane, visible_events
 
 # Most and fewest frames of a film, and most shapes drawn in all frames together; if that allows too few, there is no film.
 _MOST_FRAMES, _FEWEST_FRAMES, _MOST_DRAWN = 25, 5, 200_000
@@ -45,7 +45,6 @@ class Film:
             events.
         words: description of the events.
         bars: colour bars as SVG; empty if there are none.
-        stretch: description of the drawn displacements; empty if they are true to scale.
     """
 
     instants: tuple[tuple[str, str], ...]
@@ -53,7 +52,6 @@ class Film:
     events: tuple[float, ...]
     words: str
     bars: str
-    stretch: str = ""
 
 
 @use_style
@@ -75,7 +73,7 @@ def make_film(log: Any, scene_data: SceneData) -> Film | None:
         instants.append((instant_text(plane, frame), f"data:image/png;base64,{picture}"))
     events, words = _event_bars(log, plane.times)
     bars = draw_colour_bars(plane.colour_scales, *_BAR_SIZE) if plane.colour_scales else None
-    return Film(tuple(instants), ratio, events, words, to_svg(bars, "film-bars") if bars else "", exaggeration_text(plane))
+    return Film(tuple(instants), ratio, events, words, to_svg(bars, "film-bars") if bars else "")
 
 
 def _choose_instants(log: Any, clock: FloatArray, frames: int) -> list[float]:
@@ -97,22 +95,17 @@ def _encode_picture(pixels: npt.NDArray[np.uint8]) -> bytes:
 
 
 def _event_bars(log: Any, instants: FloatArray) -> tuple[tuple[float, ...], str]:
-    """Return the heights of the event bars, and a text on the number of events, the first event and earlier events."""
-    found, earlier = log.events(), log.earlier_events()
+    """Return the heights of the event bars, and a text on the numbers of events."""
+    found = log.events()
     if not found:
         return (), ""
     times = _event_times(log, found)
     counts = np.bincount(np.searchsorted(instants[1:-1], times), minlength=len(instants) - 1)
     # Give the bars a least height, so that a single event stays visible next to thousands.
     heights = np.where(counts > 0, np.maximum(counts / counts.max(), 0.08), 0.0)
-    scale, unit = time_unit(float(instants[-1]))
-    before = f"; before this log begins {_kind_counts(earlier)}" if earlier else ""
-    return tuple(heights.tolist()), f"{_kind_counts(found)}, the first at {times[0] * scale:.4g} {unit}{before}"
+    words = event_summary(found, log.earlier_events() or [], log.start_tick * log.step_size)
+    return tuple(heights.tolist()), words.replace("_", " ")
 
 
 def _event_times(log: Any, events: Sequence[Any]) -> FloatArray:
     return log.step_size * np.array([event.tick for event in events], dtype=np.float64)
-
-
-def _kind_counts(events: Sequence[Any]) -> str:
-    return ", ".join(f"{count} x {kind.replace('_', ' ')}" for kind, count in Counter(one.kind for one in events).items())

@@ -25,9 +25,9 @@ _ROW, _BAR, _GAP, _SEPARATION = 0.27, 0.72, 18.0, 5.0
 _FONT_SIZE = 10.0
 
 
-def keys_height(plane: Plane, bars: int) -> float:
-    """Return the height of the keys with a number of colour bars [inch]."""
-    return _ROW * (1 + len(plane.overlays)) + 0.1 + _BAR * bars
+def keys_height(plane: Plane, bars: bool = True) -> float:
+    """Return the height of the keys with or without colour bars [inch]."""
+    return _ROW * (1 + len(plane.overlays)) + 0.1 + (_BAR * len(plane.colour_scales) if bars else 0.0)
 
 
 def draw_keys(figure: Figure | SubFigure, axes: Axes, plane: Plane, bars: bool = True) -> None:
@@ -41,7 +41,9 @@ def draw_keys(figure: Figure | SubFigure, axes: Axes, plane: Plane, bars: bool =
     """
     scales = plane.colour_scales if bars else ()
     if scales:
-        figure, below = figure.subfigures(2, 1, squeeze=False, height_ratios=[keys_height(plane, 0), _BAR * len(scales)]).flat
+        figure, below = figure.subfigures(
+            2, 1, squeeze=False, height_ratios=[keys_height(plane, bars=False), _BAR * len(scales)]
+        ).flat
         fill_with_colour_bars(below, scales)
     samples = [[_scale_bar(axes, plane)], *(overlay.key() for overlay in plane.overlays)]
     rows = [[_labelled_sample(axes, *one) for one in row] for row in samples]

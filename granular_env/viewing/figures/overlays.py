@@ -21,7 +21,7 @@ from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.variables import Variable
 from granular_env.recording.preview.visible_drawables import has_elements, visible_cells, visible_points
 
-from ..recorded_fields import nearest_frame, recorded_outputs, sample_frames
+from ..recorded_fields import nearest_frame, recorded_outputs
 from ..scene_builder import to_vectors
 from ..unit_labels import scaled_unit
 
@@ -157,7 +157,7 @@ def overlay_drawables(log: Any) -> dict[str, Drawable]:
 def _read_overlay(log: Any, drawable: Drawable, variable: Variable, times: FloatArray) -> Overlay:
     clock = np.asarray(log.times(variable.name), dtype=np.float64)
     frames = np.array([nearest_frame(clock, float(time)) for time in times])
-    values = sample_frames(log, variable.name, frames)[1]
+    values = log.frames_at(variable.name, frames)
     body = drawable
     if isinstance(drawable, Links):
         body = next(one for one in log.drawables if isinstance(one, Points) and one.name == drawable.points)
@@ -165,7 +165,7 @@ def _read_overlay(log: Any, drawable: Drawable, variable: Variable, times: Float
     rest = to_three_columns(body.nodes if isinstance(body, Cells) else body.reference)
     displacement = np.zeros((len(times), *rest.shape))
     if body.displacement in recorded_outputs(log):
-        displacement = to_vectors(sample_frames(log, body.displacement, frames)[1])
+        displacement = to_vectors(log.frames_at(body.displacement, frames))
     if isinstance(drawable, Links) and isinstance(body, Points):
         inside = body.is_unwrapped(drawable.pairs)
         pairs, values = drawable.pairs[inside], values[:, inside]

@@ -155,23 +155,27 @@ def _choose_instants(log: Any, clock: FloatArray) -> list[float]:
 @use_style
 def draw_plane(plane: Plane) -> Figure:
     """Draw the plane at each of its times, with a colour bar for each quantity."""
-    low, high = plane.bounding_box
-    width, height = (high - low).tolist()
-    times = plane.times
-    columns = 2 if width < _TWO_ABREAST * height and len(times) > 1 else 1
-    rows = -(-len(times) // columns)
-    tall = rows * min(_WIDTH / columns * height / width + 0.35, _LARGEST_HEIGHT)
-    below = keys_height(plane, len(plane.colour_scales))
-    figure = new_figure(_WIDTH, tall + below)
-    above, keys = figure.subfigures(2, 1, squeeze=False, height_ratios=[tall, below]).flat
-    panels = np.atleast_1d(above.subplots(rows, columns)).ravel()
+    (low, high), times = plane.bounding_box, plane.times
+    columns = 2 if (high - low)[0] < _TWO_ABREAST * (high - low)[1] and len(times) > 1 else 1
+    figure, panels = make_panels(plane, -(-len(times) // columns), columns)
     for frame, axes in enumerate(panels[: len(times)]):
         draw_instant(axes, plane, frame)
         axes.set_title(f"t = {instant_text(plane, frame)}", fontsize=11)
     for axes in panels[len(times) :]:
         axes.set_visible(False)
-    draw_keys(keys, panels[0], plane)
     return figure
+
+
+def make_panels(plane: Plane, rows: int, columns: int) -> tuple[Figure, list[Axes]]:
+    """Return a figure with axes for pictures of a plane, in rows, and the keys below them."""
+    low, high = plane.bounding_box
+    tall = rows * min(_WIDTH / columns * (high - low)[1] / (high - low)[0] + 0.35, _LARGEST_HEIGHT)
+    below = keys_height(plane)
+    figure = new_figure(_WIDTH, tall + below)
+    above, keys = figure.subfigures(2, 1, squeeze=False, height_ratios=[tall, below]).flat
+    panels = above.subplots(rows, columns, squeeze=False).ravel().tolist()
+    draw_keys(keys, panels[0], plane)
+    return figure, panels
 
 
 def instant_text(plane: Plane, frame: int) -> str:
@@ -271,18 +275,9 @@ def _add_lines(axes: Axes, lines: FloatArray, colour: str, width: float, zorder:
     axes.add_collection(shapes)
 
 
-def exaggeration_text(plane: Plane) -> str:
-    """Return sentences on the factor by which displacements are drawn larger; "" if they are true to scale."""
-    sentences = [] if plane.scales.exaggeration == 1.0 else [f"Displacements drawn {plane.scales.exaggeration:g} x larger."]
-    if still := plane.scene.unmoved_shapes:
-        sentences.append(f"Drawn at the initial positions, because no displacements were recorded: {', '.join(still)}.")
-    return " ".join(sentences)
-
-
 def plane_text(plane: Plane) -> str:
     """Return sentences on what the pictures show: shapes, colours and viewpoint."""
     links = [one for motion in plane.scene.motions for one in motion.links]
     names = ", ".join(one.name.replace("_", " ") for one in (*plane.scene.shapes, *links))
     axes = "" if plane.scene.is_solid else ", x to the right, y up"
-    sentences = [f"{names.capitalize()} at chosen instants{axes}.", exaggeration_text(plane), *picture_sentences(plane.scene)]
-    return " ".join(filter(None, sentences))
+    return " ".join([f"{names.capitalize()} at chosen instants{axes}.", *picture_sentences(plane.scene)])

@@ -188,7 +188,7 @@ def _run_names(logs: Sequence[Any]) -> list[str]:
 
 def _load_run_curves(logs: Sequence[Any], name: str) -> Iterator[Curve]:
     for log, run in zip(logs, _run_names(logs), strict=True):
-        acted = None if name in log.variables else load_input_curves(log, name)
+        acted = load_input_curves(log, name) if name in log.input_variables else None
         for curve in load_curves(log, name) if acted is None else acted.curves:
             words = curve.label or curve.name.replace("_", " ")
             yield replace(curve, label=f"{run}: {words}" if run else curve.label)

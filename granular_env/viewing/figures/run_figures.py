@@ -37,7 +37,7 @@ _HEIGHTS = {"space-time": 5.2, "profiles": 1.8, "histories": 4.2}
 # Number of profiles by default, and largest number of places that a profile marks with dots.
 _PROFILES, _MOST_MARKERS = 4, 60
 # Number of time intervals in which events are counted.
-EVENT_BINS = 100
+_EVENT_BINS = 100
 # The wave has reached a place if its value changes by more than this fraction of the largest change of all places.
 _REACHED = 0.05
 
@@ -175,7 +175,7 @@ def draw_event_counts(events: Sequence[tuple[float, str]], span: tuple[float, fl
     kinds = list(dict.fromkeys(kind for _, kind in events))
     times = [[scale * time for time, one in events if one == kind] for kind in kinds]
     style = {"color": np.resize(PALETTE, len(kinds)).tolist(), "label": [kind.replace("_", " ") for kind in kinds]}
-    axes.hist(times, bins=EVENT_BINS, range=(start, end), stacked=True, **style)
+    axes.hist(times, bins=_EVENT_BINS, range=(start, end), stacked=True, **style)
     axes.set(xlabel=f"time [{unit}]", ylabel="events", xlim=(start, end))
     axes.yaxis.set_major_locator(MaxNLocator(integer=True))
     add_legend(axes)

@@ -14,9 +14,8 @@ from granular_env.progress import Progress, progress_bar
 from granular_env.recording.comparison import Difference, LogComparison, Logs, compare_logs
 
 from ..curves import Curve, component_names, load_input_curves
-from ..figures.drawing import new_figure, use_style
-from ..figures.keys import draw_keys, keys_height
-from ..figures.plane import Plane, draw_instant, instant_text, plane_text
+from ..figures.drawing import use_style
+from ..figures.plane import Plane, draw_instant, instant_text, make_panels, plane_text
 from ..figures.run_figures import FRAMES, draw_curve_panels, draw_fields
 from ..html_page import Page, parts
 from ..recorded_fields import curve_names, load_curves, load_fields
@@ -28,8 +27,7 @@ from .page import figure_sections, require_page, write_page
 from .tables import short_value
 
 _NAMES = ("A", "B")
-# Number of instants of the pictures; width and largest height of a picture [inch].
-_INSTANTS, _WIDTH, _HEIGHT = 3, 4.0, 4.5
+_INSTANTS = 3
 
 
 def compare(
@@ -89,9 +87,10 @@ def _difference_table(found: LogComparison) -> Markup:
     differ = {one.name for one in found.differences}
     equal = ", ".join(name.replace("_", " ") for name in found.compared if name not in differ)
     words = parts.paragraph(f"Equal at all common times: {equal or 'none'}.")
-    words += parts.paragraph("Figures of arrays show the elements with the first and with the largest difference.", "dim")
-    if found.not_compared:
-        words += parts.paragraph(f"In one log only, or of different shapes: {', '.join(found.not_compared)}.")
+    words += parts.paragraph(
+        "Figures of output arrays show the elements with the first and with the largest difference.", "dim"
+    )
+    words += parts.paragraph(found.omission) if found.omission else ""
     return (parts.table(["name", "unit", "time [s]", "element", *_NAMES, "largest difference"], rows) if rows else "") + words
 
 
@@ -127,17 +126,11 @@ def _draw_bodies(logs: Logs, start: float) -> dict[str, CaptionedFigure]:
     scales = make_scales(everything)
     assert scales is not None
     plane = Plane(everything, scales)
-    low, high = plane.bounding_box
-    tall = _INSTANTS * min(_WIDTH * (high - low)[1] / (high - low)[0] + 0.35, _HEIGHT)
-    below = keys_height(plane, len(plane.colour_scales))
-    figure = new_figure(2.0 * _WIDTH, tall + below)
-    above, keys = figure.subfigures(2, 1, squeeze=False, height_ratios=[tall, below]).flat
-    panels = above.subplots(_INSTANTS, 2)
-    for axes, scene, run in zip(panels.flat, shown, _NAMES * _INSTANTS, strict=True):
+    (low, high), (figure, panels) = plane.bounding_box, make_panels(plane, _INSTANTS, len(_NAMES))
+    for axes, scene, run in zip(panels, shown, _NAMES * _INSTANTS, strict=True):
         own = Plane(replace(scene, focus_normal=everything.focus_normal), scales)
         draw_instant(axes, own, 0)
         axes.set_title(f"{run}, t = {instant_text(own, 0)}", fontsize=11)
         axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
-    draw_keys(keys, panels.flat[0], plane)
     words = f"A (left) and B (right). {plane_text(Plane(shown[-1], scales))}"
     return {"pictures": CaptionedFigure("Pictures", figure, words)}

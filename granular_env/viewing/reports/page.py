@@ -70,7 +70,7 @@ def report(
         scene_data, drawn, omissions = draw_report(log, choice, bar.update)
         sections = _sections(log, scene_data, drawn, omissions)
         if choice.variables is None and choice.times is None and (film := make_film(log, scene_data)) is not None:
-            words = " ".join(one for one in (_FILM_WORDS, film.stretch, scene_data.remark) if one)
+            words = " ".join(one for one in (_FILM_WORDS, scene_data.remark) if one)
             sections = [("Film", parts.film(film, words)), *sections]
         page = Page(f"Run report: {scene_data.title}", _lead_paragraphs(log, scene_data), sections)
         write_page(target, page, drawn, file_format)
