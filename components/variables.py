@@ -58,7 +58,7 @@ def entry_names(axis: str, size: int) -> tuple[str, ...]:
     """Return the names of the entries along an axis: x, y of vectors, xx, yy, xy of symmetric tensors, () of other arrays."""
     if axis == "direction":
         return DIRECTIONS[:size] if size <= len(DIRECTIONS) else ()
-    return _TENSORS.get(size, ()) if axis in ("entry", "component") else ()
+    return _TENSORS.get(size, ()) if axis == "entry" else ()
 
 
 def parameter_variables(model: type[BaseModel], parameters: BaseModel | None = None) -> Iterable[Variable]:

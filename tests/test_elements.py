@@ -103,7 +103,7 @@ def test_a_task_drives_and_sees_elements() -> None:
     ("axes", "entries"),
     [
         (("disc", "direction"), ("x", "y")),
-        (("automaton", "component"), ("xx", "yy", "xy")),
+        (("automaton", "entry"), ("xx", "yy", "xy")),
         (("cell", "entry"), ("xx", "yy", "zz", "xy")),
         (("point", "entry"), ("xx", "yy", "zz", "xy", "yz", "zx")),
     ],

@@ -149,7 +149,7 @@ class Automata(Component):
             "Pa",
             (n, 3),
             "in-plane stress xx, yy, xy, tension positive",
-            axes=("automaton", "component"),
+            axes=("automaton", "entry"),
         )
         links = len(self._pairs)
         yield Variable("linked", "output", "1", (links,), "1 for a linked pair, 0 for a broken pair", axes=("link",))
