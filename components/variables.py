@@ -17,9 +17,9 @@ from .errors import Location, ParameterError, one_line, spelling_hint
 ELEMENT = r"[A-Za-z_]\w*(?:\[[^\[\]]*\])?"
 _ELEMENT = re.compile(r"(?P<name>[A-Za-z_]\w*)(?:\[(?P<index>[^\[\]]*)\])?")
 _DTYPES = {bool: "bool", int: "int64", str: "str"}
-# Names of the entries of vectors, and of symmetric tensors by their number of entries.
+# Names of the entries of vectors, and of symmetric tensors and strains of gauges by their number of entries.
 DIRECTIONS = ("x", "y", "z")
-_TENSORS = {3: ("xx", "yy", "xy"), 4: ("xx", "yy", "zz", "xy"), 6: ("xx", "yy", "zz", "xy", "yz", "zx")}
+_TENSORS = {2: ("along", "across"), 3: ("xx", "yy", "xy"), 4: ("xx", "yy", "zz", "xy"), 6: ("xx", "yy", "zz", "xy", "yz", "zx")}
 _INDEX = re.compile(r"\s*[+-]?\d{1,9}\s*(?:,\s*[+-]?\d{1,9}\s*)*")
 
 
@@ -58,7 +58,7 @@ def entry_names(axis: str, size: int) -> tuple[str, ...]:
     """Return the names of the entries along an axis: x, y of vectors, xx, yy, xy of symmetric tensors, () of other arrays."""
     if axis == "direction":
         return DIRECTIONS[:size] if size <= len(DIRECTIONS) else ()
-    return _TENSORS.get(size, ()) if axis == "entry" else ()
+    return _TENSORS.get(size, ()) if axis in ("entry", "strain") else ()
 
 
 def parameter_variables(model: type[BaseModel], parameters: BaseModel | None = None) -> Iterable[Variable]:

@@ -334,13 +334,35 @@ def test_a_read_only_folder_is_one_message(to, tmp_path):
         ge.open_log(GOLDEN / "piston.mcap").export(to, tmp_path / "out")
 
 
-@pytest.mark.parametrize("to", FORMATS)
-def test_the_intact_part_of_a_damaged_log_is_exported(to, tmp_path, capsys):
-    chain = ge.make("chain", grains=200)
-    with ge.record(chain, tmp_path / "a.mcap", every=chain.step_size):
+def record_long_chain(path: Path) -> Path:
+    chain = ge.make("chain", grains=200, step_size=1e-6)
+    with ge.record(chain, path, every=chain.step_size):
         chain.reset(velocity=np.random.default_rng(0).normal(size=200))
         for _ in range(8):
             chain.step(400 * chain.step_size)
+    return path
+
+
+def test_intact_frames_after_a_damaged_record_are_exported(tmp_path):
+    path = record_long_chain(tmp_path / "a.mcap")
+    with ge.open_log(path) as log:
+        times, rows = log.times("velocity"), log.frame_rows("velocity")
+        offset, length = log.container.places[rows[len(rows) // 2][CHUNK]]
+        assert rows[-1][CHUNK] > rows[len(rows) // 2][CHUNK] > rows[0][CHUNK]
+    data = bytearray(path.read_bytes())
+    data[offset + length // 2] ^= 1
+    path.write_bytes(data)
+    with ge.open_log(path) as log:
+        done = log.export("csv", tmp_path / "a.csv", variables=["velocity", "displacement"])
+    kept = np.loadtxt(tmp_path / "a.csv", delimiter=",", skiprows=1, usecols=0)
+    missing = np.setdiff1d(times, kept)
+    assert 0 < len(missing) < len(times) - 2 and kept[0] == times[0] and kept[-1] == times[-1]
+    assert f"frames from {missing[0]:g} s to {missing[-1]:g} s are missing" in done.missing
+
+
+@pytest.mark.parametrize("to", FORMATS)
+def test_the_intact_part_of_a_damaged_log_is_exported(to, tmp_path, capsys):
+    record_long_chain(tmp_path / "a.mcap")
     data = bytearray((tmp_path / "a.mcap").read_bytes())
     (tmp_path / "cut.mcap").write_bytes(data[: len(data) // 2])
     with ge.open_log(tmp_path / "a.mcap") as log:
@@ -348,7 +370,7 @@ def test_the_intact_part_of_a_damaged_log_is_exported(to, tmp_path, capsys):
     data[offset + length // 2] ^= 1
     (tmp_path / "flipped.mcap").write_bytes(data)
     for name, said in (("cut", "the log was not closed"), ("flipped", "is damaged: the chunk at byte")):
-        arguments = ["export", str(tmp_path / f"{name}.mcap"), "--to", to, "--every", str(400 * chain.step_size)]
+        arguments = ["export", str(tmp_path / f"{name}.mcap"), "--to", to, "--every", "4e-4"]
         assert main([*arguments, "--out", str(tmp_path / "out"), "--overwrite", "--json"]) == 1
         shown = capsys.readouterr()
         result = json.loads(shown.out)

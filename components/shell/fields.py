@@ -92,7 +92,7 @@ class Fields:
             yield from self._breaking.outputs()
         yield make_output(
             "gauge_strain", "1", (k, 2), "Green-Lagrange strain on the outer surface at the `gauges`: along the body, and "
-            "across or around it (hoop strain)", self._gauge_strain, "gauge", "direction",
+            "across or around it (hoop strain)", self._gauge_strain, "gauge", "strain",
         )  # fmt: skip
 
     def lattice_values(self, parameters: FloatArray) -> FloatArray:

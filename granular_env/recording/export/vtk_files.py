@@ -44,12 +44,13 @@ def write_vtk(frames: Frames, folder: Path) -> None:
             group.addFile(str(own / f"{number:06d}.vtu"), repr(time))
     for *_, group in parts:
         group.save()
-    _write_events(vtk, log, folder)
+    _write_events(vtk, frames, folder)
 
 
 def solid_drawables(log: Log) -> list[Solid]:
-    """Return the drawables with elements: all but curves, whose values belong to cells."""
-    return [one for one in log.drawables if not isinstance(one, Curve) and element_count(one)]
+    """Return the drawables with recorded arrays, or all if none has any; without curves, whose values belong to cells."""
+    found = [one for one in log.drawables if not isinstance(one, Curve) and element_count(one)]
+    return [one for one in found if any(element_arrays(one, log.variables))] or found
 
 
 def _make_mesh(drawable: Solid, log: Log) -> Mesh:
@@ -109,11 +110,12 @@ def _write_mesh(vtk: Any, path: Path, mesh: Mesh, of_points: Arrays, of_cells: A
     file.save()
 
 
-def _write_events(vtk: Any, log: Log, folder: Path) -> None:
-    """Write the events that have a place, at their initial positions: a file per kind of event."""
+def _write_events(vtk: Any, frames: Frames, folder: Path) -> None:
+    """Write the events in the time range that have a place, at their initial positions: a file per kind of event."""
+    log = frames.log
     for kind, detail in log.event_details.items():
-        placed = [(place, event) for event in log.events(kind) if (place := event_place(event.index, detail, log.drawables))]
-        if placed:
+        events = [one for one in log.events(kind) if frames.first <= one.tick <= frames.last]
+        if placed := [(place, one) for one in events if (place := event_place(one.index, detail, log.drawables))]:
             mesh = to_three_columns(np.array([place.position for place, _ in placed])), np.arange(len(placed))[:, np.newaxis]
             rows = [(one.tick * log.step_size, one.value, one.limit, one.index or 0) for _, one in placed]
             labels = "time [s]", with_unit("value", detail.unit), with_unit("limit", detail.unit), "index"
