@@ -83,7 +83,7 @@ class RunResult:
 
     def _repr_html_(self) -> str:
         names = ("log", "ticks", "seconds", "stopped_by", "interrupted", "conclusions", "cautions", "warnings")
-        facts = {name.replace("_", " "): getattr(self, name) for name in names}
+        facts = {name.replace("_", " ").replace("seconds", "wall time [s]"): getattr(self, name) for name in names}
         return html_summary(f"run of {self.component!r}", facts, ("validity", "value"), self.report.items())
 
 

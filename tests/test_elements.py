@@ -10,6 +10,7 @@ from granular_env.components.errors import ExperimentError, ParameterError
 from granular_env.components.variables import Element, Variable, parse_element, parse_index
 from granular_env.envs import ComponentEnv, Task
 from granular_env.experiments import load_experiment
+from granular_env.recording.element_arrays import listed_positions
 from granular_env.viewing.curves import component_names
 from granular_env.viewing.places import element_label
 
@@ -117,3 +118,21 @@ def test_entries_of_vectors_and_tensors_have_names_in_figures(axes: tuple[str, .
 
 def test_entries_without_names_have_numbers_in_figures() -> None:
     assert component_names(Variable("pair", "output", "1", (7, 2), "pair", axes=("disc", "end"))) == ["pair[:,0]", "pair[:,1]"]
+
+
+@pytest.mark.parametrize(
+    ("axis", "expected"),
+    [
+        ("receiver", [[0.1, 0.2], [0.3, 0.4]]),
+        ("gas gauge", [[0.5], [0.6]]),
+        ("shell gauge", [[0.7], [0.8]]),
+        ("node", None),
+        ("end", None),
+    ],
+)
+def test_positions_of_receivers_and_gauges_are_read_from_the_parameters(axis: str, expected: list[list[float]] | None) -> None:
+    shell = {"gauges": [[0.7, 1.57], [0.8, 0.0]], "nodes": [3, 4]}
+    parameters = {"grid": {"receivers": [[0.1, 0.2], [0.3, 0.4]]}, "gas": {"gauges": [0.5, 0.6]}, "shell": shell, "ends": 2}
+    variable = Variable("pressure", "output", "Pa", (2,), "pressure", axes=(axis,))
+    found = listed_positions(parameters, variable)
+    assert (None if found is None else found.tolist()) == expected

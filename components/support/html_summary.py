@@ -25,7 +25,7 @@ def html_summary(title: str, facts: Mapping[str, Any], columns: Sequence[str] = 
     lines = "".join(f"<div>{_cell(name)}: {_cell(value)}</div>" for name, value in facts.items() if value not in (None, "", []))
     body = [_row(row, "td") for row in rows]
     table = f"<table><thead>{_row(columns, 'th')}</thead><tbody>{''.join(body[:_MOST_ROWS])}</tbody></table>"
-    table = f"<details><summary>rows: {len(body)}</summary>{table}</details>" if body else ""
+    table = f"<details><summary>{len(body)} rows</summary>{table}</details>" if body else ""
     return f"<div><strong>{_cell(title)}</strong>{lines}{table}</div>"
 
 

@@ -138,7 +138,7 @@ class Tube(Component):
 
     def _declare_variables(self) -> Iterable[Variable]:
         stations = len(self.interface.width)
-        yield from map(self._declare_output, part_variables({"gas": self.gas, "shell": self.shell}, ("gauge",)))
+        yield from map(self._declare_output, part_variables({"gas": self.gas, "shell": self.shell}, ("gauge", "cell")))
         if self.parameters.vent is not None:
             yield Variable(
                 "vent_area", "input", "m^2", (), "area of the opening at `vent` through which gas leaves", start=0.0,

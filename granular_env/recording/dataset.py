@@ -13,7 +13,7 @@ from ..components.errors import LogError
 from ..components.variables import DIRECTIONS, entry_names
 from ..documents import to_toml
 from ..optional_packages import import_optional
-from .element_arrays import element_arrays
+from .element_arrays import element_arrays, listed_positions
 from .header import header_table, header_title
 
 if TYPE_CHECKING:
@@ -84,6 +84,9 @@ def _geometry(log: Log, dimensions: Mapping[str, list[str]]) -> Iterator[tuple[s
             yield f"{own}_{direction}", own, column, "m", what
 
     of_points: dict[str, str] = {}
+    for name, variable in log.variables.items():
+        if (points := listed_positions(header_table(log.header.get("parameters")), variable)) is not None:
+            yield from positions(dimensions[name][0], points, "position")
     for one in log.drawables:
         own, cell = (
             dimensions[names[0]][0] if names else one.name.replace(" ", "_") for names in element_arrays(one, log.variables)

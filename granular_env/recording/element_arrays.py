@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
 
 from ..components.drawables import Cells, Curve, Drawable, Points, element_count
-from ..components.variables import Variable
+from ..components.support.float_arrays import FloatArray
+from ..components.variables import DIRECTIONS, Variable
 
 
 def element_arrays(drawable: Drawable, variables: Mapping[str, Variable]) -> tuple[list[str], list[str]]:
@@ -23,3 +27,20 @@ def element_arrays(drawable: Drawable, variables: Mapping[str, Variable]) -> tup
     cells = 0 if isinstance(drawable, Points) else element_count(drawable)
     of_points = find(points, ("displacement", "rotation", "colour", "field"))
     return of_points, [name for name in find(cells, ("state", "field", "force")) if name not in of_points]
+
+
+def listed_positions(parameters: Mapping[str, Any], variable: Variable) -> FloatArray | None:
+    """Return the positions in a parameter named after a variable's first axis, shape (n, d) [m]; None if there is none.
+
+    This is `receivers` for "receiver" and `gas.gauges` for "gas gauge". Of gauges only x is known: their second number may be
+    an angle. Receivers may be numbers of nodes, which are no positions.
+    """
+    axis, size = (*variable.axes, "")[0], (*variable.shape, 0)[0]
+    parts = {name: one for name, one in parameters.items() if isinstance(one, Mapping)}
+    for part, table in {"": parameters, **parts}.items():
+        for name, places in table.items():
+            if axis in (name[:-1], f"{part} {name[:-1]}") and isinstance(places, list) and len(places) == size:
+                if all(isinstance(one, float | list) for one in places):
+                    points = np.array([np.ravel(one) for one in places])
+                    return points[:, : 1 if name == "gauges" else len(DIRECTIONS)]
+    return None

@@ -9,7 +9,7 @@ import numpy as np
 from granular_env.components.drawables import Cells, Curve, element_positions
 from granular_env.components.support.float_arrays import FloatArray
 from granular_env.components.variables import DIRECTIONS, Variable, entry_names
-from granular_env.recording.element_arrays import element_arrays
+from granular_env.recording.element_arrays import element_arrays, listed_positions
 
 from .unit_labels import scaled_unit
 
@@ -34,12 +34,7 @@ def variable_positions(log: Any, variable: Variable) -> FloatArray | None:
             return drawable.nodes
         if variable.name in (*of_points, *of_cells):
             return element_positions(drawable, log.drawables)
-    try:
-        given = np.array(log.metadata["parameters"][f"{variable.axes[0]}s"], dtype=np.float64)
-    except (KeyError, TypeError, ValueError):
-        return None
-    given = given[:, None] if given.ndim == 1 else given
-    return given if given.ndim == 2 and len(given) == variable.shape[0] and 1 <= given.shape[1] <= len(DIRECTIONS) else None
+    return listed_positions(log.metadata["parameters"], variable)
 
 
 def place_name(place: str, number: int, positions: FloatArray | None) -> str:

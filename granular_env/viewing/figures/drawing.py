@@ -148,6 +148,8 @@ def draw_space_time(
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set(xlabel=axis, ylabel=f"time [{unit}]")
     bar = figure.colorbar(image, ax=axes, label=label, pad=0.02)
+    if not field.values.any():
+        bar.set_ticks([0.0])
     if field.values.size and float(np.nanmin(field.values, initial=0.0)) >= 0.0 and ends is None:
         # If no value is negative, omit the blue half of the bar.
         bar.ax.set_ylim(0.0, factor * limit)
@@ -230,7 +232,7 @@ def add_legend(axes: Axes) -> None:
     if longest <= _LONG_TEXT or axes.get_title(loc="left"):
         axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
     else:
-        place, columns = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0)}, 1 if longest > 2 * _LONG_TEXT else 2
+        place, columns = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0)}, 1 if longest > 1.5 * _LONG_TEXT else 2
         axes.legend(**place, borderaxespad=0.2, ncols=columns, fontsize="small")
 
 

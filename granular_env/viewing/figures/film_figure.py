@@ -45,13 +45,16 @@ class FilmFigure:
         width = max(scale * across, _LARGEST[0] if self._profiles else _NARROWEST)
         body, below = max(scale * up, _LOWEST) + _MARGIN, keys_height(plane, bars=not is_page)
         above = (0.0 if is_page else _TITLE) + body + _PROFILE * len(self._profiles)
-        if size is None:
-            # Codecs need even numbers of pixels.
-            size = 2 * round(0.5 * dots_per_inch * width), 2 * round(0.5 * dots_per_inch * (above + below))
-        self._dots_per_inch = dots_per_inch = min(size[0] / width, size[1] / (above + below))
+        inches = width, above + below
+        if size is not None:
+            dots_per_inch = min(size[0] / inches[0], size[1] / inches[1])
+        # Codecs need even numbers of pixels.
+        drawn = [2 * round(0.5 * dots_per_inch * length) for length in inches]
+        self._dots_per_inch, margins = dots_per_inch, np.subtract(size or drawn, drawn)[::-1]
+        self._margins = [(one // 2, one - one // 2) for one in margins.tolist()]
         with matplotlib.rc_context(_PAGE_STYLE if is_page else {}):
             # The small addend keeps rounding errors from taking off a pixel.
-            self._figure = new_figure(*((pixels + 1e-3) / dots_per_inch for pixels in size))
+            self._figure = new_figure(*((pixels + 1e-3) / dots_per_inch for pixels in drawn))
             upper, keys = self._figure.subfigures(2, 1, squeeze=False, height_ratios=[above, below]).flat
             ratios = [body, *(_PROFILE for _ in self._profiles)]
             self._axes, *panels = upper.subplots(len(ratios), 1, height_ratios=ratios, squeeze=False)[:, 0]
@@ -74,7 +77,8 @@ class FilmFigure:
             self._heading.set_text(f"{self._plane.scene.title}      t = {instant_text(self._plane, frame)}")
         for (line, values), profile in zip(self._curves, self._profiles, strict=True):
             line.set_ydata(values[np.abs(profile.times - self._plane.times[frame]).argmin()])
-        return np.asarray(render_canvas(self._figure, self._dots_per_inch).buffer_rgba())
+        pixels = np.asarray(render_canvas(self._figure, self._dots_per_inch).buffer_rgba())
+        return np.pad(pixels, [*self._margins, (0, 0)], constant_values=255)
 
 
 def _profiles_to_show(plane: Plane) -> list[ProfileFrames]:
@@ -92,7 +96,8 @@ def _draw_profile(axes: Axes, profile: ProfileFrames, plane: Plane) -> tuple[Lin
     factor, label = scaled_label(profile.variable.name, profile.variable.unit, float(np.abs(profile.values).max(initial=0.0)))
     # Align the curve with the picture, except a body in space, whose picture is not along x.
     across = profile.coordinate[[0, -1]] if plane.scene.is_solid else np.array(plane.bounding_box)[:, 0]
-    length, name = scaled_label("x", "m", float(np.abs(across).max()))
+    words = "x" if any(profile is one for one in plane.scene.profiles) else "initial x"
+    length, name = scaled_label(words, "m", float(np.abs(across).max()))
     [line] = axes.plot(length * profile.coordinate, factor * profile.values[0], color=PALETTE[0])
     axes.set(xlim=length * across, ylim=factor * np.array(profile.limits))
     axes.set_xlabel(name, fontsize=10)

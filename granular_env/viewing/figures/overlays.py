@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -138,7 +138,13 @@ def load_overlays(log: Any, times: FloatArray, names: Sequence[str]) -> tuple[Ov
             f"{unknown[0]!r} is not a recorded vector, stress or link force of a drawn body",
             hint=f"this log can show {', '.join(known) or 'nothing'}", at="show",
         )  # fmt: skip
-    return tuple(_read_overlay(log, known[name], log.variables[name], times) for name in dict.fromkeys(names))
+    found = [_read_overlay(log, known[name], log.variables[name], times) for name in dict.fromkeys(names)]
+    # Samples of one kind and unit have one scale.
+    largest = dict[tuple[str, str], float]()
+    for one in (one for one in found if one.values.any()):
+        scale = one.kind, one.variable.unit
+        largest[scale] = max(largest.get(scale, 0.0), one.limit)
+    return tuple(replace(one, limit=largest.get((one.kind, one.variable.unit), one.limit)) for one in found)
 
 
 def overlay_drawables(log: Any) -> dict[str, Drawable]:

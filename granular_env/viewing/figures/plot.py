@@ -126,7 +126,7 @@ def _draw_map(log: Any, name: str, times: Sequence[float] | None, show: Sequence
 
 def _choose_kind(logs: Sequence[Any], name: str, kind: str | None) -> str:
     """Return the kind of the figure, by default the first that applies; raise `ParameterError` if it does not apply."""
-    for one in logs or [None]:
+    for one in logs or [logs]:
         require_log(one)
     first, *others = [_applicable_kinds(log, name) for log in logs]
     kinds = [one for one in first if not others or (one in _OVERLAID and all(one in own for own in others))]
@@ -152,7 +152,7 @@ def _applicable_kinds(log: Any, name: str) -> list[str]:
     spectrum = ["spectrum"] if name in recorded else []
     if _is_drawn_as_curves(variable):
         return ["histories", *spectrum, *balances]
-    is_few, is_row = prod(variable.shape) <= MOST_CURVES, not is_plane_filling(log.drawables, variable.shape[0])
+    is_few, is_row = variable.shape[0] <= MOST_CURVES, not is_plane_filling(log.drawables, variable.shape[0])
     # Outputs that colour, move or break a body, or are drawn over it.
     mapped = [] if is_row else [*_colouring_outputs(log), *drawn_outputs(log.drawables), *overlay_drawables(log)]
     kinds = ["space-time", "profiles"] if is_row else ["map"] if name in mapped else []

@@ -96,6 +96,8 @@ def _draw_profiles(figure: FigureBase, fields: Sequence[Field], times: Sequence[
         add_legend(panels[0])
     figure.supylabel(label, fontsize=11)
     panels[-1].set_xlabel(axis)
+    if fields[0].coordinate is None:
+        panels[-1].xaxis.set_major_locator(MaxNLocator(integer=True))
 
 
 def _draw_histories(figure: FigureBase, fields: Sequence[Field], indices: Sequence[int] | None, valid_until: float) -> None:

@@ -125,12 +125,12 @@ def _array_figures(
     """
     fields, variable = load_fields(log, name, run_figures.FRAMES), log.variables[name]
     field, title, kinds = fields[0], figure_title(name), ["histories"]
-    is_asked = choice.times is not None or choice.variables is not None
+    is_asked = choice.variables is not None
     # An image of a few columns shows less than their curves.
     is_few = field.total <= MOST_CURVES and field.coordinate is None
     is_line = is_asked or field.coordinate is not None or not is_plane_filling(log.drawables, field.total)
     if is_line and not is_few and len(variable.shape) == 1:
-        has_profiles = is_main or is_asked or field.coordinate is not None
+        has_profiles = is_main or is_asked or choice.times is not None or field.coordinate is not None
         kinds = ["space-time", "profiles", "histories"] if has_profiles else ["space-time", "histories"]
     indices = range(field.total) if is_few and choice.indices is None else choice.indices
     picked = "" if indices is not None else " The elements are evenly spaced among those that changed."

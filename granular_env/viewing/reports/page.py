@@ -69,7 +69,7 @@ def report(
     with progress_bar(f"report in {target.parent.name}", show=progress) as bar:
         scene_data, drawn, omissions = draw_report(log, choice, bar.update)
         sections = _sections(log, scene_data, drawn, omissions)
-        if choice.variables is None and choice.times is None and (film := make_film(log, scene_data)) is not None:
+        if choice.variables is None and (film := make_film(log, scene_data)) is not None:
             words = " ".join(one for one in (_FILM_WORDS, scene_data.remark) if one)
             sections = [("Film", parts.film(film, words)), *sections]
         page = Page(f"Run report: {scene_data.title}", _lead_paragraphs(log, scene_data), sections)
@@ -105,7 +105,7 @@ def figure_sections(drawn: Mapping[str, CaptionedFigure]) -> dict[str, Markup]:
     """Return the HTML of the figures by heading."""
     found: dict[str, Markup] = {}
     for name, one in drawn.items():
-        picture = parts.picture(drawing.to_svg(one.figure, name), one.words)
+        picture = parts.picture(drawing.to_svg(one.figure, name), one.words.replace("`", ""))
         found[one.heading] = found.get(one.heading, Markup()) + picture
     return found
 
