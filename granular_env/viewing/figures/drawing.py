@@ -91,12 +91,7 @@ def to_png(figure: Figure, dots_per_inch: int = 130) -> bytes:
 
 
 def to_svg(figure: Figure, name: str) -> str:
-    """Return a figure as SVG for an HTML page, with colours from the page's style sheet.
-
-    Args:
-        figure: the figure to draw.
-        name: name of the figure, unique in the page.
-    """
+    """Return a figure as SVG for an HTML page, with colours from the page's style sheet; `name` is unique in the page."""
     buffer = io.StringIO()
     figure.set_dpi(150)  # resolution of embedded pictures
     with matplotlib.rc_context({"svg.fonttype": "none", "svg.hashsalt": name}):
