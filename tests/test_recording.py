@@ -90,6 +90,20 @@ def test_xarray_shares_the_dimensions_of_what_is_counted(tmp_path: Path) -> None
     assert data.sizes["time"] == len(log.times("velocity")) and data.time.attrs["units"] == "s"
 
 
+def test_chosen_frames_equal_those_of_the_series_in_any_order(tmp_path: Path) -> None:
+    chain = catalogue.make("chain", **CHAIN)
+    with record(chain, tmp_path / "a.mcap", every=chain.step_size):
+        for _ in range(3):
+            chain.reset(velocity={0: 1.0})
+            chain.step(20 * chain.step_size)
+    with open_log(tmp_path / "a.mcap") as log:
+        velocity = log.series("velocity")[1]
+        assert len(log.frame_rows("velocity")) > 1
+        for numbers in (np.array([55, 3, 3, 21, 0, len(velocity) - 1]), np.arange(len(velocity)), np.array([], dtype=np.int64)):
+            assert log.frames_at("velocity", numbers).tobytes() == velocity[numbers].tobytes()
+            assert log.frames_at("velocity", numbers, [4, 1]).tobytes() == velocity[numbers][:, [4, 1]].tobytes()
+
+
 def test_segments_are_laid_end_to_end(tmp_path: Path) -> None:
     component = catalogue.make("oscillator")
     with record(component, tmp_path / "a.mcap", every=0.05):
