@@ -41,7 +41,7 @@ def export(log: str, to: str, as_json: bool, allow_large: bool, variables: tuple
         size = f"{count_text(done.frames, 'frame')} of {count_text(len(done.variables), 'variable')}"
         print(printable_text(f"written: {done.path}, {size}"))
         if left_out and not variables:
-            where = "request them with --variables" if to == "csv" else "the formats csv, netcdf and hdf5 contain them and the scalars"
+            where = "request them with --variables" if to == "csv" else "csv, netcdf and hdf5 contain them and the scalars"
             print(wrap_text(printable_text(f"left out: {', '.join(left_out)}; {where}")))
     if done.missing:
         print(printable_text(f"granular-env export: {done.missing}"), file=sys.stderr)
