@@ -17,9 +17,13 @@ from .errors import Location, ParameterError, one_line, spelling_hint
 ELEMENT = r"[A-Za-z_]\w*(?:\[[^\[\]]*\])?"
 _ELEMENT = re.compile(r"(?P<name>[A-Za-z_]\w*)(?:\[(?P<index>[^\[\]]*)\])?")
 _DTYPES = {bool: "bool", int: "int64", str: "str"}
-# Names of the entries of vectors, and of symmetric tensors and strains of gauges by their number of entries.
+# Names of the entries along an axis, by the name of the axis and the number of entries.
 DIRECTIONS = ("x", "y", "z")
-_TENSORS = {2: ("along", "across"), 3: ("xx", "yy", "xy"), 4: ("xx", "yy", "zz", "xy"), 6: ("xx", "yy", "zz", "xy", "yz", "zx")}
+_ENTRIES = {
+    "direction": {count: DIRECTIONS[:count] for count in (1, 2, 3)},
+    "entry": {3: ("xx", "yy", "xy"), 4: ("xx", "yy", "zz", "xy"), 6: ("xx", "yy", "zz", "xy", "yz", "zx")},
+    "strain": {2: ("along", "across")},
+}
 _INDEX = re.compile(r"\s*[+-]?\d{1,9}\s*(?:,\s*[+-]?\d{1,9}\s*)*")
 
 
@@ -56,9 +60,7 @@ class Variable:
 
 def entry_names(axis: str, size: int) -> tuple[str, ...]:
     """Return the names of the entries along an axis: x, y of vectors, xx, yy, xy of symmetric tensors, () of other arrays."""
-    if axis == "direction":
-        return DIRECTIONS[:size] if size <= len(DIRECTIONS) else ()
-    return _TENSORS.get(size, ()) if axis in ("entry", "strain") else ()
+    return _ENTRIES.get(axis, {}).get(size, ())
 
 
 def parameter_variables(model: type[BaseModel], parameters: BaseModel | None = None) -> Iterable[Variable]:

@@ -258,7 +258,7 @@ def _step_to_tick(component: Component, stop: int, inputs: Inputs) -> None:
 def _next_piece_ticks(piece: int, done: int, took: float) -> int:
     """Return the number of ticks of the run's next piece: more if the last piece was complete and fast, half if it was slow.
 
-    Of the `piece` planned ticks, `done` were completed; `took` is the wall time relative to the intended wall time.
+    `piece` is the number of planned ticks, `done` of completed ones; `took` is the wall time over the intended wall time.
     """
     if took > 2.0:
         return max(1, piece // 2)

@@ -232,7 +232,7 @@ def test_the_picture_shows_the_tension_of_links_and_no_broken_link() -> None:
     split = np.asarray(env.render())
     middles = [[picture[200, 40 + 44 + 88 * link + 44] for link in range(9)] for picture in (at_rest, split)]
     assert all(colour.tolist() == [225, 225, 228] for colour in middles[0])
-    # Tension is red beside the broken link; at its place are the grey rims of two discs.
+    # Tension is red next to the broken link, where only the grey rims of two discs are left.
     assert np.ptp(middles[1][2]) < 4 and int(middles[1][1][0]) > 2 * int(middles[1][1][2])
 
 

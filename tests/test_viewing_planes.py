@@ -48,7 +48,7 @@ def coupled_log(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def cracking_log(tmp_path_factory):
-    """Return the log of a torn brittle specimen with so many automata that intact links would hide them."""
+    """Return the log of a torn brittle specimen whose many automata would be hidden by intact links."""
     path = tmp_path_factory.mktemp("cracking") / "cracking.mcap"
     automata = ge.make(
         "automata", shape={"name": "rectangle", "width": 0.03, "height": 0.03}, diameter=2e-3, packing="square", material=ROCK,

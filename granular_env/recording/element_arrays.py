@@ -36,11 +36,10 @@ def listed_positions(parameters: Mapping[str, Any], variable: Variable) -> Float
     an angle. Receivers may be numbers of nodes, which are no positions.
     """
     axis, size = (*variable.axes, "")[0], (*variable.shape, 0)[0]
-    parts = {name: one for name, one in parameters.items() if isinstance(one, Mapping)}
-    for part, table in {"": parameters, **parts}.items():
-        for name, places in table.items():
-            if axis in (name[:-1], f"{part} {name[:-1]}") and isinstance(places, list) and len(places) == size:
-                if all(isinstance(one, float | list) for one in places):
-                    points = np.array([np.ravel(one) for one in places])
-                    return points[:, : 1 if name == "gauges" else len(DIRECTIONS)]
+    tables = {"": parameters, **{name: one for name, one in parameters.items() if isinstance(one, Mapping)}}
+    lists = [(part, name, one) for part, table in tables.items() for name, one in table.items() if isinstance(one, list)]
+    for part, name, places in lists:
+        is_named = axis in (name[:-1], f"{part} {name[:-1]}")
+        if is_named and len(places) == size and all(isinstance(one, float | list) for one in places):
+            return np.array([np.ravel(one) for one in places])[:, : 1 if name == "gauges" else len(DIRECTIONS)]
     return None

@@ -106,8 +106,8 @@ def segment_starts(log: Any, name: str, frames: npt.NDArray[np.int64]) -> npt.ND
     return cuts[(cuts > 0) & (cuts < len(frames))]
 
 
-def evenly_spaced_series(log: Any, name: str, elements: Sequence[int]) -> tuple[float, FloatArray]:
-    """Return the time between two frames [s] and the values of the elements of a variable in all frames, (frames, elements).
+def evenly_spaced_series(log: Any, name: str, elements: Sequence[int] | None = None) -> tuple[float, FloatArray]:
+    """Return the time between two frames [s] and the values of a variable in all frames, as `Log.frames_at`.
 
     Raises:
         ParameterError: the frames are not evenly spaced in time, or there are fewer than three.
@@ -231,8 +231,9 @@ def load_fields(log: Any, name: str, frames: int) -> list[Field]:
         rows = (np.reshape(value, (total, len(names)))[::every] for value in sample_intervals(held, ticks.tolist()))
         values = np.stack(list(rows))
     else:
-        picked = pick_evenly(len(log.times(name)), most)
-        times, whole = log.times(name)[picked], log.frames_at(name, picked)
+        clock = log.times(name)
+        picked = pick_evenly(len(clock), most)
+        times, whole = clock[picked], log.frames_at(name, picked)
         values, cuts = whole.reshape(len(times), total, len(names))[:, ::every], segment_starts(log, name, picked)
     # An array with several values per element, such as layers of a shell, has more places than positions.
     is_placed = total == variable.shape[0]

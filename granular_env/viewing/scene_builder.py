@@ -72,9 +72,10 @@ def _log_source(log: Any, colour: str | None, pick: Callable[[FloatArray, int], 
     """Return a log as a source; `pick` chooses frames, given the times of all [s] and the count of numbers per frame."""
 
     def frames(name: str, size: int) -> Frames:
-        picked = pick(np.asarray(log.times(name), dtype=np.float64), size)
+        times = log.times(name)
+        picked = pick(times, size)
         cuts = segment_starts(log, name, picked)
-        return Frames(log.times(name)[picked], log.ticks(name)[picked], cuts, lambda name: log.frames_at(name, picked))
+        return Frames(times[picked], log.ticks(name)[picked], cuts, lambda name: log.frames_at(name, picked))
 
     component, recorded = str(log.metadata.get("component")), recorded_outputs(log)
     return SceneSource(component, log.variables, coloured_drawables(log, colour), recorded.__contains__, frames)

@@ -141,9 +141,10 @@ def load_overlays(log: Any, times: FloatArray, names: Sequence[str]) -> tuple[Ov
     found = [_read_overlay(log, known[name], log.variables[name], times) for name in dict.fromkeys(names)]
     # Samples of one kind and unit have one scale.
     largest = dict[tuple[str, str], float]()
-    for one in (one for one in found if one.values.any()):
-        scale = one.kind, one.variable.unit
-        largest[scale] = max(largest.get(scale, 0.0), one.limit)
+    for one in found:
+        if one.values.any():
+            scale = one.kind, one.variable.unit
+            largest[scale] = max(largest.get(scale, 0.0), one.limit)
     return tuple(replace(one, limit=largest.get((one.kind, one.variable.unit), one.limit)) for one in found)
 
 

@@ -206,9 +206,8 @@ def _load_run_fields(logs: Sequence[Any], name: str) -> list[list[Field]]:
 def _load_spectra(logs: Sequence[Any], name: str, indices: Sequence[int] | None) -> list[Spectrum]:
     """Return the spectra of the chosen elements; those of equal elements of all logs are neighbours."""
     names, found = curve_names(logs[0].variables[name]), []
-    for log, run, fields in zip(
-        logs, _run_names(logs), [[]] * len(logs) if names else _load_run_fields(logs, name), strict=True
-    ):
+    arrays = [[] for _ in logs] if names else _load_run_fields(logs, name)
+    for log, run, fields in zip(logs, _run_names(logs), arrays, strict=True):
         chosen = {number: (name, f"{run}: {words}" if run else words) for number, words in enumerate(names)}
         for component, field in enumerate(fields):
             for place in [find_place(field, index) for index in (default_indices(field) if indices is None else indices)]:

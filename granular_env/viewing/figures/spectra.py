@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from math import prod
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -95,8 +94,7 @@ def draw_dispersion(log: Any, name: str, components: Sequence[str], curves: Curv
     Raises:
         ParameterError: the frames are not evenly spaced in time.
     """
-    count = prod(log.variables[name].shape)
-    interval, values = evenly_spaced_series(log, name, range(count))
+    interval, values = evenly_spaced_series(log, name)
     values = values.reshape(len(values), -1, len(components))
     figure = new_figure(_WIDTH, _DISPERSION_HEIGHT * len(components))
     for number, axes in enumerate(figure.subplots(len(components), 1, squeeze=False).flat):
