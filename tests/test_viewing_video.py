@@ -18,7 +18,7 @@ from granular_env.viewing.scene_builder import load_scene
 
 pytest.importorskip("matplotlib", reason="the extra `view` is not installed")
 
-from granular_env.viewing.figures import overlays
+from granular_env.viewing.figures import overlays, video
 from granular_env.viewing.figures.keys import displacement_notes
 from granular_env.viewing.figures.plane import draw_plane, load_plane
 
@@ -70,6 +70,18 @@ def test_an_mp4_has_the_requested_pictures_and_shows_the_motion(pressed_log: Any
     assert (np.abs(pictures[-1].astype(int) - pictures[0]) > 60).mean() > 0.02
     assert told == sorted(told) and told[-1] == 1.0
     assert [one.name for one in tmp_path.iterdir()] == ["film.mp4"]
+
+
+def test_a_gif_keeps_pale_bodies_and_rare_colours(tmp_path: Path) -> None:
+    picture = np.full((200, 300, 3), 255, np.uint8)
+    picture[20:180, 20:280] = 247
+    picture[100:140] = np.linspace([103, 0, 31], [247, 247, 247], 300).astype(np.uint8)
+    picture[190:194, 10:20] = [178, 24, 43]
+    picture[190:194, 30:40] = [33, 102, 172]
+    video._write_gif(tmp_path / "a.gif", iter([picture, picture]), 10.0, 2)
+    with Image.open(tmp_path / "a.gif") as film:
+        drawn = np.asarray(film.convert("RGB")).astype(int)
+    assert np.abs(drawn - picture).max() < 12 and (drawn[0, 0] == 255).all() and drawn[25, 25].max() < 250
 
 
 def test_a_gif_plays_as_long_as_requested_and_its_frames_differ(chain_log: Any, tmp_path: Path) -> None:

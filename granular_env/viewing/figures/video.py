@@ -136,7 +136,7 @@ def _write_mp4(path: Path, pictures: Iterator[Pixels], rate: float, count: int) 
 
 def _write_gif(path: Path, pictures: Iterator[Pixels], rate: float, count: int) -> None:
     """Encode pictures as GIF, each with its own palette; their times are rounded to 10 ms, the unit of the format."""
-    options: Any = {"method": Image.Quantize.MEDIANCUT, "dither": Image.Dither.NONE}
+    options: Any = {"method": Image.Quantize.MAXCOVERAGE, "dither": Image.Dither.NONE}
     frames = (Image.fromarray(one).quantize(_COLOURS, **options) for one in pictures)
     times = 10 * np.diff(np.rint(100.0 / rate * np.arange(count + 1)).astype(np.int64))
     next(frames).save(path, "GIF", save_all=True, append_images=frames, duration=times.tolist(), loop=0)
